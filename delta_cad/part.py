@@ -1,0 +1,133 @@
+"""The records that solids, assembly, checks and export share: material, hole, part, occurrence.
+
+Holds no geometry kernel of its own: `Part.solid` is a `cadquery.Solid` that only `solids` makes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import cadquery as cq
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a part is made of: name as ordered, density in kg/m^3, display colour as sRGB in 0..1."""
+
+    name: str
+    density_kg_m3: float
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A group of equal bores of one part, as a machinist reads them.
+
+    Attributes:
+        diameter_mm: Modelled bore diameter (tap drill for a thread).
+        count: Number of distinct bore axes with a concave cylinder of this diameter.
+        callout: What the drawing says, such as "M3 x 8" or "16 H7 x 5".
+    """
+
+    diameter_mm: float
+    count: int
+    callout: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """One kind of part in its own frame, millimetres.
+
+    Attributes:
+        number: Part number, unique, safe as a file name ("upper_arm", "screw_M3x8").
+        description: One line for the bill of materials.
+        solid: Exactly one valid solid at the part's own origin.
+        material: Material, also of bought parts (for colour; mass may come from the catalogue).
+        make: True when we machine or print it, False when it is bought.
+        holes: Declared bores, checked against the solid.
+        mass_g: Catalogue mass of a bought part; None: volume times density.
+        standard: Standard of a bought part ("ISO 4762") or "".
+        order_code: Supplier and order code or "".
+        source: Where its data come from or "".
+    """
+
+    number: str
+    description: str
+    solid: cq.Solid
+    material: Material
+    make: bool
+    holes: tuple[Hole, ...] = ()
+    mass_g: float | None = None
+    standard: str = ""
+    order_code: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """One placed copy of a part, fixed to a link (a rigid body of the mechanism).
+
+    Attributes:
+        name: Unique in the assembly: part number and where it sits ("upper_arm_0", "socket_1_0_wrist").
+        part: The part, shared by all its occurrences.
+        link: Name of the rigid body that carries it (see `placement.LINKS`).
+        placement: (4, 4) homogeneous transform from the part's frame to the link's frame, mm.
+    """
+
+    name: str
+    part: Part
+    link: str
+    placement: np.ndarray
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A moving joint between two links, as one frame on each; both frames must agree at every pose.
+
+    Frames are (4, 4) in their link's frame, mm: origin at the joint's centre, y along the joint's axis.
+    `revolute`: origins and y axes coincide. `ball`: origins coincide, the angle between the y axes is the tilt.
+
+    Attributes:
+        name: Such as "shoulder_0", "elbow_1_0", "wrist_2_1".
+        kind: "revolute" or "ball".
+        link_a: Link that carries `frame_a`.
+        link_b: Link that carries `frame_b`.
+        frame_a: Joint frame in link a.
+        frame_b: Joint frame in link b.
+        tilt_limit_rad: Free tilt of a ball joint; None for a revolute joint.
+    """
+
+    name: str
+    kind: str
+    link_a: str
+    link_b: str
+    frame_a: np.ndarray
+    frame_b: np.ndarray
+    tilt_limit_rad: float | None = None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A pair of occurrences that is meant to be closer than the general clearance; it is checked, never exempted.
+
+    Attributes:
+        a: Occurrence name.
+        b: Occurrence name.
+        kind: "running gap": the two are on different links and must keep `gap_mm` at every pose.
+            "contact": they touch by design (bearing on shaft, ball in socket); their common volume must not
+            exceed `overlap_mm3` at any checked pose.
+        gap_mm: Smallest distance of a running gap, mm.
+        overlap_mm3: Largest common volume of a contact, mm^3.
+        reason: Why the two may be this close, a few words.
+    """
+
+    a: str
+    b: str
+    kind: str
+    gap_mm: float = 0.0
+    overlap_mm3: float = 0.0
+    reason: str = ""

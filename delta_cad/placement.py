@@ -1,0 +1,112 @@
+"""Where every link of the mechanism is at a handle position, in closed form; no constraint solver.
+
+Link frames (mm, right-handed):
+    base: the base frame.
+    upper_arm_i: origin in the shoulder, x to the elbow, y along the shoulder axis (tangential).
+    pinion_i: origin on the pinion's axis, y along it; turns against the arm by the drive ratio.
+    rod_i_j: origin in the elbow ball of side j (0: -y side, 1: +y side of the chain), x to the wrist ball,
+        y the part of the chain's tangential direction that is square to x: the axis of the sockets.
+    platform: origin in the platform centre, axes along the base frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
+from delta_cad.mechanism.geometry import AZIMUTHS
+
+MM_PER_M = 1000.0
+CHAINS = range(3)
+SIDES = range(2)
+LINKS = (
+    "base",
+    *(f"upper_arm_{i}" for i in CHAINS),
+    *(f"pinion_{i}" for i in CHAINS),
+    *(f"rod_{i}_{j}" for i in CHAINS for j in SIDES),
+    "platform",
+)
+
+
+def chain_frame(i: int) -> np.ndarray:
+    """(4, 4) rotation about z that takes chain i's (radial, tangential, z) directions to the base frame."""
+    c, s = np.cos(AZIMUTHS[i]), np.sin(AZIMUTHS[i])
+    frame = np.eye(4)
+    frame[:2, :2] = [[c, -s], [s, c]]
+    return frame
+
+
+def frames(x: np.ndarray, y: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """(..., 4, 4) frames with the given unit x and y axes (..., 3), z = x cross y, at `origin` (..., 3)."""
+    x, y, origin = np.broadcast_arrays(x, y, origin)
+    out = np.zeros((*x.shape[:-1], 4, 4))
+    out[..., :3, 0], out[..., :3, 1], out[..., :3, 2], out[..., :3, 3] = x, y, np.cross(x, y), origin
+    out[..., 3, 3] = 1.0
+    return out
+
+
+@dataclass(frozen=True)
+class LinkPlacement:
+    """Closed-form placement of all links.
+
+    Attributes:
+        geometry: The mechanism, metres.
+        parallelogram_width_mm: Distance of the two rods of a chain along the shoulder axis.
+        pinion_centre_mm: (2,) radial and z position of the pinion's axis in the chain's frame, measured from the
+            base centre.
+        drive_ratio: Turns of the pinion per turn of the arm, positive; 1 for a direct drive, whose pinion link
+            turns with the arm.
+    """
+
+    geometry: DeltaGeometry
+    parallelogram_width_mm: float
+    pinion_centre_mm: tuple[float, float]
+    drive_ratio: float
+
+    def __call__(self, p_mm: np.ndarray) -> Mapping[str, np.ndarray]:
+        """Transforms of all links.
+
+        Args:
+            p_mm: (..., 3) platform centre in the base frame, mm.
+
+        Returns:
+            Link name -> (..., 4, 4), link frame to base frame, mm.
+
+        Raises:
+            UnreachableError: A chain cannot be closed at one of the positions.
+        """
+        p = np.asarray(p_mm, dtype=float)
+        g = self.geometry
+        theta = inverse_kinematics(g, p / MM_PER_M)
+        radius, arm = g.base_radius * MM_PER_M, g.upper_arm_length * MM_PER_M
+        wrist_radius = g.platform_radius * MM_PER_M
+        shape = p.shape[:-1]
+        links: dict[str, np.ndarray] = {"base": np.broadcast_to(np.eye(4), (*shape, 4, 4))}
+        platform = np.broadcast_to(np.eye(4), (*shape, 4, 4)).copy()
+        platform[..., :3, 3] = p
+        for i in CHAINS:
+            axes = chain_frame(i)[:3, :3]
+            u, t, z = axes[:, 0], axes[:, 1], axes[:, 2]
+            angle = theta[..., i, None]
+            x = np.cos(angle) * u + np.sin(angle) * z
+            links[f"upper_arm_{i}"] = frames(x, t, radius * u)
+            sense = -1.0 if self.drive_ratio > 1.0 else 1.0
+            turned = sense * self.drive_ratio * angle
+            links[f"pinion_{i}"] = frames(
+                np.cos(turned) * u + np.sin(turned) * z,
+                t,
+                self.pinion_centre_mm[0] * u + self.pinion_centre_mm[1] * z,
+            )
+            elbow = radius * u + arm * x
+            s = p + wrist_radius * u - elbow
+            along = s / np.linalg.norm(s, axis=-1, keepdims=True)
+            across = t - (along @ t)[..., None] * along
+            across = across / np.linalg.norm(across, axis=-1, keepdims=True)
+            for j in SIDES:
+                side = (j - 0.5) * self.parallelogram_width_mm * t
+                links[f"rod_{i}_{j}"] = frames(along, across, elbow + side)
+        links["platform"] = platform
+        return links

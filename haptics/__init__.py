@@ -1,0 +1,1 @@
+"""Gravity compensation, force rendering and the simulated loop of a delta haptic device."""
