@@ -1,0 +1,53 @@
+"""Mathematics of the delta mechanism: NumPy only, no files, no clock, no randomness.
+
+Every function takes positions or angles of shape (..., 3) in SI units; the formulas are derived in README.md.
+"""
+
+from delta_cad.mechanism.angles import forearm_angle, rod_lean
+from delta_cad.mechanism.errors import GeometryError, MechanismError, SingularError, UnreachableError
+from delta_cad.mechanism.forward import forward_kinematics, platform_positions
+from delta_cad.mechanism.geometry import AZIMUTHS, DeltaGeometry
+from delta_cad.mechanism.inverse import (
+    closure_margin,
+    elbow_positions,
+    forearm_vectors,
+    inverse_kinematics,
+    joint_angles,
+    reach_excess,
+    wrist_positions,
+)
+from delta_cad.mechanism.jacobian import inverse_jacobian, jacobian
+from delta_cad.mechanism.statics import (
+    conditioning,
+    direct_margin,
+    serial_margin,
+    singular_values,
+    worst_joint_torque,
+)
+
+__all__ = [
+    "AZIMUTHS",
+    "DeltaGeometry",
+    "GeometryError",
+    "MechanismError",
+    "SingularError",
+    "UnreachableError",
+    "closure_margin",
+    "conditioning",
+    "direct_margin",
+    "elbow_positions",
+    "forearm_angle",
+    "forearm_vectors",
+    "forward_kinematics",
+    "inverse_jacobian",
+    "inverse_kinematics",
+    "jacobian",
+    "joint_angles",
+    "platform_positions",
+    "reach_excess",
+    "rod_lean",
+    "serial_margin",
+    "singular_values",
+    "worst_joint_torque",
+    "wrist_positions",
+]

@@ -1,0 +1,17 @@
+"""What can go wrong in the mechanism, as the public edge reports it."""
+
+
+class MechanismError(ValueError):
+    """A mechanism, a position or a set of shoulder angles that cannot be."""
+
+
+class GeometryError(MechanismError):
+    """Dimensions that no mechanism can have; the message names field, value and bound."""
+
+
+class UnreachableError(MechanismError):
+    """A position, or a set of shoulder angles, in which the chains cannot be closed."""
+
+
+class SingularError(MechanismError):
+    """A pose in which the map between joint rates and platform velocity does not exist."""

@@ -1,0 +1,74 @@
+"""Shoulder angles to position: the meeting point of three spheres, README (8)-(10)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad.mechanism.errors import SingularError, UnreachableError
+from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, positions
+
+MM_PER_M = 1000.0
+COLLINEAR = 1e-9
+"""Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last
+seven digits of sixteen there."""
+
+
+def forward_kinematics(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
+    """Position of the platform for given shoulder angles, platform above the elbows.
+
+    Above means on the side of the elbows' plane from which chains 0, 1, 2 run anticlockwise; that is +z as long as
+    the plane is not turned over, and it keeps the sign of the forearms' determinant positive throughout.
+
+    Args:
+        g: The mechanism.
+        theta: (..., 3 chains) shoulder angles, rad.
+
+    Returns:
+        (..., 3) platform centre in the base frame, m.
+
+    Raises:
+        SingularError: The three sphere centres lie on a line, so the position is not determined.
+        UnreachableError: The three spheres do not meet.
+    """
+    p, sine, square = _three_spheres(g, positions(theta))
+    if not (sine > COLLINEAR).all():
+        raise SingularError("the position is not determined: the three elbows, moved in by the platform, are on a line")
+    if not (square >= 0.0).all():
+        short = g.forearm_length - np.sqrt(g.forearm_length**2 - np.nanmin(square))
+        raise UnreachableError(f"the forearms do not meet: they are {-short * MM_PER_M:.3f} mm too short")
+    return p
+
+
+def platform_positions(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
+    """Forward kinematics for searches: NaN instead of an exception.
+
+    Args:
+        g: The mechanism.
+        theta: (..., 3 chains) shoulder angles, rad.
+
+    Returns:
+        (..., 3) platform centre in the base frame, m; NaN where `forward_kinematics` raises.
+    """
+    p, sine, _ = _three_spheres(g, positions(theta))
+    return np.where((sine > COLLINEAR)[..., None], p, np.nan)
+
+
+def _three_spheres(g: DeltaGeometry, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Meeting point (..., 3), sine of the centres' triangle (...), squared height above its plane (...) in m^2."""
+    radial = g.radius_difference + g.upper_arm_length * np.cos(theta)
+    centres = radial[..., None] * RADIAL + (g.upper_arm_length * np.sin(theta))[..., None] * VERTICAL
+    b = centres[..., 1, :] - centres[..., 0, :]
+    c = centres[..., 2, :] - centres[..., 0, :]
+    n = np.cross(b, c)
+    b2, c2, n2 = _dot(b, b), _dot(c, c), _dot(n, n)
+    sides = b2 * c2
+    sine = np.sqrt(n2 / np.where(sides > 0.0, sides, 1.0))
+    n2 = np.where(n2 > 0.0, n2, np.nan)
+    to_centre = (c2[..., None] * np.cross(n, b) + b2[..., None] * np.cross(c, n)) / (2.0 * n2[..., None])
+    square = g.forearm_length**2 - _dot(to_centre, to_centre)
+    height = np.sqrt(np.where(square >= 0.0, square, np.nan) / n2)
+    return centres[..., 0, :] + to_centre + height[..., None] * n, sine, square
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return (a * b).sum(axis=-1)

@@ -1,0 +1,93 @@
+"""The four lengths of the mechanism, the directions of its chains, and a position seen from a chain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from delta_cad.mechanism.errors import GeometryError
+
+LENGTH_MAX = 10.0  # m; far above any haptic device, so that millimetres given as metres are refused
+
+AZIMUTHS = np.radians([0.0, 120.0, 240.0])
+"""(3,) azimuth phi_i of each chain about the base z axis, rad."""
+
+_HALF, _ROOT = 0.5, np.sqrt(3.0) / 2.0  # written out so that chains 1 and 2 mirror each other to the last bit
+RADIAL = np.array([[1.0, 0.0, 0.0], [-_HALF, _ROOT, 0.0], [-_HALF, -_ROOT, 0.0]])
+"""(3 chains, 3) unit vector from the base centre to each shoulder."""
+TANGENTIAL = np.array([[0.0, 1.0, 0.0], [-_ROOT, -_HALF, 0.0], [_ROOT, -_HALF, 0.0]])
+"""(3 chains, 3) unit vector along each shoulder axis: z cross radial."""
+VERTICAL = np.array([0.0, 0.0, 1.0])
+"""(3,) unit vector from the base plane to the platform."""
+
+for _constant in (AZIMUTHS, RADIAL, TANGENTIAL, VERTICAL):
+    _constant.flags.writeable = False
+
+
+@dataclass(frozen=True)
+class DeltaGeometry:
+    """The lengths that decide the kinematics.
+
+    Attributes:
+        base_radius: R, base centre to shoulder axis, m.
+        platform_radius: r, platform centre to wrist, m.
+        upper_arm_length: L_A, shoulder to elbow, m.
+        forearm_length: L_B, elbow to wrist, m.
+
+    Raises:
+        GeometryError: A length is not a finite number in (0, 10] m.
+    """
+
+    base_radius: float
+    platform_radius: float
+    upper_arm_length: float
+    forearm_length: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not 0.0 < value <= LENGTH_MAX:  # also refuses NaN
+                raise GeometryError(
+                    f"{field.name} is {value!r} m; it must be greater than 0 and at most {LENGTH_MAX:g} m"
+                )
+
+    @property
+    def radius_difference(self) -> float:
+        """A = R - r, the only combination of the two radii that the kinematics sees, m."""
+        return self.base_radius - self.platform_radius
+
+
+def positions(p: np.ndarray) -> np.ndarray:
+    """The positions as an array of doubles, their last axis checked.
+
+    Args:
+        p: (..., 3) anything NumPy reads as numbers.
+
+    Returns:
+        (..., 3) doubles.
+
+    Raises:
+        GeometryError: The last axis does not hold three numbers.
+    """
+    p = np.asarray(p, dtype=float)
+    if p.ndim == 0 or p.shape[-1] != 3:
+        raise GeometryError(f"an array of shape {p.shape} was given; its last axis must hold 3 numbers")
+    return p
+
+
+def chain_coordinates(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The wrist of each chain seen from its shoulder, README (1).
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        q, t, z: each (..., 3 chains), m: radial, along the shoulder axis, and vertical.
+    """
+    p = positions(p)
+    q = p @ RADIAL.T - g.radius_difference
+    t = p @ TANGENTIAL.T
+    z = np.broadcast_to(p[..., 2:], q.shape)
+    return q, t, z

@@ -1,0 +1,203 @@
+"""Position to shoulder angles: closure margin, inverse kinematics and the vectors of each chain, README (1)-(7)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad.mechanism.errors import SingularError, UnreachableError
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
+
+MM_PER_M = 1000.0
+
+
+def closure_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Closure margin w^2 of each chain: the chain closes exactly where it is not negative.
+
+    It is also the serial singularity: the torque arm of the chain is L_A w. Continuous everywhere.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains) w^2 in m^2; NaN where the position is NaN.
+
+    Source:
+        [RCIM2018] eqs. (6)-(7): h_i = -4 L_A^2 w_i^2. README (3).
+    """
+    q, t, z = chain_coordinates(g, p)
+    rho2 = q * q + z * z
+    m = _projection(g, rho2, t)
+    return rho2 - m * m
+
+
+def elbow_arm(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Component w of the forearm along the elbow's direction of motion, the square root of the closure margin.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains) w in m, elbows outwards so never negative; NaN where the chain cannot be closed.
+    """
+    w2 = closure_margin(g, p)
+    return np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
+
+
+def arm_direction(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        cos theta, sin theta: each (..., 3 chains); NaN where the chain cannot be closed.
+    """
+    q, t, z = chain_coordinates(g, p)
+    rho2 = q * q + z * z
+    m = _projection(g, rho2, t)
+    w2 = rho2 - m * m
+    w = np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
+    rho2 = np.where(rho2 > 0.0, rho2, np.nan)  # wrist on the shoulder axis: every angle closes, or none
+    return (q * m + z * w) / rho2, (z * m - q * w) / rho2
+
+
+def joint_angles(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains) theta in rad, elbows outwards.
+    """
+    cos, sin = arm_direction(g, p)
+    return np.arctan2(sin, cos)
+
+
+def inverse_kinematics(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Shoulder angles that hold the platform at a position, elbows outwards.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains) theta in rad, 0 level, positive towards +z.
+
+    Raises:
+        UnreachableError: A chain cannot be closed at one of the positions, or a position is not finite.
+        SingularError: A wrist lies on its shoulder axis and the chain closes at every angle.
+
+    Source:
+        [RCIM2018] eqs. (1)-(5); solved without the half-angle tangent, README (5).
+    """
+    require_closed(g, p)
+    theta = joint_angles(g, p)
+    if np.isnan(theta).any():
+        *_, i = np.argwhere(np.isnan(theta))[0]
+        raise SingularError(f"chain {i} has no definite shoulder angle: its wrist lies on the shoulder axis")
+    return theta
+
+
+def require_closed(g: DeltaGeometry, p: np.ndarray) -> None:
+    """Refuse positions at which a chain cannot be closed.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Raises:
+        UnreachableError: A chain cannot be closed at one of the positions, or a position is not finite.
+    """
+    p = positions(p)
+    if not np.isfinite(p).all():
+        raise UnreachableError(f"position {_first(p, ~np.isfinite(p).all(axis=-1))} is not finite")
+    w2 = closure_margin(g, p)
+    if (w2 >= 0.0).all():
+        return
+    *pose, i = np.unravel_index(np.nanargmin(w2), w2.shape)
+    excess = reach_excess(g, p)[(*pose, i)] * MM_PER_M
+    where = f" at {_mm(p[tuple(pose)])}" if pose else ""
+    raise UnreachableError(
+        f"chain {i} cannot be closed{where}: its wrist is {excess:.3f} mm out of the forearm's reach"
+    )
+
+
+def reach_excess(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """How far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains) m, positive where the chain cannot be closed (too far or too near), else negative.
+    """
+    q, t, z = chain_coordinates(g, p)
+    rho = np.hypot(q, z)
+    near = np.hypot(rho - g.upper_arm_length, t)
+    far = np.hypot(rho + g.upper_arm_length, t)
+    return np.maximum(near - g.forearm_length, g.forearm_length - far)
+
+
+def forearm_vectors(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Vectors s_i from elbow to wrist.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains, 3) in the base frame, m, each of length L_B; NaN where the chain cannot be closed.
+    """
+    q, t, z = chain_coordinates(g, p)
+    cos, sin = arm_direction(g, p)
+    radial = q - g.upper_arm_length * cos
+    vertical = z - g.upper_arm_length * sin
+    return radial[..., None] * RADIAL + t[..., None] * TANGENTIAL + vertical[..., None] * VERTICAL
+
+
+def elbow_positions(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
+    """Elbows P_i for given shoulder angles.
+
+    Args:
+        g: The mechanism.
+        theta: (..., 3 chains) shoulder angles, rad.
+
+    Returns:
+        (..., 3 chains, 3) in the base frame, m.
+    """
+    theta = positions(theta)
+    radial = g.base_radius + g.upper_arm_length * np.cos(theta)
+    vertical = g.upper_arm_length * np.sin(theta)
+    return radial[..., None] * RADIAL + vertical[..., None] * VERTICAL
+
+
+def wrist_positions(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Wrists B_i on the platform.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains, 3) in the base frame, m.
+    """
+    return positions(p)[..., None, :] + g.platform_radius * RADIAL
+
+
+def _projection(g: DeltaGeometry, rho2: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """M = q cos theta + z sin theta, the wrist's component along the upper arm, README (2)."""
+    return (rho2 + t * t + g.upper_arm_length**2 - g.forearm_length**2) / (2.0 * g.upper_arm_length)
+
+
+def _mm(p: np.ndarray) -> str:
+    return "(" + ", ".join(f"{x * MM_PER_M:.3f}" for x in p) + ") mm"
+
+
+def _first(p: np.ndarray, wanted: np.ndarray) -> str:
+    return _mm(p[tuple(np.argwhere(wanted)[0])])

@@ -1,0 +1,90 @@
+"""The Jacobian of the mechanism, `v = J theta_dot` and `torque = J^T force`, README (11)-(13)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad.mechanism.errors import SingularError
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors, require_closed
+
+DETERMINANT_MIN = 1e-12
+"""|det| of the unit forearm directions below which J keeps less than four of its sixteen digits."""
+
+
+def forearm_determinant(s: np.ndarray) -> np.ndarray:
+    """Determinant of the three forearm vectors.
+
+    Args:
+        s: (..., 3 chains, 3) forearm vectors, m.
+
+    Returns:
+        (...) det, m^3; positive with the platform above the elbows.
+    """
+    return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
+
+
+def velocity_map(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """The Jacobian for searches: `v = J theta_dot`, without exceptions.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 axes, 3 chains) m/rad; NaN where a chain cannot be closed or where det S is zero.
+    """
+    s = forearm_vectors(g, p)
+    arm = g.upper_arm_length * elbow_arm(g, p)
+    det = forearm_determinant(s)
+    det = np.where(det == 0.0, np.nan, det)
+    s1, s2, s3 = s[..., 0, :], s[..., 1, :], s[..., 2, :]
+    columns = np.stack([np.cross(s2, s3), np.cross(s3, s1), np.cross(s1, s2)], axis=-1)
+    return columns * (arm / det[..., None])[..., None, :]
+
+
+def jacobian(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 axes, 3 chains) m/rad.
+
+    Raises:
+        UnreachableError: A chain cannot be closed at one of the positions.
+        SingularError: The three forearms lie in one plane (direct singularity).
+
+    Source:
+        [RCIM2018] eqs. (8)-(12); the paper's J maps platform velocity to joint rates and is our inverse.
+    """
+    require_closed(g, p)
+    s = forearm_vectors(g, p)
+    # not `<`, so that the undefined forearm of a wrist on its shoulder axis is refused as well
+    if not (np.abs(forearm_determinant(s)) > DETERMINANT_MIN * g.forearm_length**3).all():
+        raise SingularError("the platform is not held: the three forearms lie in one plane")
+    return velocity_map(g, p)
+
+
+def inverse_jacobian(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains, 3 axes) rad/m.
+
+    Raises:
+        UnreachableError: A chain cannot be closed at one of the positions.
+        SingularError: A chain is folded or stretched (serial singularity).
+    """
+    require_closed(g, p)
+    arm = g.upper_arm_length * elbow_arm(g, p)
+    if (arm == 0.0).any():
+        *_, i = np.argwhere(arm == 0.0)[0]
+        raise SingularError(f"chain {i} cannot follow: its upper arm and forearm are in line")
+    return forearm_vectors(g, p) / arm[..., None]

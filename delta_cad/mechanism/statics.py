@@ -1,0 +1,106 @@
+"""Torque, conditioning and the distance to both singularities, README (14)-(18).
+
+Margins, not exceptions: NaN where a chain cannot be closed, infinity at a direct singularity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_vectors
+from delta_cad.mechanism.jacobian import forearm_determinant
+
+
+def worst_joint_torque(g: DeltaGeometry, p: np.ndarray, force: float) -> np.ndarray:
+    """Largest torque of each shoulder over all directions of a force: row norms of J^T times the force.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+        force: Magnitude of the force on the handle, N.
+
+    Returns:
+        (..., 3 chains) N m; infinite at a direct singularity.
+
+    Source:
+        [RCIM2018] eqs. (8)-(12) with `torque = J^T force`.
+    """
+    s = forearm_vectors(g, p)
+    arm = g.upper_arm_length * elbow_arm(g, p)
+    s1, s2, s3 = s[..., 0, :], s[..., 1, :], s[..., 2, :]
+    faces = np.stack([np.cross(s2, s3), np.cross(s3, s1), np.cross(s1, s2)], axis=-2)
+    moment = force * arm * np.sqrt((faces * faces).sum(axis=-1))
+    det = np.abs(forearm_determinant(s))[..., None]
+    return np.where(det == 0.0, np.inf, moment / np.where(det == 0.0, 1.0, det))
+
+
+def singular_values(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3) m/rad, descending; 0 last where a chain is folded, infinity first at a direct singularity.
+    """
+    s = forearm_vectors(g, p)
+    arm = g.upper_arm_length * elbow_arm(g, p)
+    closed = ~np.isnan(s).any(axis=(-2, -1))
+    folded = np.where(closed[..., None], arm, 1.0) == 0.0
+    # a folded chain's row is replaced by a very long one: its singular value of J is then zero to rounding
+    rows = s / np.where(folded, np.finfo(float).tiny, arm)[..., None]
+    rows = np.where(closed[..., None, None], rows, np.eye(3))
+    inverse_values = np.linalg.svd(rows, compute_uv=False)[..., ::-1]
+    zero = inverse_values == 0.0
+    values = np.where(zero, np.inf, 1.0 / np.where(zero, 1.0, inverse_values))
+    values = np.where(folded.any(axis=-1)[..., None] & (np.arange(3) == 2), 0.0, values)
+    return np.where(closed[..., None], values, np.nan)
+
+
+def conditioning(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Condition number kappa of the Jacobian in the 2-norm.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (...) kappa >= 1; infinite at both singularities.
+
+    Source:
+        [RCIM2018] eqs. (13)-(16); equal for J, J^T and their inverses.
+    """
+    values = singular_values(g, p)
+    smallest = values[..., 2]
+    return np.where(smallest == 0.0, np.inf, values[..., 0] / np.where(smallest == 0.0, 1.0, smallest))
+
+
+def serial_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Distance of each chain to its fold: cosine between the forearm and the elbow's direction of motion, w / L_B.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (..., 3 chains) dimensionless, at most 1; 0 at the fold, and continued below 0 where the chain cannot be
+        closed.
+    """
+    w2 = closure_margin(g, p)
+    return np.sign(w2) * np.sqrt(np.abs(w2)) / g.forearm_length
+
+
+def direct_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """Distance to the direct singularity: determinant of the three unit forearm directions.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+
+    Returns:
+        (...) dimensionless in [-1, 1]; 0 where the forearms lie in one plane, positive with the platform above the
+        elbows.
+    """
+    return forearm_determinant(forearm_vectors(g, p)) / g.forearm_length**3
