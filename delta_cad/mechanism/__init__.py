@@ -24,16 +24,32 @@ from delta_cad.mechanism.statics import (
     singular_values,
     worst_joint_torque,
 )
+from delta_cad.mechanism.workspace import (
+    Cube,
+    CubeExtremes,
+    Extreme,
+    cube_corners,
+    cube_extremes,
+    cube_grid,
+    cube_surface,
+)
 
 __all__ = [
     "AZIMUTHS",
+    "Cube",
+    "CubeExtremes",
     "DeltaGeometry",
+    "Extreme",
     "GeometryError",
     "MechanismError",
     "SingularError",
     "UnreachableError",
     "closure_margin",
     "conditioning",
+    "cube_corners",
+    "cube_extremes",
+    "cube_grid",
+    "cube_surface",
     "direct_margin",
     "elbow_positions",
     "forearm_angle",

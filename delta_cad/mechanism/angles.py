@@ -25,18 +25,18 @@ def rod_lean(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 
 
 def forearm_angle(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
-    """Angle at each elbow between the upper arm (towards the shoulder) and the forearm (towards the wrist).
+    """Angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
 
     Args:
         g: The mechanism.
         p: (..., 3) platform centre in the base frame, m.
 
     Returns:
-        (..., 3 chains) rad, pi when the chain is stretched; NaN where the chain cannot be closed.
+        (..., 3 chains) rad in [0, pi]: 0 stretched, pi folded back; NaN where the chain cannot be closed.
     """
     q, t, z = chain_coordinates(g, p)
     rho2 = q * q + z * z
     a, b = g.upper_arm_length, g.forearm_length
-    cosine = (a * a + b * b - rho2 - t * t) / (2.0 * a * b)
+    cosine = (rho2 + t * t - a * a - b * b) / (2.0 * a * b)
     # closed chains have |cosine| <= 1; the clip only takes away the last bit
     return np.arccos(np.where(closure_margin(g, p) >= 0.0, np.clip(cosine, -1.0, 1.0), np.nan))

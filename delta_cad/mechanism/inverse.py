@@ -115,7 +115,7 @@ def require_closed(g: DeltaGeometry, p: np.ndarray) -> None:
     """
     p = positions(p)
     if not np.isfinite(p).all():
-        raise UnreachableError(f"position {_first(p, ~np.isfinite(p).all(axis=-1))} is not finite")
+        raise UnreachableError(f"position {_mm(p[~np.isfinite(p).all(axis=-1)][0])} is not finite")
     w2 = closure_margin(g, p)
     if (w2 >= 0.0).all():
         return
@@ -197,7 +197,3 @@ def _projection(g: DeltaGeometry, rho2: np.ndarray, t: np.ndarray) -> np.ndarray
 
 def _mm(p: np.ndarray) -> str:
     return "(" + ", ".join(f"{x * MM_PER_M:.3f}" for x in p) + ") mm"
-
-
-def _first(p: np.ndarray, wanted: np.ndarray) -> str:
-    return _mm(p[tuple(np.argwhere(wanted)[0])])

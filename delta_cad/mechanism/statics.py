@@ -9,7 +9,7 @@ import numpy as np
 
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_vectors
-from delta_cad.mechanism.jacobian import forearm_determinant
+from delta_cad.mechanism.jacobian import forearm_determinant, velocity_map
 
 
 def worst_joint_torque(g: DeltaGeometry, p: np.ndarray, force: float) -> np.ndarray:
@@ -46,16 +46,20 @@ def singular_values(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
         (..., 3) m/rad, descending; 0 last where a chain is folded, infinity first at a direct singularity.
     """
     s = forearm_vectors(g, p)
-    arm = g.upper_arm_length * elbow_arm(g, p)
-    closed = ~np.isnan(s).any(axis=(-2, -1))
-    folded = np.where(closed[..., None], arm, 1.0) == 0.0
-    # a folded chain's row is replaced by a very long one: its singular value of J is then zero to rounding
-    rows = s / np.where(folded, np.finfo(float).tiny, arm)[..., None]
-    rows = np.where(closed[..., None, None], rows, np.eye(3))
-    inverse_values = np.linalg.svd(rows, compute_uv=False)[..., ::-1]
+    arm = np.asarray(g.upper_arm_length * elbow_arm(g, p))
+    closed = np.asarray(np.isfinite(s).all(axis=(-2, -1)))
+    folded = np.asarray((arm == 0.0).any(axis=-1))
+    # the inverse stays finite at a direct singularity, J stays finite at a fold: take the one that does
+    rows = s / np.where(arm == 0.0, 1.0, arm)[..., None]
+    inverse_values = np.linalg.svd(np.where(closed[..., None, None], rows, np.eye(3)), compute_uv=False)[..., ::-1]
     zero = inverse_values == 0.0
     values = np.where(zero, np.inf, 1.0 / np.where(zero, 1.0, inverse_values))
-    values = np.where(folded.any(axis=-1)[..., None] & (np.arange(3) == 2), 0.0, values)
+    if folded.any():
+        forward = velocity_map(g, p)
+        finite = np.asarray(np.isfinite(forward).all(axis=(-2, -1), keepdims=True))
+        forward_values = np.linalg.svd(np.where(finite, forward, 0.0), compute_uv=False)
+        forward_values = np.where(finite[..., 0], forward_values, [np.inf, np.nan, 0.0])  # both singularities at once
+        values = np.where(folded[..., None], forward_values, values)
     return np.where(closed[..., None], values, np.nan)
 
 

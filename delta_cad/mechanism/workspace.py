@@ -1,0 +1,267 @@
+"""The cube workspace: its points, and the extremes of every figure of merit over it, README (21)-(22)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from delta_cad.mechanism.angles import forearm_angle, rod_lean
+from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.geometry import LENGTH_MAX, DeltaGeometry
+from delta_cad.mechanism.inverse import arm_direction, closure_margin, joint_angles, require_closed
+from delta_cad.mechanism.statics import conditioning, direct_margin, serial_margin, singular_values, worst_joint_torque
+
+HALVINGS = 22
+"""Of the grid step while polishing: where a figure is smooth, its error falls with the square of the step."""
+CROSSING_STEPS = 60
+"""Bisections between two points of opposite determinant: more than a double can resolve."""
+
+
+@dataclass(frozen=True)
+class Cube:
+    """Cube workspace with sides along the base frame's axes: x, y in [-L, L], z in [H, H + 2 L].
+
+    Attributes:
+        bottom_height: H, height of the bottom face above the base plane, m.
+        half_side: L, half the side, m; 0 is the single point in the centre of the bottom face.
+
+    Raises:
+        GeometryError: A length is not finite or out of its bounds.
+    """
+
+    bottom_height: float
+    half_side: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.bottom_height <= LENGTH_MAX:
+            bound = f"it must be greater than 0 and at most {LENGTH_MAX:g} m"
+            raise GeometryError(f"bottom_height is {self.bottom_height!r} m; {bound}")
+        if not 0.0 <= self.half_side <= LENGTH_MAX:
+            raise GeometryError(
+                f"half_side is {self.half_side!r} m; it must be at least 0 and at most {LENGTH_MAX:g} m"
+            )
+
+    @property
+    def lower(self) -> np.ndarray:
+        """(3,) corner of the smallest coordinates, m."""
+        return np.array([-self.half_side, -self.half_side, self.bottom_height])
+
+    @property
+    def upper(self) -> np.ndarray:
+        """(3,) corner of the largest coordinates, m."""
+        return np.array([self.half_side, self.half_side, self.bottom_height + 2.0 * self.half_side])
+
+
+def cube_grid(cube: Cube, n: int) -> np.ndarray:
+    """Points of an even grid over the volume, faces and corners included.
+
+    Args:
+        cube: The cube.
+        n: Points along an edge, at least 2.
+
+    Returns:
+        (n^3, 3) positions, m, z running fastest.
+
+    Raises:
+        GeometryError: n is less than 2.
+    """
+    if n < 2:
+        raise GeometryError(f"n is {n} points along an edge; it must be at least 2")
+    axes = [np.linspace(a, b, n) for a, b in zip(cube.lower, cube.upper, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def cube_surface(cube: Cube, n: int) -> np.ndarray:
+    """The points of the even grid that lie on the six faces, each once.
+
+    Args:
+        cube: The cube.
+        n: Points along an edge, at least 2.
+
+    Returns:
+        (6 n^2 - 12 n + 8, 3) positions, m.
+
+    Raises:
+        GeometryError: n is less than 2.
+    """
+    grid = cube_grid(cube, n)
+    index = np.indices((n, n, n)).reshape(3, -1)
+    return grid[((index == 0) | (index == n - 1)).any(axis=0)]
+
+
+def cube_corners(cube: Cube) -> np.ndarray:
+    """The eight corners.
+
+    Args:
+        cube: The cube.
+
+    Returns:
+        (8, 3) positions, m.
+    """
+    return cube_grid(cube, 2)
+
+
+class Extreme(NamedTuple):
+    """An extreme value over the cube and the position (x, y, z) in m where it occurs."""
+
+    value: float
+    position: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class CubeExtremes:
+    """Extremes over the cube and over the three chains; sampled and polished, not a proof.
+
+    Attributes:
+        shoulder_min: Smallest shoulder angle, rad.
+        shoulder_max: Largest shoulder angle, rad.
+        lean_max: Largest lean of a rod either way, rad.
+        forearm_angle_min: Smallest angle between upper arm and forearm, rad.
+        forearm_angle_max: Largest angle between upper arm and forearm, rad.
+        torque_max: Largest joint torque over all directions of the force, N m; infinite if singular.
+        kappa_max: Largest condition number; infinite if singular.
+        singular_value_min: Smallest singular value of J, m/rad.
+        singular_value_max: Largest singular value of J, m/rad; infinite if singular.
+        closure_margin_min: Smallest closure margin w^2, m^2.
+        serial_margin_min: Smallest distance to a fold, w / L_B.
+        direct_margin_min: Smallest determinant of the forearm directions; positive when the platform is above the
+            elbows in the whole cube.
+        elbow_z_min: Lowest elbow centre, m.
+        elbow_z_max: Highest elbow centre, m.
+        elbow_radius_min: Smallest signed radial coordinate of an elbow centre in its chain's plane, m.
+        elbow_radius_max: Largest signed radial coordinate of an elbow centre in its chain's plane, m.
+    """
+
+    shoulder_min: Extreme
+    shoulder_max: Extreme
+    lean_max: Extreme
+    forearm_angle_min: Extreme
+    forearm_angle_max: Extreme
+    torque_max: Extreme
+    kappa_max: Extreme
+    singular_value_min: Extreme
+    singular_value_max: Extreme
+    closure_margin_min: Extreme
+    serial_margin_min: Extreme
+    direct_margin_min: Extreme
+    elbow_z_min: Extreme
+    elbow_z_max: Extreme
+    elbow_radius_min: Extreme
+    elbow_radius_max: Extreme
+
+
+Figure = Callable[[np.ndarray], np.ndarray]
+
+
+def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> CubeExtremes:
+    """Extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
+
+    The grid is the surface, where the extremes lie, README (21), and a coarse one inside. From the best point of
+    each face a compass search over 26 neighbours, kept inside the cube, halves its step down to 2^-22 of the
+    grid's.
+
+    Args:
+        g: The mechanism.
+        cube: The cube.
+        force: Magnitude of the force on the handle, N.
+        n: Grid points along an edge, at least 2.
+
+    Returns:
+        The extremes and where they occur.
+
+    Raises:
+        UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
+        GeometryError: n is less than 2.
+    """
+    points = np.concatenate([cube_surface(cube, n), cube_grid(cube, max(2, (n + 3) // 4))])
+
+    def search(figure: Figure, sign: float) -> Extreme:
+        return _search(figure, sign, cube, points, n)
+
+    closure = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
+    require_closed(g, np.array([closure.position]))
+
+    def shoulder(p: np.ndarray) -> np.ndarray:
+        return joint_angles(g, p)
+
+    def elbow_z(p: np.ndarray) -> np.ndarray:
+        return g.upper_arm_length * arm_direction(g, p)[1]
+
+    def elbow_radius(p: np.ndarray) -> np.ndarray:
+        return g.base_radius + g.upper_arm_length * arm_direction(g, p)[0]
+
+    lowest, highest = (search(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0))
+    if lowest.value <= 0.0 <= highest.value:
+        torque = kappa = largest = Extreme(math.inf, _crossing(g, lowest.position, highest.position))
+    else:
+        torque = search(lambda p: worst_joint_torque(g, p, force).max(axis=-1), -1.0)
+        kappa = search(lambda p: conditioning(g, p), -1.0)
+        largest = search(lambda p: singular_values(g, p)[..., 0], -1.0)
+    return CubeExtremes(
+        shoulder_min=search(lambda p: shoulder(p).min(axis=-1), +1.0),
+        shoulder_max=search(lambda p: shoulder(p).max(axis=-1), -1.0),
+        lean_max=search(lambda p: np.abs(rod_lean(g, p)).max(axis=-1), -1.0),
+        forearm_angle_min=search(lambda p: forearm_angle(g, p).min(axis=-1), +1.0),
+        forearm_angle_max=search(lambda p: forearm_angle(g, p).max(axis=-1), -1.0),
+        torque_max=torque,
+        kappa_max=kappa,
+        singular_value_min=search(lambda p: singular_values(g, p)[..., 2], +1.0),
+        singular_value_max=largest,
+        closure_margin_min=closure,
+        serial_margin_min=search(lambda p: serial_margin(g, p).min(axis=-1), +1.0),
+        direct_margin_min=lowest,
+        elbow_z_min=search(lambda p: elbow_z(p).min(axis=-1), +1.0),
+        elbow_z_max=search(lambda p: elbow_z(p).max(axis=-1), -1.0),
+        elbow_radius_min=search(lambda p: elbow_radius(p).min(axis=-1), +1.0),
+        elbow_radius_max=search(lambda p: elbow_radius(p).max(axis=-1), -1.0),
+    )
+
+
+def _search(figure: Figure, sign: float, cube: Cube, points: np.ndarray, n: int) -> Extreme:
+    """Minimum of sign * figure over the points, polished inside the cube."""
+
+    def cost(p: np.ndarray) -> np.ndarray:
+        values = sign * figure(p)
+        return np.where(np.isnan(values), np.inf, values)
+
+    lower, upper = cube.lower, cube.upper
+    costs = cost(points)
+    starts = [int(np.argmin(costs))]
+    for face in (*(points == lower).T, *(points == upper).T):
+        starts.append(int(np.argmin(np.where(face, costs, np.inf))))
+    best, best_cost = points[starts], costs[starts]
+    offsets = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    step = 2.0 * cube.half_side / (n - 1)
+    rows = np.arange(len(best))
+    for _ in range(HALVINGS):
+        # twice a step: a search that moves on has the grid's own error to make up at most
+        for _ in range(2):
+            around = np.clip(best[:, None, :] + step * offsets, lower, upper)
+            around_costs = cost(around)
+            chosen = np.argmin(around_costs, axis=1)
+            better = around_costs[rows, chosen] < best_cost
+            if not better.any():
+                break
+            best = np.where(better[:, None], around[rows, chosen], best)
+            best_cost = np.where(better, around_costs[rows, chosen], best_cost)
+        step /= 2.0
+    k = int(np.argmin(best_cost))
+    return Extreme(float(sign * best_cost[k]), (float(best[k, 0]), float(best[k, 1]), float(best[k, 2])))
+
+
+def _crossing(
+    g: DeltaGeometry, below: tuple[float, float, float], above: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Point between two positions, of determinant <= 0 and >= 0, where the determinant changes sign."""
+    a, b = np.array(below), np.array(above)
+    for _ in range(CROSSING_STEPS):
+        middle = (a + b) / 2.0
+        if direct_margin(g, middle) <= 0.0:
+            a = middle
+        else:
+            b = middle
+    return (float(a[0]), float(a[1]), float(a[2]))
