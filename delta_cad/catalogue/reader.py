@@ -1,0 +1,99 @@
+"""Reads one CSV file of the catalogue into frozen records and refuses rows that cannot be true."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeVar, get_args, get_type_hints
+
+from delta_cad.catalogue.errors import CatalogueError
+from delta_cad.catalogue.records import Row
+
+R = TypeVar("R", bound=Row)
+ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
+VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
+MAY_BE_ZERO = frozenset({"red", "green", "blue"})
+MAY_BE_EMPTY = frozenset({"standard"})
+
+
+def _number(text: str, zero: bool) -> float:
+    value = float(text)
+    if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero):
+        raise ValueError("must be a finite number " + (">= 0" if zero else "> 0"))
+    return value
+
+
+def _value(text: str, kind: Any, name: str) -> Any:
+    """One cell as the type of its field; ValueError says what is wrong."""
+    if kind is str:
+        if not text and name not in MAY_BE_EMPTY:
+            raise ValueError("must not be empty")
+        return text
+    if kind is int:
+        if not text.isdecimal() or int(text) == 0:
+            raise ValueError("must be a whole number > 0")
+        return int(text)
+    if kind is float:
+        return _number(text, name in MAY_BE_ZERO)
+    if type(None) in get_args(kind):
+        return _number(text, zero=False) if text else None
+    item = get_args(kind)[0]
+    items = tuple(_value(part, item, name) for part in text.split(";"))
+    if item is float and list(items) != sorted(set(items)):
+        raise ValueError("must ascend")
+    return items
+
+
+def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
+    """Reads one family of the catalogue.
+
+    Args:
+        path: CSV file, UTF-8, whose header is exactly the record's fields in any order.
+        record: The record type of a row.
+
+    Returns:
+        Id -> record, read-only, in the order of the file.
+
+    Raises:
+        CatalogueError: Unreadable file, wrong columns, a cell that is not what its field says, a negative or zero
+            quantity, a repeated id, or a `verified` that does not say yes, partly or no.
+    """
+    kinds = get_type_hints(record)
+    names = [field.name for field in fields(record)]
+    rows: dict[str, R] = {}
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            table = csv.DictReader(file, strict=True)
+            header = list(table.fieldnames or ())
+            if sorted(header) != sorted(names):
+                missing, extra = sorted(set(names) - set(header)), sorted(set(header) - set(names))
+                raise CatalogueError(f"{path.name}: columns missing {missing}, not known {extra}, or repeated")
+            for cells in table:
+                if None in cells or None in cells.values():
+                    raise CatalogueError(f"{path.name} line {table.line_num}: needs {len(names)} cells")
+                values: dict[str, Any] = {}
+                for name in names:
+                    try:
+                        values[name] = _value(cells[name].strip(), kinds[name], name)
+                    except ValueError as error:
+                        where = f"{path.name} line {table.line_num}: {name} = {cells[name]!r}"
+                        raise CatalogueError(f"{where}: {error}") from None
+                row = record(**values)
+                if not ID.fullmatch(row.id) or row.id in rows:
+                    raise CatalogueError(
+                        f"{path.name} line {table.line_num}: id = {row.id!r}: must be unique, of letters, digits, . and -"
+                    )
+                if not VERIFIED.fullmatch(row.verified):
+                    raise CatalogueError(
+                        f"{path.name} line {table.line_num}: verified = {row.verified!r}: "
+                        "must start with 'yes: ', 'partly: ' or 'no, '"
+                    )
+                rows[row.id] = row
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise CatalogueError(f"{path.name}: cannot be read: {error}") from error
+    return MappingProxyType(rows)
