@@ -1,0 +1,146 @@
+"""Closed-form conditions between the numbers of a design that no build can mend, each naming a field and its bound.
+
+They are necessary, not sufficient: reach over the whole cube is proven elsewhere. With a = R - r and, for chain i,
+u and v the radial and tangential coordinates of the platform, its wrist lies at v out of the plane in which the upper
+arm turns and at rho = |(u - a, z)| from the shoulder axis in it. The forearm closes the chain if and only if
+`v^2 + (rho - L_A)^2 <= L_B^2 <= v^2 + (rho + L_A)^2`, which is eq. (7) of [RCIM2018] factored.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import cos, hypot, radians, sin, sqrt
+from typing import TYPE_CHECKING
+
+from delta_cad import catalogue
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A number that cannot go with the others.
+
+    Attributes:
+        field: Dotted path of the field.
+        value: Its value.
+        allowed: The bound and where it comes from.
+    """
+
+    field: str
+    value: float
+    allowed: str
+
+
+def impossible_sum(design: Design) -> Fault | None:
+    """The first condition the design breaks, or None.
+
+    Args:
+        design: A design whose fields are each within their own bounds.
+
+    Returns:
+        The fault, with the bound that the other numbers put on the field.
+    """
+    return (
+        _shoulder_range(design)
+        or _platform_size(design)
+        or _fold(design)
+        or _farthest_corner(design)
+        or _clashing_wrists(design)
+        or _pinion(design)
+    )
+
+
+def _shoulder_range(design: Design) -> Fault | None:
+    low, high = design.requirements.shoulder_min_deg, design.requirements.shoulder_max_deg
+    if low is None or high is None or low < high:
+        return None
+    return Fault("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg")
+
+
+def _platform_size(design: Design) -> Fault | None:
+    m = design.mechanism
+    bound = m.base_radius_mm + m.upper_arm_length_mm
+    if m.platform_radius_mm < bound:
+        return None
+    return Fault(
+        "mechanism.platform_radius_mm",
+        m.platform_radius_mm,
+        f"must be < {bound:g} mm, base_radius_mm + upper_arm_length_mm, or no elbow can stand outside its wrist",
+    )
+
+
+def _fold(design: Design) -> Fault | None:
+    """The lowest reachable height over the point of the bottom face nearest to shoulder axis 0 (v = 0)."""
+    m, cube = design.mechanism, design.cube
+    a = m.base_radius_mm - m.platform_radius_mm
+    u = max(-cube.half_side_mm, min(cube.half_side_mm, a))
+    stretch = abs(m.forearm_length_mm - m.upper_arm_length_mm)
+    bound = sqrt(max(0.0, stretch**2 - (u - a) ** 2))
+    if cube.bottom_height_mm >= bound:
+        return None
+    return Fault(
+        "cube.bottom_height_mm",
+        cube.bottom_height_mm,
+        f"must be >= {bound:.6g} mm, where upper arm and forearm fold in line "
+        f"(|forearm_length_mm - upper_arm_length_mm| = {stretch:.6g} mm)",
+    )
+
+
+def _farthest_corner(design: Design) -> Fault | None:
+    m, cube = design.mechanism, design.cube
+    a, arm = m.base_radius_mm - m.platform_radius_mm, m.upper_arm_length_mm
+    side, bottom = cube.half_side_mm, cube.bottom_height_mm
+    low, high = (0.0, 0, (0.0, 0.0, 0.0)), (float("inf"), 0, (0.0, 0.0, 0.0))
+    for i, x, y, z in product(range(3), (-side, side), (-side, side), (bottom, bottom + 2.0 * side)):
+        c, s = cos(radians(120.0 * i)), sin(radians(120.0 * i))
+        u, v = x * c + y * s, y * c - x * s
+        rho = hypot(u - a, z)
+        low = max(low, (hypot(v, rho - arm), i, (x, y, z)))
+        high = min(high, (hypot(v, rho + arm), i, (x, y, z)))
+    # a corner exactly at the edge of reach is allowed: the bounds carry a few roundings of 1e-16 relative
+    slack = 1e-12 * (arm + m.forearm_length_mm)
+    if m.forearm_length_mm < low[0] - slack:
+        sign, (bound, chain, corner) = ">=", low
+    elif m.forearm_length_mm > high[0] + slack:
+        sign, (bound, chain, corner) = "<=", high
+    else:
+        return None
+    place = ", ".join(f"{value:g}" for value in corner)
+    return Fault(
+        "mechanism.forearm_length_mm",
+        m.forearm_length_mm,
+        f"must be {sign} {bound:.6g} mm for chain {chain} to reach the cube's corner ({place}) mm",
+    )
+
+
+def _clashing_wrists(design: Design) -> Fault | None:
+    """The wrists of neighbouring chains meet where their tangents do, at r tan 60 deg from each chain's middle."""
+    m, ball = design.mechanism, design.hardware.ball_diameter_mm
+    bound = 2.0 * sqrt(3.0) * m.platform_radius_mm - ball
+    if m.parallelogram_width_mm < bound:
+        return None
+    return Fault(
+        "mechanism.parallelogram_width_mm",
+        m.parallelogram_width_mm,
+        f"must be < {bound:.6g} mm, or the balls of neighbouring chains meet at the platform",
+    )
+
+
+def _pinion(design: Design) -> Fault | None:
+    """The cable groove of the pinion must leave metal around the motor's shaft."""
+    h = design.hardware
+    if h.drive != "capstan":
+        return None
+    shaft = catalogue.motor(h.motor).shaft_diameter_mm
+    bound = 2.0 * h.sector_radius_mm / (shaft + catalogue.cable(h.cable).diameter_mm)
+    if h.capstan_ratio < bound:
+        return None
+    return Fault(
+        "hardware.capstan_ratio",
+        h.capstan_ratio,
+        f"must be < {bound:.6g}, or the pinion's groove (sector_radius_mm = {h.sector_radius_mm:g}) cuts into the "
+        f"motor's {shaft:g} mm shaft",
+    )
