@@ -3,12 +3,12 @@
 A file that is refused says which field, its value and what is allowed, in one line (`DesignError`).
 """
 
+# ruff: noqa: N815 - field names end in their unit, and newton and pascal are written N and Pa
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -173,11 +173,12 @@ def load_design(path: str | Path) -> Design:
         raise DesignError(path.name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
 
     def without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        keys = [key for key, _ in pairs]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise DesignError(path.name, key, "", "is given more than once; a key must be given once")
-        return dict(pairs)
+        seen: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in seen:
+                raise DesignError(path.name, key, _text(value), "is given more than once; a key must be given once")
+            seen[key] = value
+        return seen
 
     try:
         data = json.loads(text, object_pairs_hook=without_repetition)
@@ -206,15 +207,23 @@ def design_from_dict(data: object, file: str = "design") -> Design:
             bounds, a name that is not safe as a file name, a part that is not in the catalogue, a motor that does not
             suit the drive, or lengths that cannot go together.
     """
+    try:
+        return _validated(data, file)
+    except RecursionError:
+        raise DesignError(file, "", "", "is nested too deep") from None
+
+
+def _validated(data: object, file: str) -> Design:
+    """See `design_from_dict`."""
     if not isinstance(data, Mapping):
         raise DesignError(file, "", _text(data), "must be an object")
     if "schema" in data and data["schema"] != SCHEMA:
-        raise DesignError(file, "schema", _text(data["schema"]), f"must be {json.dumps(SCHEMA)}")
+        raise DesignError(file, "schema", _text(data["schema"]), _allowed(("schema",)))
     for field, value in _numbers(data, ""):
         if not math.isfinite(value):
             raise DesignError(file, field, _text(value), "must be finite")
     try:
-        design = Design.model_validate(data)
+        design = Design.model_validate(dict(data))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
@@ -285,11 +294,13 @@ def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
 
 def _allowed(loc: tuple[int | str, ...]) -> str:
     """What a field may hold, from its declaration."""
-    model, name = _model_at(loc), str(loc[1] if len(loc) > 1 else loc[0])
+    model, name = _model_at(loc), str(loc[min(1, len(loc) - 1)])
     if name == "name":
         return NAME_RULE
     if name == "gravity_m_s2":
         return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
+    if name == "schema":
+        return f"must be {json.dumps(SCHEMA)}"
     if name == "drive":
         return 'must be "capstan" or "direct"'
     if name in HARDWARE_FAMILIES and model is Hardware:
@@ -332,4 +343,5 @@ def _check_catalogue(design: Design, file: str) -> None:
     if drive not in catalogue.motor(design.hardware.motor).drives:
         legal = [key for key in catalogue.family("motor") if drive in catalogue.motor(key).drives]
         value = _text(design.hardware.motor)
-        raise DesignError(file, "hardware.motor", value, f"is not for the {drive} drive; must be one of {', '.join(legal)}")
+        allowed = f"is not for the {drive} drive; must be one of {', '.join(legal)}"
+        raise DesignError(file, "hardware.motor", value, allowed)

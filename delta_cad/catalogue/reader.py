@@ -84,15 +84,12 @@ def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
                         where = f"{path.name} line {table.line_num}: {name} = {cells[name]!r}"
                         raise CatalogueError(f"{where}: {error}") from None
                 row = record(**values)
+                where = f"{path.name} line {table.line_num}"
                 if not ID.fullmatch(row.id) or row.id in rows:
-                    raise CatalogueError(
-                        f"{path.name} line {table.line_num}: id = {row.id!r}: must be unique, of letters, digits, . and -"
-                    )
+                    raise CatalogueError(f"{where}: id = {row.id!r}: must be unique, of letters, digits, . and -")
                 if not VERIFIED.fullmatch(row.verified):
-                    raise CatalogueError(
-                        f"{path.name} line {table.line_num}: verified = {row.verified!r}: "
-                        "must start with 'yes: ', 'partly: ' or 'no, '"
-                    )
+                    rule = "must start with 'yes: ', 'partly: ' or 'no, '"
+                    raise CatalogueError(f"{where}: verified = {row.verified!r}: {rule}")
                 rows[row.id] = row
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise CatalogueError(f"{path.name}: cannot be read: {error}") from error

@@ -1,0 +1,113 @@
+"""What the drive gives at the joint: for ever, for a moment, and what its cable makes of it."""
+
+# ruff: noqa: N815 - field names end in their unit, and newton is written N
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from delta_cad import catalogue
+from delta_cad.design import MM_PER_M, Design
+
+Verdict = Literal["continuous", "peak only", "insufficient"]
+
+CAPSTAN_EFFICIENCY = 0.96
+"""Joint torque over ratio times motor torque. The cable rolls without slip; what is lost is the bending of the rope
+onto two drums and the friction of the bearings. Sources say "near-frictionless" (IEEE Robotics and Automation Magazine,
+March 2017, p. 71) and 90 to 95 % and more for cord drives; steel rope on smooth drums is at the upper end. An estimate,
+not a measurement: measure it on the first device."""
+DIRECT_EFFICIENCY = 1.0  # the motor's own friction is already taken off its nominal torque
+SLACK_RESERVE = 1.2
+"""Pretension over half the largest drive force. Of a cable fixed at both ends one side loses half of the drive force;
+below 1 it would go slack and bring backlash, the rest is for settling of the rope."""
+
+
+@dataclass(frozen=True)
+class DriveReport:
+    """Torque, inertia and cable load of one joint's drive.
+
+    Attributes:
+        motor: Id in the catalogue.
+        drive: "capstan" or "direct".
+        ratio: Turns of the motor per turn of the arm.
+        efficiency: Joint torque over ratio times motor torque.
+        continuous_torque_N_m: At the joint, for ever, at 25 C ambient (thermal limit of the motor).
+        peak_torque_N_m: At the joint for `peak_time_s`.
+        peak_time_s: How long the peak may last.
+        required_torque_N_m: The design's requirement.
+        verdict: "continuous", "peak only" or "insufficient".
+        ratio_for_continuous: Smallest capstan ratio at which this motor gives the required torque for ever; None for a
+            direct drive.
+        reflected_inertia_kg_m2: The rotor's inertia seen at the joint (without the pinion).
+        cable: Id in the catalogue; None, as all that follows, for a direct drive.
+        cable_pretension_N: Pretension at which the unloaded side stays taut at the peak torque.
+        cable_tension_N: Largest tension of the loaded side at the peak torque, losses neglected (the safe way).
+        cable_safety_factor: Breaking load over that tension.
+        bend_ratio: Groove diameter of the pinion over cable diameter.
+        bend_ratio_recommended: What the rope's makers advise for long life.
+    """
+
+    motor: str
+    drive: str
+    ratio: float
+    efficiency: float
+    continuous_torque_N_m: float
+    peak_torque_N_m: float
+    peak_time_s: float
+    required_torque_N_m: float
+    verdict: Verdict
+    ratio_for_continuous: float | None
+    reflected_inertia_kg_m2: float
+    cable: str | None
+    cable_pretension_N: float | None
+    cable_tension_N: float | None
+    cable_safety_factor: float | None
+    bend_ratio: float | None
+    bend_ratio_recommended: float | None
+
+
+def drive_torque(design: Design) -> DriveReport:
+    """What the design's motor and drive give at each joint.
+
+    Args:
+        design: A validated design.
+
+    Returns:
+        The report; the verdict compares with `requirements.joint_torque_N_m`.
+    """
+    hardware, required = design.hardware, design.requirements.joint_torque_N_m
+    motor = catalogue.motor(hardware.motor)
+    capstan = hardware.drive == "capstan"
+    ratio = hardware.capstan_ratio if capstan else 1.0
+    efficiency = CAPSTAN_EFFICIENCY if capstan else DIRECT_EFFICIENCY
+    continuous = ratio * efficiency * motor.nominal_torque_N_m
+    peak = ratio * efficiency * motor.peak_torque_N_m
+    verdict: Verdict = "continuous" if continuous >= required else "peak only" if peak >= required else "insufficient"
+    pretension = tension = safety = bend = advised = None
+    if capstan:
+        cable = catalogue.cable(hardware.cable)
+        force = ratio * motor.peak_torque_N_m / (hardware.sector_radius_mm / MM_PER_M)
+        pretension = SLACK_RESERVE * force / 2.0
+        tension = pretension + force / 2.0
+        safety = cable.breaking_load_N / tension
+        groove_mm = 2.0 * hardware.sector_radius_mm / ratio - cable.diameter_mm
+        bend, advised = groove_mm / cable.diameter_mm, cable.min_bend_ratio
+    return DriveReport(
+        motor=motor.id,
+        drive=hardware.drive,
+        ratio=ratio,
+        efficiency=efficiency,
+        continuous_torque_N_m=continuous,
+        peak_torque_N_m=peak,
+        peak_time_s=motor.peak_time_s,
+        required_torque_N_m=required,
+        verdict=verdict,
+        ratio_for_continuous=required / (efficiency * motor.nominal_torque_N_m) if capstan else None,
+        reflected_inertia_kg_m2=ratio**2 * motor.rotor_inertia_kg_m2,
+        cable=hardware.cable if capstan else None,
+        cable_pretension_N=pretension,
+        cable_tension_N=tension,
+        cable_safety_factor=safety,
+        bend_ratio=bend,
+        bend_ratio_recommended=advised,
+    )
