@@ -1,0 +1,111 @@
+"""The two cheeks of a chain, the foot block between them, the stop pins and the motor's seat (chain's frame)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, cos, radians, sin
+
+from delta_cad import catalogue
+from delta_cad.dimensions.arm import ArmDimensions
+from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD
+
+STOP_PIN_MM = 4.0
+FOOT_HEIGHT_MM = 14.0
+HEAD_WALL_MM = 5.0  # around the bearing seat
+PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
+CLEAR_MM = 2.0  # between parts that nothing brings closer
+
+
+@dataclass(frozen=True)
+class BracketDimensions:
+    """Positions in the chain's (u, z) plane from the base centre, heights from the shoulder plane, mm."""
+
+    shoulder_u_mm: float
+    head_radius_mm: float
+    passage_mm: float
+    motor_axis_mm: tuple[float, float]
+    motor_pad_radius_mm: float
+    motor_screw_angles_rad: tuple[float, ...]
+    foot_u_mm: tuple[float, float]
+    foot_height_mm: float
+    base_top_mm: float
+    cheek_screw_u_mm: tuple[float, float]
+    cheek_screw_z_mm: float
+    base_screw_u_mm: tuple[float, float]
+    base_dowel_u_mm: tuple[float, float]
+    stop_pin_mm: float
+    stop_pins_mm: tuple[tuple[float, float], ...]
+
+
+def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -> float:
+    """Polar angle from the arm's axis at which a pin at `distance_mm` from the shoulder touches the beam's edge.
+
+    The edge is the common tangent of the root circle and the boss circle; its normal leans acos((r1 - r2) / L).
+    """
+    normal = acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
+    return normal - acos((arm.beam_root_radius_mm + pin_mm / 2) / distance_mm)
+
+
+def bracket_dimensions(
+    base_radius_mm: float,
+    shoulder_rad: tuple[float, float],
+    lowest_elbow_mm: float,
+    base_thickness_mm: float,
+    arm: ArmDimensions,
+    capstan: CapstanDimensions | None,
+    bearing: catalogue.Bearing,
+    motor: catalogue.Motor,
+) -> BracketDimensions:
+    """Bracket of a chain; the base lies as low as motor, sector and elbows ask for.
+
+    Args:
+        base_radius_mm: Base centre to shoulder axis.
+        shoulder_rad: Smallest and largest shoulder angle over the cube.
+        lowest_elbow_mm: Lowest height of an elbow axis over the cube.
+        base_thickness_mm: Thickness of the base plate, whose underside stays below the elbows.
+        arm: Upper arm.
+        capstan: Capstan, or None for a direct drive.
+        bearing: Shoulder bearing.
+        motor: Motor.
+    """
+    u = base_radius_mm
+    if capstan is not None:
+        du, dz = capstan.pinion_axis_mm
+        swept = capstan.keep_out_radius_mm
+        direction = capstan.direction_rad
+        pins: tuple[tuple[float, float], ...] = (
+            (u + capstan.slot_radius_mm * cos(direction), capstan.slot_radius_mm * sin(direction)),
+        )
+    else:
+        du, dz = 0.0, 0.0
+        swept = arm.flange_radius_mm
+        distance = arm.flange_radius_mm + STOP_PIN_MM + CLEAR_MM
+        beyond = beam_stop_angle_rad(arm, STOP_PIN_MM, distance) + STOP_MARGIN_RAD
+        angles = (shoulder_rad[0] - beyond, shoulder_rad[1] + beyond)
+        pins = tuple((u + distance * cos(a), distance * sin(a)) for a in angles)
+    body = motor.diameter_mm / 2
+    base_top = -max(
+        body - dz + CLEAR_MM,
+        swept + CLEAR_MM + FOOT_HEIGHT_MM,
+        arm.boss_radius_mm + CLEAR_MM - lowest_elbow_mm - base_thickness_mm,
+    )
+    foot = (u - 16.0, u + 24.0)
+    count = motor.mount_count
+    return BracketDimensions(
+        shoulder_u_mm=u,
+        head_radius_mm=bearing.outer_mm / 2 + HEAD_WALL_MM,
+        passage_mm=bearing.housing_shoulder_max_mm - 0.6,
+        motor_axis_mm=(u + du, dz),
+        motor_pad_radius_mm=body + PAD_MARGIN_MM,
+        motor_screw_angles_rad=tuple(radians(90.0 + 360.0 / count * (k + 0.5)) for k in range(count)),
+        foot_u_mm=foot,
+        foot_height_mm=FOOT_HEIGHT_MM,
+        base_top_mm=base_top,
+        cheek_screw_u_mm=(foot[0] + 4.5, foot[1] - 4.5),
+        cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
+        base_screw_u_mm=(u - 0.5, u + 8.5),
+        base_dowel_u_mm=(u - 6.0, u + 14.0),
+        stop_pin_mm=STOP_PIN_MM,
+        stop_pins_mm=pins,
+    )

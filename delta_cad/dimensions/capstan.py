@@ -1,0 +1,141 @@
+"""The cable capstan: a sector on the arm, a pinion on the motor, the cable between them (arm's frame)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, cos, hypot, pi, radians, sin, tau
+
+from delta_cad import catalogue
+from delta_cad.dimensions.layers import Layers
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
+
+PINION_DIRECTION_RAD = radians(-125.0)  # from the shoulder down and inwards: keeps the motor inside the outline
+GAP_MM = 0.8  # pinion to sector; the cable runs between them
+PINION_WRAPS = 3.0  # friction of three turns holds e^(0.15 * 6 pi) = 17 times the slack side's tension
+PINION_WALL_MM = 0.8  # steel sleeve bonded on the motor shaft
+GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
+SHAFT_ENGAGEMENT_MM = 6.0  # bonded length at least one shaft diameter
+
+
+@dataclass(frozen=True)
+class CapstanDimensions:
+    """Sector, pinion and cable; angles are polar angles about the shoulder in the arm's frame."""
+
+    rim_radius_mm: float
+    cable_diameter_mm: float
+    pitch_radius_mm: float
+    pinion_pitch_radius_mm: float
+    pinion_radius_mm: float
+    pinion_bore_mm: float
+    pinion_bore_depth_mm: float
+    pinion_y_mm: tuple[float, float]
+    centre_distance_mm: float
+    direction_rad: float
+    ratio: float
+    rim_angles_rad: tuple[float, float]
+    lug_length_mm: float
+    lug_radii_mm: tuple[float, float]
+    rim_depth_mm: float
+    slot_radius_mm: float
+    slot_width_mm: float
+    slot_angles_rad: tuple[float, float]
+    cable_length_mm: float
+    keep_out_radius_mm: float
+
+    @property
+    def pinion_axis_mm(self) -> tuple[float, float]:
+        """(u, z) of the pinion's axis from the shoulder."""
+        return self.centre_distance_mm * cos(self.direction_rad), self.centre_distance_mm * sin(self.direction_rad)
+
+
+def capstan_dimensions(
+    rim_radius_mm: float,
+    ratio: float,
+    shoulder_rad: tuple[float, float],
+    layers: Layers,
+    cable: catalogue.Cable,
+    motor: catalogue.Motor,
+    stop_pin_mm: float,
+    slot_radius_mm: float,
+) -> CapstanDimensions:
+    """Capstan for a range of shoulder angles.
+
+    The sector covers the pinion at every shoulder angle in the range, with the stop margin and room for the lugs of
+    the tension screws at both ends; the arc slot around the stop pin ends exactly the stop margin outside the range.
+
+    Args:
+        rim_radius_mm: Radius of the sector's rim, on which the cable lies.
+        ratio: Turns of the pinion per turn of the arm.
+        shoulder_rad: Smallest and largest shoulder angle over the cube.
+        layers: Stack along the shoulder axis.
+        cable: Capstan cable.
+        motor: Motor that carries the pinion.
+        stop_pin_mm: Diameter of the stop pin.
+        slot_radius_mm: Distance of the stop pin from the shoulder axis.
+
+    Raises:
+        DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, or the sector would
+            have to go round more than 250 degrees.
+    """
+    d = cable.diameter_mm
+    pitch = rim_radius_mm + d / 2
+    pinion_pitch = pitch / ratio
+    crest = pinion_pitch - d / 2 + GROOVE_FRACTION * d
+    bore = motor.shaft_diameter_mm
+    wall = pinion_pitch - d / 2 - bore / 2
+    require(
+        wall >= PINION_WALL_MM,
+        "pinion",
+        "wall",
+        f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
+        f"hardware.capstan_ratio must be <= {pitch / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
+    )
+    face = layers.motor_cheek_mm[1]
+    y = (layers.sector_mm[0] - 0.5, face - 1.0)
+    engaged = min(y[1], face) - max(y[0] + 0.5, face - motor.shaft_length_mm)
+    require(
+        engaged >= SHAFT_ENGAGEMENT_MM,
+        "pinion",
+        "bore",
+        f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
+    )
+    distance = rim_radius_mm + crest + GAP_MM
+    lug = (rim_radius_mm - 3.2, rim_radius_mm + 3.6)
+    near = crest + RUNNING_GAP_MM  # closest that a lug may come to the pinion's axis
+    aside = acos((distance**2 + lug[1] ** 2 - near**2) / (2 * distance * lug[1]))
+    direction = PINION_DIRECTION_RAD
+    reach = (direction - shoulder_rad[1] - STOP_MARGIN_RAD, direction - shoulder_rad[0] + STOP_MARGIN_RAD)
+    rim = (reach[0] - aside, reach[1] + aside)
+    require(
+        rim[1] - rim[0] <= radians(250.0),
+        "sector",
+        "angle",
+        f"the shoulder turns {(shoulder_rad[1] - shoulder_rad[0]) * 180 / pi:.1f} deg; the sector would span "
+        f"{(rim[1] - rim[0]) * 180 / pi:.0f} deg, at most 250",
+    )
+    slot_width = stop_pin_mm + 1.0
+    play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
+    lug_length = 6.0
+    head = 3.0 + 2.0  # screw head and the thread it has come out by
+    return CapstanDimensions(
+        rim_radius_mm=rim_radius_mm,
+        cable_diameter_mm=d,
+        pitch_radius_mm=pitch,
+        pinion_pitch_radius_mm=pinion_pitch,
+        pinion_radius_mm=crest,
+        pinion_bore_mm=bore,
+        pinion_bore_depth_mm=y[1] - max(y[0] + 0.5, face - motor.shaft_length_mm - 0.5),
+        pinion_y_mm=y,
+        centre_distance_mm=distance,
+        direction_rad=direction,
+        ratio=ratio,
+        rim_angles_rad=rim,
+        lug_length_mm=lug_length,
+        lug_radii_mm=lug,
+        rim_depth_mm=8.0,
+        slot_radius_mm=slot_radius_mm,
+        slot_width_mm=slot_width,
+        slot_angles_rad=(reach[0] + play, reach[1] - play),
+        cable_length_mm=pitch * (rim[1] - rim[0]) + 2 * (lug_length + head) + PINION_WRAPS * tau * pinion_pitch,
+        keep_out_radius_mm=hypot(lug[1], lug_length + head),
+    )

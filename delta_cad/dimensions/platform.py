@@ -1,0 +1,96 @@
+"""The moving platform and its handle, and the base plate (both centred on the z axis)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from delta_cad import catalogue
+from delta_cad.dimensions.bracket import BracketDimensions
+from delta_cad.dimensions.forearm import ForearmDimensions
+from delta_cad.dimensions.rules import require
+
+
+@dataclass(frozen=True)
+class PlatformDimensions:
+    """Platform plate with three wrist bosses, and the handle on it."""
+
+    radius_mm: float
+    boss_diameter_mm: float
+    boss_length_mm: float
+    plate_mm: float
+    hub_radius_mm: float
+    stem_diameter_mm: float
+    stem_length_mm: float
+    stem_thread: str
+
+
+@dataclass(frozen=True)
+class BaseDimensions:
+    """Base plate: a disc under the three foot blocks."""
+
+    radius_mm: float
+    thickness_mm: float
+    top_mm: float
+    centre_hole_mm: float
+    foot_circle_mm: float
+    mount_circle_mm: float
+    mount_hole_mm: float
+
+
+def platform_dimensions(
+    radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob
+) -> PlatformDimensions:
+    """Platform for a wrist radius.
+
+    Args:
+        radius_mm: Platform centre to wrist axis.
+        thickness_mm: Diameter of the wrist bosses.
+        forearm: Parallelogram, whose studs screw into the bosses.
+        knob: Ball knob on the handle's stem.
+
+    Raises:
+        DimensionError: The bosses of neighbouring chains would run through one another or through the hub.
+    """
+    boss = forearm.bar_length_mm
+    hub = 9.0
+    require(
+        radius_mm >= hub + thickness_mm / 2 + 2.0,
+        "platform",
+        "wrist boss",
+        f"platform_radius_mm = {radius_mm:g} must be at least {hub + thickness_mm / 2 + 2.0:g} mm",
+    )
+    # In the frame of the wrist, the neighbour's boss ends where its axis comes within (r sqrt 3 - l / 2) of ours.
+    free = radius_mm * 3**0.5 - boss / 2
+    require(
+        free >= thickness_mm / 2 + forearm.socket_outer_mm / 2,
+        "platform",
+        "wrist boss",
+        f"bosses of {boss:g} mm meet at platform_radius_mm = {radius_mm:g}; it must be at least "
+        f"{(thickness_mm / 2 + forearm.socket_outer_mm / 2 + boss / 2) / 3**0.5:.1f} mm",
+    )
+    return PlatformDimensions(
+        radius_mm=radius_mm,
+        boss_diameter_mm=thickness_mm,
+        boss_length_mm=boss,
+        plate_mm=4.0,
+        hub_radius_mm=hub,
+        stem_diameter_mm=10.0,
+        stem_length_mm=25.0,
+        stem_thread=knob.thread,
+    )
+
+
+def base_dimensions(bracket: BracketDimensions, thickness_mm: float) -> BaseDimensions:
+    """Base plate that carries the brackets' feet with a rim of 4 mm at least."""
+    half_width = 14.0
+    reach = (bracket.foot_u_mm[1] ** 2 + half_width**2) ** 0.5
+    radius = round(reach + 4.0)
+    return BaseDimensions(
+        radius_mm=radius,
+        thickness_mm=thickness_mm,
+        top_mm=bracket.base_top_mm,
+        centre_hole_mm=2 * (bracket.foot_u_mm[0] - 8.0),
+        foot_circle_mm=2 * (radius - 10.0),
+        mount_circle_mm=2 * (radius - 8.0),
+        mount_hole_mm=5.5,
+    )

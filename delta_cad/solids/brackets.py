@@ -1,0 +1,169 @@
+"""The two cheeks of a chain and the foot block between them.
+
+Cheeks and block are drawn in the shoulder's frame: origin in the chain's plane on the shoulder axis, x radial, y along
+the shoulder axis, z up.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import cadquery as cq
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.part import Hole, Part
+from delta_cad.solids.holes import merged
+from delta_cad.solids.materials import material
+from delta_cad.solids.primitive import THROUGH_MM, Circle, bore_y, bore_z, box, cut, edge_break, feature, hull_along_y, one_solid
+
+BLOCK_SCREW, BASE_SCREW = "M3", "M4"
+BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 6.0, 11.0, 6.0
+DOWEL_MM = 3.0
+BOARD_SCREW = "M2.5"
+FOOT_CORNER_MM = 3.0
+
+
+def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, z) of the motor's mounting screws in the shoulder's frame."""
+    b, radius = d.bracket, d.motor.mount_circle_mm / 2
+    x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
+    return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screw_angles_rad]
+
+
+def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, z) of the encoder board's screws in the shoulder's frame."""
+    half_x, half_z = d.encoder.hole_spacing_length_mm / 2, d.encoder.hole_spacing_width_mm / 2
+    return [(sx * half_x, sz * half_z) for sx in (-1, 1) for sz in (-1, 1)]
+
+
+def cheek_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, z) of the screws that hold a cheek to the foot block."""
+    b = d.bracket
+    return [(u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_screw_u_mm]
+
+
+def _foot(d: Dimensions) -> list[Circle]:
+    b = d.bracket
+    low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
+    top = b.base_top_mm + b.foot_height_mm - FOOT_CORNER_MM
+    return [
+        (low, b.base_top_mm, 0.0),
+        (high, b.base_top_mm, 0.0),
+        (low + FOOT_CORNER_MM, top, FOOT_CORNER_MM),
+        (high - FOOT_CORNER_MM, top, FOOT_CORNER_MM),
+    ]
+
+
+def make_motor_cheek(d: Dimensions) -> Part:
+    """Cheek with the motor's seat, the stop pins and (capstan) the shoulder bearing's seat, open towards the arm."""
+    number, b = "motor_cheek", d.bracket
+    inside, outside = d.layers.motor_cheek_mm
+    through = (inside - THROUGH_MM, outside + THROUGH_MM)
+    x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
+    body = feature(
+        number,
+        "outline",
+        "motor diameter, base_radius_mm",
+        lambda: hull_along_y(
+            [(0.0, 0.0, b.head_radius_mm), (x, z, b.motor_pad_radius_mm), *_foot(d)], (inside, outside)
+        ),
+    )
+    body = edge_break(number, body, ">Y or <Y", 0.5)
+    screw, block = catalogue.screw(d.motor.mount_thread), catalogue.screw(BLOCK_SCREW)
+    seat_depth = screw.counterbore_depth_mm
+    motor_screws = motor_screw_positions(d)
+    tools: list[cq.Shape] = [bore_y(d.motor.pilot_diameter_mm, (x, z), through)]
+    tools += [bore_y(screw.clearance_hole_mm, at, through) for at in motor_screws]
+    tools += [bore_y(screw.counterbore_diameter_mm, at, (through[0], inside + seat_depth)) for at in motor_screws]
+    tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
+    pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
+    tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
+    holes = [
+        Hole(d.motor.pilot_diameter_mm, 1, f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot"),
+        Hole(screw.clearance_hole_mm, d.motor.mount_count, f"{screw.clearance_hole_mm:g} through, motor screws"),
+        Hole(screw.counterbore_diameter_mm, d.motor.mount_count, f"counterbore {seat_depth:g} deep from the arm's side"),
+        Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
+        Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
+    ]
+    if d.capstan is not None:
+        tools += _bearing_seat(d, inside, 1.0)
+        holes += _bearing_holes(d)
+    solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
+    return Part(number, "motor cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes))
+
+
+def make_encoder_cheek(d: Dimensions) -> Part:
+    """Cheek with the encoder's board and (capstan) the second bearing's seat, open towards the arm."""
+    number, b = "encoder_cheek", d.bracket
+    outside, inside = d.layers.encoder_cheek_mm
+    through = (outside - THROUGH_MM, inside + THROUGH_MM)
+    board = board_screw_positions(d)
+    pads = [(x, z, 4.0) for x, z in board]
+    body = feature(
+        number,
+        "outline",
+        "base_radius_mm",
+        lambda: hull_along_y([(0.0, 0.0, b.head_radius_mm), *pads, *_foot(d)], (outside, inside)),
+    )
+    body = edge_break(number, body, ">Y or <Y", 0.5)
+    screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
+    tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, through) for at in board]
+    tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
+    holes = [
+        Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} through, encoder board"),
+        Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
+    ]
+    if d.capstan is not None:
+        tools += _bearing_seat(d, inside, -1.0)
+        holes += _bearing_holes(d)
+    else:
+        tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
+        holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
+    solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
+    return Part(number, "encoder cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes))
+
+
+def _bearing_seat(d: Dimensions, inside: float, outwards: float) -> list[cq.Shape]:
+    depth, clear = d.bearing.width_mm, THROUGH_MM
+    ends = sorted((inside - outwards * clear, inside + outwards * depth))
+    rest = sorted((inside - outwards * clear, inside + outwards * (depth + 5.0)))
+    return [
+        bore_y(d.bearing.outer_mm, (0.0, 0.0), (ends[0], ends[1])),
+        bore_y(d.bracket.passage_mm, (0.0, 0.0), (rest[0], rest[1])),
+    ]
+
+
+def _bearing_holes(d: Dimensions) -> list[Hole]:
+    outer, width = d.bearing.outer_mm, d.bearing.width_mm
+    return [
+        Hole(outer, 1, f"{outer:g} H7 x {width:g} from the arm's side, bearing seat"),
+        Hole(d.bracket.passage_mm, 1, f"{d.bracket.passage_mm:g} through, shaft passage and lip"),
+    ]
+
+
+def make_foot_block(d: Dimensions) -> Part:
+    """Block between the cheeks, screwed to the base from below and located by two dowels."""
+    number, b = "foot_block", d.bracket
+    low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
+    y = (d.layers.encoder_cheek_mm[1], d.layers.motor_cheek_mm[0])
+    middle, z = sum(y) / 2, (b.base_top_mm, b.base_top_mm + b.foot_height_mm)
+    body = box((low, y[0], z[0]), (high, y[1], z[1]))
+    body = edge_break(number, body, ">Z", 0.5)
+    side, base = catalogue.screw(BLOCK_SCREW), catalogue.screw(BASE_SCREW)
+    depth = min(BLOCK_THREAD_MM + 1.0, (y[1] - y[0]) / 2 - 0.5)
+    tools: list[cq.Shape] = []
+    for at in cheek_screw_positions(d):
+        tools.append(bore_y(side.tap_drill_mm, at, (y[0] - THROUGH_MM, y[0] + depth)))
+        tools.append(bore_y(side.tap_drill_mm, at, (y[1] - depth, y[1] + THROUGH_MM)))
+    for u in b.base_screw_u_mm:
+        tools.append(bore_z(base.tap_drill_mm, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + BASE_THREAD_MM)))
+    for u in b.base_dowel_u_mm:
+        tools.append(bore_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + DOWEL_DEPTH_MM)))
+    solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, tools))
+    holes = (
+        Hole(side.tap_drill_mm, 2, f"{BLOCK_SCREW} x {depth:g} from both sides"),
+        Hole(base.tap_drill_mm, 2, f"{BASE_SCREW} x {BASE_THREAD_MM:g} from below"),
+        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, dowels"),
+    )
+    return Part(number, "foot block between the cheeks", one_solid(solid, number), material("aluminium-6082"), True, holes)

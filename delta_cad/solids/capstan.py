@@ -1,0 +1,187 @@
+"""Sector, pinion, cable and tension screw of the capstan (arm's frame; the pinion in its own, y along its axis)."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+import cadquery as cq
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.part import Hole, Part
+from delta_cad.placement import frames
+from delta_cad.solids.holes import merged
+from delta_cad.solids.materials import material
+from delta_cad.solids.primitive import (
+    THROUGH_MM,
+    bore_y,
+    cut,
+    cylinder,
+    feature,
+    fuse,
+    hull_along_y,
+    one_solid,
+    ring_segment,
+    turned,
+)
+from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
+
+TENSION_SCREW = "M3"
+TENSION_SCREW_LENGTH_MM = 8.0
+TENSION_SCREW_OUT_MM = 2.0  # drawn half way out of its travel
+CABLE_BORE_MM = 1.0
+
+
+def capstan_of(d: Dimensions) -> CapstanDimensions:
+    """Capstan of a design that has one."""
+    if d.capstan is None:
+        raise ValueError("hardware.drive = direct: the design has no capstan")
+    return d.capstan
+
+
+def rim_end(d: Dimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where the cable leaves the rim: point, tangent away from the rim, radial direction, each (3,) in the arm's frame.
+
+    Args:
+        d: Dimensions with a capstan.
+        end: 0 for the smaller polar angle, 1 for the larger.
+    """
+    c = capstan_of(d)
+    angle, sense = c.rim_angles_rad[end], 1.0 if end else -1.0
+    radial = np.array([cos(angle), 0.0, sin(angle)])
+    tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
+    point = c.pitch_radius_mm * radial + np.array([0.0, sum(d.layers.sector_mm) / 2, 0.0])
+    return point, tangent, radial
+
+
+def tension_screw_frame(d: Dimensions, end: int) -> np.ndarray:
+    """(4, 4) frame under the head of a tension screw in the arm's frame; z points from shank to head."""
+    point, tangent, radial = rim_end(d, end)
+    seat = point + (capstan_of(d).lug_length_mm + TENSION_SCREW_OUT_MM) * tangent
+    return frames(np.cross(radial, tangent), radial, seat) if end == 0 else frames(radial, np.cross(tangent, radial), seat)
+
+
+def make_sector(d: Dimensions) -> Part:
+    """Sector bolted to the arm: rim for the cable, lugs for the tension screws, arc slot around the stop pin."""
+    number, c, a, y = "sector", capstan_of(d), d.arm, d.layers.sector_mm
+    inner = a.flange_radius_mm - 4.0
+    low, high = c.rim_angles_rad
+    under = c.lug_length_mm / c.rim_radius_mm  # the plate goes on under the lugs
+    screw = catalogue.screw(TENSION_SCREW)
+
+    def body() -> cq.Shape:
+        plate = ring_segment(inner, c.rim_radius_mm, (low, high), y)
+        support = ring_segment(inner, c.lug_radii_mm[0] + 0.5, (low - under, high + under), y)
+        hub = bore_y(2 * a.flange_radius_mm, (0.0, 0.0), y)
+        collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (y[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
+        lugs = []
+        for end in range(2):
+            point, tangent, radial = rim_end(d, end)
+            foot = point - c.pitch_radius_mm * radial
+            corners = [
+                foot + r * radial + s * tangent
+                for r, s in (
+                    (c.lug_radii_mm[0], 0.0),
+                    (c.lug_radii_mm[1], 0.0),
+                    (c.lug_radii_mm[1], c.lug_length_mm),
+                    (c.lug_radii_mm[0], c.lug_length_mm),
+                )
+            ]
+            lugs.append(hull_along_y([(float(p[0]), float(p[2]), 0.0) for p in corners], y))
+        return fuse(plate, support, hub, collar, *lugs)
+
+    shape = feature(number, "outline", "hardware.sector_radius_mm", body)
+    through = (y[0] - THROUGH_MM, d.layers.motor_cheek_mm[0] + THROUGH_MM)
+    thread = catalogue.screw(SECTOR_SCREW)
+    seats = polar_positions(a.sector_screw_circle_mm / 2, a.sector_screw_angles_rad)
+    pins = polar_positions(a.sector_screw_circle_mm / 2, a.sector_dowel_angles_rad)
+    tools: list[cq.Shape] = [bore_y(a.shaft_bore_mm, (0.0, 0.0), through)]
+    tools += [bore_y(thread.tap_drill_mm, at, through) for at in seats]
+    tools += [bore_y(DOWEL_MM, at, through) for at in pins]
+    half = c.slot_width_mm / 2
+    tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
+    tools += [bore_y(c.slot_width_mm, at, through) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
+    for end in range(2):
+        point, tangent, _ = rim_end(d, end)
+        outer = point + (c.lug_length_mm + THROUGH_MM) * tangent
+        tools.append(cylinder(screw.tap_drill_mm, tuple(point - THROUGH_MM * tangent), tuple(outer)))
+    solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, tools))
+    holes = (
+        Hole(a.shaft_bore_mm, 1, f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft"),
+        Hole(thread.tap_drill_mm, len(seats), f"{SECTOR_SCREW} through, to the arm"),
+        Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, dowels"),
+        Hole(c.slot_width_mm, 2, f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends"),
+        Hole(screw.tap_drill_mm, 2, f"{TENSION_SCREW} through the lugs, tangential"),
+    )
+    return Part(
+        number,
+        f"capstan sector, rim radius {c.rim_radius_mm:g}, ratio {c.ratio:g}:1",
+        one_solid(solid, number),
+        material("aluminium-7075"),
+        True,
+        merged(holes),
+    )
+
+
+def make_pinion(d: Dimensions) -> Part:
+    """Steel sleeve bonded on the motor's shaft; the helical groove is a callout, as threads are."""
+    number, c = "pinion", capstan_of(d)
+    y0, y1 = c.pinion_y_mm
+    r, b = c.pinion_radius_mm, 0.3
+    sleeve = turned([(0.0, y0), (r - b, y0), (r, y0 + b), (r, y1 - b), (r - b, y1), (0.0, y1)])
+    bore = bore_y(c.pinion_bore_mm, (0.0, 0.0), (y1 - c.pinion_bore_depth_mm, y1 + THROUGH_MM))
+    solid = feature(number, "bore", "motor shaft", lambda: cut(sleeve, [bore]))
+    pitch = 1.4 * c.cable_diameter_mm
+    return Part(
+        number,
+        f"capstan pinion, helical groove R{c.cable_diameter_mm / 2:.2f} x {c.pinion_radius_mm - c.pinion_pitch_radius_mm + c.cable_diameter_mm / 2:.2f} deep, pitch {pitch:.2f}",
+        one_solid(solid, number),
+        material("stainless-1.4305"),
+        True,
+        (Hole(c.pinion_bore_mm, 1, f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft"),),
+    )
+
+
+def make_cable(d: Dimensions) -> Part:
+    """The cable where it lies on the rim and in the lugs; its turns on the pinion are in the cut length only."""
+    number, c = "capstan_cable", capstan_of(d)
+    (p0, t0, _), (p1, t1, _) = rim_end(d, 0), rim_end(d, 1)
+    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + 1.0
+    y = sum(d.layers.sector_mm) / 2
+    middle = sum(c.rim_angles_rad) / 2
+    top = cq.Vector(c.pitch_radius_mm * cos(middle), y, c.pitch_radius_mm * sin(middle))
+
+    def body() -> cq.Shape:
+        start = cq.Vector(*(p0 + beyond * t0))
+        path = cq.Wire.assembleEdges(
+            [
+                cq.Edge.makeLine(start, cq.Vector(*p0)),
+                cq.Edge.makeThreePointArc(cq.Vector(*p0), top, cq.Vector(*p1)),
+                cq.Edge.makeLine(cq.Vector(*p1), cq.Vector(*(p1 + beyond * t1))),
+            ]
+        )
+        profile = cq.Wire.makeCircle(c.cable_diameter_mm / 2, start, cq.Vector(*(-t0)))
+        return cq.Solid.sweep(profile, [], path, True, True)
+
+    row = d.cable
+    return Part(
+        number,
+        f"{row.description}, cut {c.cable_length_mm:.0f} mm, ball terminal at both ends",
+        one_solid(feature(number, "sweep", "hardware.cable", body), number),
+        material("stainless-1.4305"),
+        False,
+        mass_g=row.mass_g_m * c.cable_length_mm / 1000.0,
+        standard=row.standard,
+        order_code=row.order_code,
+        source=row.source,
+    )
+
+
+def cable_volume_mm3(d: Dimensions) -> float:
+    """Closed form of the drawn cable's volume: section times path (Pappus)."""
+    c = capstan_of(d)
+    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + 1.0
+    path = c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + 2 * beyond
+    return pi / 4 * c.cable_diameter_mm**2 * path

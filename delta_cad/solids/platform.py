@@ -1,0 +1,134 @@
+"""The moving platform, the handle's stem and its knob (platform's frame, z up)."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin, sqrt
+
+import cadquery as cq
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.part import Hole, Part
+from delta_cad.placement import CHAINS, chain_frame
+from delta_cad.solids.fasteners import CORE_PLAY_MM
+from delta_cad.solids.forearm import STUD_THREAD
+from delta_cad.solids.materials import BLUE, material
+from delta_cad.solids.primitive import (
+    THROUGH_MM,
+    bore_y,
+    bore_z,
+    cut,
+    cylinder,
+    edge_break,
+    feature,
+    fuse,
+    hull_along_z,
+    one_solid,
+    turned,
+)
+
+RIB_MM = 4.0  # width of what stays around a window
+STEM_CORE_DEPTH_MM = 9.0
+
+
+def turned_to_chain(solid: cq.Shape, i: int) -> cq.Shape:
+    """A solid drawn in chain 0's frame, turned to chain i about z."""
+    return solid.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 0, 1), i * 120.0)
+
+
+def make_platform(d: Dimensions) -> Part:
+    """Star of three wrist bosses around the handle's hub, with a window in each arm."""
+    number, p = "platform", d.platform
+    r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
+    top = boss
+    plate = (top - p.plate_mm, top)
+    drill = catalogue.screw(STUD_THREAD).tap_drill_mm
+    stem = catalogue.screw(p.stem_thread)
+
+    def body() -> cq.Shape:
+        pieces: list[cq.Shape] = [bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))]
+        for i in CHAINS:
+            web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 3.0, 3.0), (r, 3.0 - half, 3.0)], plate)
+            pieces.append(turned_to_chain(web, i))
+            pieces.append(turned_to_chain(bore_y(2 * boss, (r, 0.0), (-half, half)), i))
+        return fuse(*pieces)
+
+    shape = feature(number, "outline", "platform_radius_mm", body)
+    tools: list[cq.Shape] = [bore_z(stem.tap_drill_mm, (0.0, 0.0), (-top - THROUGH_MM, top + THROUGH_MM))]
+    depth = min(d.forearm.stud_thread_length_mm + 2.0, half - 1.0)
+    near, far = p.hub_radius_mm + RIB_MM, r - boss - 1.0
+    for i in CHAINS:
+        for low, high in ((-half - THROUGH_MM, -half + depth), (half - depth, half + THROUGH_MM)):
+            tools.append(turned_to_chain(bore_y(drill, (r, 0.0), (low, high)), i))
+        if far - near >= 4.0:
+            reach = (half - 3.0) * far / r - RIB_MM
+            window = hull_along_z(
+                [(near + 1.5, 0.0, 1.5), (far - 1.5, reach - 1.5, 1.5), (far - 1.5, 1.5 - reach, 1.5)],
+                (plate[0] - THROUGH_MM, plate[1] + THROUGH_MM),
+            )
+            if reach >= 3.0:
+                tools.append(turned_to_chain(window, i))
+    solid = feature(number, "bores and windows", "platform_radius_mm, parallelogram_width_mm", lambda: cut(shape, tools))
+    holes = (
+        Hole(drill, 3, f"{STUD_THREAD} x {depth:g} in both ends of each boss"),
+        Hole(stem.tap_drill_mm, 1, f"{p.stem_thread} through, handle"),
+    )
+    return Part(
+        number, f"platform, wrist radius {r:g}", one_solid(solid, number), material("aluminium-7075", BLUE), True, holes
+    )
+
+
+def make_handle_stem(d: Dimensions) -> Part:
+    """Stem between platform and knob: threads at both ends; its foot stands on the platform at z = 0."""
+    number, p = "handle_stem", d.platform
+    core = (catalogue.screw(p.stem_thread).tap_drill_mm - CORE_PLAY_MM) / 2
+    r, length, up = p.stem_diameter_mm / 2, p.stem_length_mm, d.knob.thread_depth_mm - 1.0
+    down = min(STEM_CORE_DEPTH_MM, p.boss_diameter_mm - 0.5)
+
+    def lathe(radius: float, z: float) -> tuple[float, float]:
+        return (radius, z)
+
+    profile = [
+        lathe(0.0, -down),
+        lathe(core, -down),
+        lathe(core, 0.0),
+        lathe(r, 0.0),
+        lathe(r, length),
+        lathe(core, length),
+        lathe(core, length + up),
+        lathe(0.0, length + up),
+    ]
+    solid = turned(profile).rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), 90.0)
+    return Part(
+        number,
+        f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends",
+        one_solid(solid, number),
+        material("aluminium-6082"),
+        True,
+    )
+
+
+def make_knob(d: Dimensions) -> Part:
+    """Ball knob: flat foot at z = 0, ball above."""
+    row = d.knob
+    radius, foot = row.diameter_mm / 2, row.foot_diameter_mm / 2
+    centre = row.height_mm - radius
+    drill = catalogue.screw(row.thread).tap_drill_mm
+    sphere = cq.Solid.makeSphere(radius, cq.Vector(0, 0, centre), cq.Vector(0, 0, 1), -90, 90, 360)
+    keep = cylinder(4 * radius, (0, 0, 0), (0, 0, row.height_mm + 1.0))
+    neck = bore_z(2 * foot, (0.0, 0.0), (0.0, centre))
+    shape = feature("knob", "ball", "hardware.knob", lambda: sphere.intersect(keep).fuse(neck))
+    solid = feature(
+        "knob", "thread", "hardware.knob", lambda: cut(shape, [bore_z(drill, (0.0, 0.0), (-THROUGH_MM, row.thread_depth_mm))])
+    )
+    return Part(
+        "knob",
+        row.description,
+        one_solid(solid, "knob"),
+        material("pf31"),
+        False,
+        mass_g=row.mass_g,
+        standard=row.standard,
+        order_code=row.order_code,
+        source=row.source,
+    )

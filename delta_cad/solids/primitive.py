@@ -1,0 +1,190 @@
+"""Simple solids and the guard that every part is one valid solid.
+
+Planes: chain and arm parts are drawn in their (first, third) axes and extruded along the second, the shoulder axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from math import acos, atan2, cos, hypot, pi, sin, tau
+
+import cadquery as cq
+
+Point = tuple[float, float]
+Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
+
+THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
+
+
+class BuildError(RuntimeError):
+    """A solid could not be built; says which part, feature and parameter.
+
+    Attributes:
+        part: Part number.
+        feature: What of the part failed.
+        parameter: The parameter that decides it.
+    """
+
+    def __init__(self, part: str, feature: str, parameter: str, cause: object = "") -> None:
+        self.part, self.feature, self.parameter = part, feature, parameter
+        super().__init__(f"{part}: {feature} cannot be built ({parameter}){f': {cause}' if cause else ''}")
+
+
+def one_solid(shape: cq.Shape, part: str) -> cq.Solid:
+    """The only solid of a shape; BuildError if there are none or several, or if it is not valid."""
+    solids = shape.Solids()
+    if len(solids) != 1:
+        raise BuildError(part, "body", f"{len(solids)} solids instead of 1")
+    solid = solids[0]
+    if not solid.isValid() or solid.Volume() <= 0:
+        raise BuildError(part, "body", "the solid is not valid")
+    return solid
+
+
+def feature(part: str, name: str, parameter: str, build: Callable[[], cq.Shape]) -> cq.Shape:
+    """Run one modelling step; a failure of the kernel becomes a BuildError that names the feature."""
+    try:
+        return build()
+    except BuildError:
+        raise
+    except Exception as error:
+        raise BuildError(part, name, parameter, error) from error
+
+
+def cylinder(diameter: float, start: Sequence[float], end: Sequence[float]) -> cq.Solid:
+    """Cylinder between two points."""
+    a, b = cq.Vector(*start), cq.Vector(*end)
+    along = b - a
+    return cq.Solid.makeCylinder(diameter / 2, along.Length, a, along)
+
+
+def ball(diameter: float, centre: Sequence[float] = (0.0, 0.0, 0.0), axis: Sequence[float] = (0.0, 0.0, 1.0)) -> cq.Solid:
+    """Full sphere; `axis` says where its poles lie."""
+    return cq.Solid.makeSphere(diameter / 2, cq.Vector(*centre), cq.Vector(*axis), -90, 90, 360)
+
+
+def box(low: Sequence[float], high: Sequence[float]) -> cq.Solid:
+    """Axis-aligned box between two corners."""
+    return cq.Solid.makeBox(high[0] - low[0], high[1] - low[1], high[2] - low[2], cq.Vector(*low))
+
+
+def turned(profile: Sequence[Point], origin: Sequence[float] = (0.0, 0.0, 0.0)) -> cq.Solid:
+    """Solid of revolution about the y axis through `origin`; profile points are (radius, y), from and to the axis."""
+    ox, oy, oz = origin
+    wire = cq.Wire.makePolygon([cq.Vector(ox + r, oy + y, oz) for r, y in profile], close=True)
+    return cq.Solid.revolve(wire, [], 360.0, cq.Vector(ox, oy, oz), cq.Vector(ox, oy + 1.0, oz))
+
+
+def hull(circles: Sequence[Circle]) -> list[tuple[Circle, float, float]]:
+    """Convex hull of circles as arcs (circle, start angle, end angle), counter-clockwise; lines join them.
+
+    The hull's support in direction n is max over circles of c . n + r; it changes owner where two supports are equal,
+    which has a closed form: |c_j - c_i| cos(phi - beta) = r_i - r_j.
+    """
+    steps = 3600
+
+    def owner(phi: float) -> int:
+        return max(
+            range(len(circles)), key=lambda k: circles[k][0] * cos(phi) + circles[k][1] * sin(phi) + circles[k][2]
+        )
+
+    owners = [owner(tau * (k + 0.5) / steps) for k in range(steps)]
+    changes = []
+    for k in range(steps):
+        i, j = owners[k - 1], owners[k]
+        if i == j:
+            continue
+        dx, dy = circles[j][0] - circles[i][0], circles[j][1] - circles[i][1]
+        beta, spread = atan2(dy, dx), acos((circles[i][2] - circles[j][2]) / hypot(dx, dy))
+        near = tau * k / steps
+        exact = min((beta + spread, beta - spread), key=lambda a: abs((a - near + pi) % tau - pi))
+        changes.append((near + (exact - near + pi) % tau - pi, j))
+    if not changes:
+        return [(circles[owners[0]], 0.0, tau)]
+    return [
+        (circles[index], start, changes[(k + 1) % len(changes)][0] + (tau if k + 1 == len(changes) else 0.0))
+        for k, (start, index) in enumerate(changes)
+    ]
+
+
+def hull_wire(circles: Sequence[Circle], to_space: Callable[[Point], cq.Vector]) -> cq.Wire:
+    """Closed wire of the convex hull of circles, mapped from its plane to space."""
+    arcs = hull(circles)
+
+    def on(circle: Circle, angle: float) -> cq.Vector:
+        return to_space((circle[0] + circle[2] * cos(angle), circle[1] + circle[2] * sin(angle)))
+
+    edges: list[cq.Edge] = []
+    for k, (circle, start, end) in enumerate(arcs):
+        if circle[2] > 0:
+            edges.append(cq.Edge.makeThreePointArc(on(circle, start), on(circle, (start + end) / 2), on(circle, end)))
+        following = arcs[(k + 1) % len(arcs)]
+        edges.append(cq.Edge.makeLine(on(circle, end), on(following[0], following[1])))
+    return cq.Wire.assembleEdges([edge for edge in edges if edge.Length() > 1e-9])
+
+
+def hull_along_y(circles: Sequence[Circle], y: Point) -> cq.Solid:
+    """Prism over the hull of circles given in (first, third) coordinates, between two values of the second."""
+    wire = hull_wire(circles, lambda p: cq.Vector(p[0], y[0], p[1]))
+    return cq.Solid.extrudeLinear(wire, [], cq.Vector(0, y[1] - y[0], 0))
+
+
+def hull_along_z(circles: Sequence[Circle], z: Point) -> cq.Solid:
+    """Prism over the hull of circles given in (first, second) coordinates, between two heights."""
+    wire = hull_wire(circles, lambda p: cq.Vector(p[0], p[1], z[0]))
+    return cq.Solid.extrudeLinear(wire, [], cq.Vector(0, 0, z[1] - z[0]))
+
+
+def ring_segment(inner: float, outer: float, angles: Point, y: Point) -> cq.Solid:
+    """Part of a flat ring about the y axis: radii, polar angles in (first, third) coordinates, extent in y."""
+
+    def at(radius: float, angle: float) -> cq.Vector:
+        return cq.Vector(radius * cos(angle), y[0], radius * sin(angle))
+
+    middle = sum(angles) / 2
+    wire = cq.Wire.assembleEdges(
+        [
+            cq.Edge.makeThreePointArc(at(outer, angles[0]), at(outer, middle), at(outer, angles[1])),
+            cq.Edge.makeLine(at(outer, angles[1]), at(inner, angles[1])),
+            cq.Edge.makeThreePointArc(at(inner, angles[1]), at(inner, middle), at(inner, angles[0])),
+            cq.Edge.makeLine(at(inner, angles[0]), at(outer, angles[0])),
+        ]
+    )
+    return cq.Solid.extrudeLinear(wire, [], cq.Vector(0, y[1] - y[0], 0))
+
+
+def bore_y(diameter: float, at: Point, y: Point) -> cq.Solid:
+    """Tool for a bore along y at (first, third) coordinates."""
+    return cylinder(diameter, (at[0], y[0], at[1]), (at[0], y[1], at[1]))
+
+
+def bore_z(diameter: float, at: Point, z: Point) -> cq.Solid:
+    """Tool for a bore along z at (first, second) coordinates."""
+    return cylinder(diameter, (at[0], at[1], z[0]), (at[0], at[1], z[1]))
+
+
+def cut(solid: cq.Shape, tools: Iterable[cq.Shape]) -> cq.Shape:
+    """Solid less all tools, in one boolean."""
+    return solid.cut(*tools)
+
+
+def fuse(solid: cq.Shape, *others: cq.Shape) -> cq.Shape:
+    """Union with coplanar faces merged."""
+    return solid.fuse(*others).clean()
+
+
+def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
+    """Chamfer of the outer edges of the faces (or the edges) that a selector names; last, as kernels like it.
+
+    Args:
+        part: Part number, for the error.
+        solid: Body before its bores are cut, so that only outer edges are broken.
+        faces: CadQuery selector of faces whose edges are broken.
+        size: Leg of the chamfer, mm.
+    """
+
+    def build() -> cq.Shape:
+        edges = cq.Workplane(obj=solid).faces(faces).edges().vals()
+        return solid.chamfer(size, None, edges)  # type: ignore[attr-defined]
+
+    return feature(part, f"edge break {size:g}", faces, build)
