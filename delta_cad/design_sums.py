@@ -117,9 +117,9 @@ def _farthest_corner(design: Design) -> Fault | None:
 
 
 def _clashing_wrists(design: Design) -> Fault | None:
-    """The wrists of neighbouring chains meet where their tangents do, at r tan 60 deg from each chain's middle."""
+    """Neighbouring chains' nearest wrists are sqrt(3) r - L_c / 2 apart; their balls must fit between the centres."""
     m, ball = design.mechanism, design.hardware.ball_diameter_mm
-    bound = 2.0 * sqrt(3.0) * m.platform_radius_mm - ball
+    bound = 2.0 * sqrt(3.0) * m.platform_radius_mm - 2.0 * ball
     if m.parallelogram_width_mm < bound:
         return None
     return Fault(
