@@ -171,6 +171,11 @@ def test_the_hash_sees_values_and_not_their_spelling() -> None:
         assert design_hash(design_from_dict(changed(path, value))) != design_hash(plain)
 
 
+def test_requirements_that_are_not_given_are_not_written() -> None:
+    written = json.loads(design_to_json(design_from_dict(changed("requirements.kappa_max", None))))["requirements"]
+    assert sorted(set(written) - set(minimal()["requirements"])) == ["clearance_min_mm", "gravity_m_s2"]
+
+
 def test_null_in_the_provenance_survives() -> None:
     design = design_from_dict(changed("provenance", {"gap": None}))
     assert json.loads(design_to_json(design))["provenance"] == {"gap": None}
