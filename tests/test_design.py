@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from delta_cad import catalogue
@@ -33,6 +33,7 @@ from delta_cad.mechanism import DeltaGeometry, UnreachableError, closure_margin,
 
 BEST = Path(__file__).parent.parent / "best.json"
 MISSING = object()
+UNTIMED = settings(deadline=None)  # nothing is timed in a test: the machine may be shared
 
 
 def minimal() -> dict[str, Any]:
@@ -146,6 +147,7 @@ def designs(draw: st.DrawFn) -> Design:
     return design_from_dict(data)
 
 
+@UNTIMED
 @given(design=designs())
 def test_what_is_written_is_read_back_to_the_last_bit(design: Design, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("design") / "design.json"
@@ -342,6 +344,7 @@ def test_a_cube_under_the_fold_is_refused_with_the_height_of_the_fold() -> None:
     assert caught.value.field == "cube.bottom_height_mm"
 
 
+@UNTIMED
 @given(
     st.floats(20, 60), st.floats(20, 60), st.floats(50, 120), st.floats(50, 200), st.floats(10, 150), st.floats(5, 60)
 )
@@ -494,6 +497,7 @@ def test_the_schema_accepts_what_the_reader_accepts() -> None:
     assert violations(schema, json.loads(json.dumps(schema["$defs"]["Hardware"]["properties"])), schema) != []
 
 
+@UNTIMED
 @given(design=designs())
 def test_the_schema_accepts_every_written_design(design: Design) -> None:
     schema = design_schema()
