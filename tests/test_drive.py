@@ -81,7 +81,7 @@ def test_the_ratio_for_continuous_torque_is_the_one() -> None:
 @settings(deadline=None)  # nothing is timed in a test: the machine may be shared
 @given(
     ratio=st.floats(4, 12),
-    sector=st.floats(40, 60),
+    sector=st.floats(42, 60),  # the thickest cable on the thickest shaft at 12:1 needs 40.8 mm
     motor=st.sampled_from([k for k in catalogue.family("motor") if "capstan" in catalogue.motor(k).drives]),
     cable=st.sampled_from(list(catalogue.family("cable"))),
 )
