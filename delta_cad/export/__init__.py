@@ -1,0 +1,1 @@
+"""The files a build leaves behind: STEP, meshes, GLB, bill of materials, mass properties, pictures, manifest."""

@@ -1,0 +1,99 @@
+"""assembly.glb: the machine at home for viewers: metres, Y up, one mesh a part, one node an occurrence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from delta_cad.assembly import Assembly
+from delta_cad.export.meshes import Meshes
+from delta_cad.export.shading import creased
+from delta_cad.part import Material
+from delta_cad.placement import LINKS
+
+if TYPE_CHECKING:
+    from delta_cad.tessellation import Mesh
+
+M_PER_MM = 1e-3
+Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+"""glTF has Y up: (x, y, z) of the machine is (x, z, -y) there."""
+METALS = ("EN AW", "alumin", "steel", "brass", "bronze", "1.4")
+
+
+def write_glb(assembly: Assembly, meshes: Meshes, path: Path) -> None:
+    """Writes the assembly in its home position.
+
+    Nodes: one per link, carrying the occurrences by name; meshes carry the part numbers of the bill of materials.
+
+    Args:
+        assembly: The machine.
+        meshes: Part number -> mesh in mm.
+        path: File to write.
+
+    Raises:
+        KeyError: A part has no mesh.
+    """
+    import trimesh
+
+    root = assembly.name
+    scene = trimesh.Scene(base_frame=root)
+    for part in assembly.parts:
+        scene.geometry[part.number] = _display_mesh(meshes[part.number], part.material)
+    for link, frame in _used_links(assembly).items():
+        scene.graph.update(frame_from=root, frame_to=_link_node(link), matrix=Z_UP_TO_Y_UP @ _metres(frame))
+    for occurrence in assembly.occurrences:
+        scene.graph.update(
+            frame_from=_link_node(occurrence.link),
+            frame_to=occurrence.name,
+            matrix=_metres(occurrence.placement),
+            geometry=occurrence.part.number,
+        )
+    data = scene.export(file_type="glb", include_normals=True)
+    path.write_bytes(cast("bytes", data))
+
+
+def _used_links(assembly: Assembly) -> dict[str, np.ndarray]:
+    used = {occurrence.link for occurrence in assembly.occurrences}
+    frames = assembly.placement(assembly.home_mm)
+    return {link: frames[link] for link in LINKS if link in used}
+
+
+def _link_node(link: str) -> str:
+    """Links and occurrences share one space of node names."""
+    return f"link_{link}"
+
+
+def _metres(frame: np.ndarray) -> np.ndarray:
+    out = np.array(frame, dtype=float)
+    out[:3, 3] *= M_PER_MM
+    return out
+
+
+def _display_mesh(mesh: Mesh, material: Material) -> Any:
+    """One trimesh in metres with split edges, normals and a physically based material."""
+    import trimesh
+    from trimesh.visual import TextureVisuals
+    from trimesh.visual.material import PBRMaterial
+
+    vertices, faces, normals = creased(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces))
+    metal = any(word.lower() in material.name.lower() for word in METALS)
+    surface = PBRMaterial(
+        name=material.name,
+        baseColorFactor=[*_linear(material.colour), 1.0],
+        metallicFactor=0.6 if metal else 0.0,
+        roughnessFactor=0.45 if metal else 0.6,
+    )
+    return trimesh.Trimesh(
+        vertices=vertices * M_PER_MM,
+        faces=faces,
+        vertex_normals=normals,
+        visual=TextureVisuals(material=surface),
+        process=False,
+    )
+
+
+def _linear(colour: tuple[float, float, float]) -> list[float]:
+    """SRGB to the linear values that glTF asks for (IEC 61966-2-1)."""
+    return [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]

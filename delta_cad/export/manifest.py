@@ -1,0 +1,97 @@
+"""What a build consists of: digest and size of each file, content fingerprint of the STEP, versions, input, status."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from delta_cad.export.fingerprint import step_fingerprint
+
+SCHEMA = "delta-manifest/1"
+FILE_NAME = "manifest.json"
+PACKAGES = ("delta-haptics", "cadquery", "cadquery-ocp", "numpy", "scipy", "trimesh", "python-fcl", "vtk")
+STATUSES = ("passed", "rejected")
+
+
+class ManifestError(ValueError):
+    """The folder does not hold what its manifest says, or the status is unknown."""
+
+
+def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "assembly.step") -> dict[str, Any]:
+    """Writes `manifest.json` over all files that the folder holds.
+
+    Args:
+        folder: The finished folder; only the manifest itself is missing.
+        input_hash: SHA-256 of the design that was built, hexadecimal.
+        status: "passed" or "rejected".
+        step: Name of the assembly's STEP file in the folder.
+
+    Returns:
+        What was written.
+
+    Raises:
+        ManifestError: The status is unknown.
+    """
+    if status not in STATUSES:
+        raise ManifestError(f"status {status!r} is not one of {', '.join(STATUSES)}")
+    manifest = {
+        "schema": SCHEMA,
+        "status": status,
+        "input_sha256": input_hash,
+        "step_fingerprint": step_fingerprint(folder / step),
+        "versions": versions(),
+        "files": {name: _digest(folder / name) for name in _files(folder)},
+    }
+    (folder / FILE_NAME).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
+    return manifest
+
+
+def verify_manifest(folder: Path) -> dict[str, Any]:
+    """Checks a folder against its manifest.
+
+    Args:
+        folder: A build.
+
+    Returns:
+        The manifest.
+
+    Raises:
+        ManifestError: A file is missing, changed, or not listed.
+    """
+    manifest = json.loads((folder / FILE_NAME).read_text(encoding="utf-8"))
+    listed, present = set(manifest["files"]), set(_files(folder))
+    for name in sorted(listed ^ present):
+        raise ManifestError(f"{name} is {'missing' if name in listed else 'not in the manifest'}")
+    for name, entry in manifest["files"].items():
+        if _digest(folder / name) != entry:
+            raise ManifestError(f"{name} is not what the manifest says")
+    return manifest
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, the kernel and the packages that had a part in the result."""
+    import OCP
+
+    kernel = ".".join(OCP.__version__.split(".")[:3])  # the binding appends its own counter
+    found = {"python": platform.python_version(), "occt": kernel}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+def _files(folder: Path) -> list[str]:
+    """Relative names of all files but the manifest, sorted."""
+    names = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    return sorted(name for name in names if name != FILE_NAME)
+
+
+def _digest(path: Path) -> dict[str, Any]:
+    data = path.read_bytes()
+    return {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}

@@ -1,0 +1,236 @@
+"""An off-screen scene of the machine: shaded parts with feature edges, posed by matrices, rendered to PNG.
+
+Needs no display: on a machine without one the EGL window is asked for directly, so that nothing is tried and
+complained about first. Pictures are rendered larger and averaged down, which smooths lines and edges alike.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from delta_cad.assembly import Assembly
+from delta_cad.export.shading import creased, edge_table
+
+if TYPE_CHECKING:
+    from delta_cad.tessellation import Mesh
+
+Colour = tuple[float, float, float]
+EDGE_COLOUR: Colour = (0.07, 0.08, 0.10)
+GROUND_COLOUR: Colour = (1.0, 1.0, 1.0)
+SKY_COLOUR: Colour = (0.86, 0.89, 0.93)
+SUPERSAMPLING = 2
+EDGE_WIDTH = 1.0
+"""Line width in pixels of the finished picture."""
+
+
+class PictureError(RuntimeError):
+    """No picture can be drawn: there is no OpenGL, or the file cannot be written."""
+
+
+def render_window(size: tuple[int, int]) -> Any:
+    """An off-screen window.
+
+    Args:
+        size: Width and height, pixels, as rendered.
+
+    Raises:
+        PictureError: The machine offers no OpenGL, neither from a display nor in software.
+    """
+    import vtkmodules.vtkRenderingFreeType
+    import vtkmodules.vtkRenderingOpenGL2
+    from vtkmodules.vtkCommonCore import vtkObject
+    from vtkmodules.vtkRenderingCore import vtkRenderWindow
+
+    backend = vtkmodules.vtkRenderingOpenGL2  # the other module is imported for its text renderer alone
+    makers = [vtkRenderWindow] if os.environ.get("DISPLAY") else []
+    makers += [
+        getattr(backend, name) for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow") if hasattr(backend, name)
+    ]
+    warnings = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()
+    try:
+        for make in makers:
+            window = make()
+            window.SetOffScreenRendering(1)
+            window.SetSize(*size)
+            window.SetMultiSamples(0)
+            if window.SupportsOpenGL():
+                return window
+    finally:
+        vtkObject.SetGlobalWarningDisplay(warnings)
+    raise PictureError(
+        "no OpenGL for pictures: the machine has neither a display nor software rendering; install libegl1 and libgl1"
+    )
+
+
+class PartShape:
+    """Display data of one part, shared by all its occurrences."""
+
+    def __init__(self, mesh: Mesh, colour: Colour) -> None:
+        vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
+        self.colour = colour
+        self.edges = edge_table(vertices, faces)
+        points, triangles, normals = creased(vertices, faces)
+        self.mapper = surface_mapper(points, triangles, normals)
+
+    def actor(self) -> Any:
+        """A fresh actor of the shaded surface."""
+        from vtkmodules.vtkRenderingCore import vtkActor
+
+        surface = vtkActor()
+        surface.SetMapper(self.mapper)
+        material = surface.GetProperty()
+        material.SetColor(*self.colour)
+        material.SetAmbient(0.20)
+        material.SetDiffuse(0.85)
+        material.SetSpecular(0.18)
+        material.SetSpecularPower(24.0)
+        return surface
+
+
+class PartScene:
+    """All occurrences of an assembly as actors of one renderer, in one pose."""
+
+    def __init__(self, assembly: Assembly, shapes: Mapping[str, PartShape], p_mm: np.ndarray) -> None:
+        """Places everything for a handle position.
+
+        Args:
+            assembly: The machine.
+            shapes: Part number -> display data.
+            p_mm: (3,) handle position, mm.
+        """
+        from vtkmodules.vtkCommonMath import vtkMatrix4x4
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
+
+        self.renderer = vtkRenderer()
+        self.renderer.SetBackground(*GROUND_COLOUR)
+        self.renderer.SetBackground2(*SKY_COLOUR)
+        self.renderer.GradientBackgroundOn()
+        _lights(self.renderer)
+        poses = assembly.poses(np.asarray(p_mm, dtype=float))
+        self.placed = [(shapes[o.part.number], poses[o.name]) for o in assembly.occurrences]
+        for shape, frame in self.placed:
+            matrix = vtkMatrix4x4()
+            matrix.DeepCopy(np.ascontiguousarray(frame).ravel().tolist())
+            actor = shape.actor()
+            actor.SetUserMatrix(matrix)
+            self.renderer.AddActor(actor)
+        self.lines = vtkActor()
+        line = self.lines.GetProperty()
+        line.SetColor(*EDGE_COLOUR)
+        line.SetLineWidth(EDGE_WIDTH * SUPERSAMPLING)
+        line.LightingOff()
+        self.renderer.AddActor(self.lines)
+
+    def points_mm(self) -> np.ndarray:
+        """(n, 3) all vertices in the base frame, mm."""
+        return np.concatenate([shape.edges.vertices @ frame[:3, :3].T + frame[:3, 3] for shape, frame in self.placed])
+
+    def bounds_mm(self) -> np.ndarray:
+        """(2, 3) lowest and highest coordinates of all parts, mm."""
+        points = self.points_mm()
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def draw_edges(self, towards: np.ndarray) -> None:
+        """Draws sharp edges and outlines for a parallel view.
+
+        Args:
+            towards: (3,) unit vector from the machine to the viewer.
+        """
+        segments = [
+            shape.edges.drawn(frame[:3, :3].T @ towards) @ frame[:3, :3].T + frame[:3, 3]
+            for shape, frame in self.placed
+        ]
+        self.lines.SetMapper(line_mapper(np.concatenate(segments)))
+
+
+def line_mapper(segments: np.ndarray) -> Any:
+    """Mapper of (n, 2, 3) straight lines."""
+    return surface_mapper(segments.reshape(-1, 3), np.arange(2 * len(segments)).reshape(-1, 2), None)
+
+
+def surface_mapper(points: np.ndarray, cells: np.ndarray, normals: np.ndarray | None) -> Any:
+    """Poly data of triangles (with normals) or lines behind a mapper that keeps lines before the faces they bound."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
+
+    data = vtkPolyData()
+    place = vtkPoints()
+    place.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=True))
+    data.SetPoints(place)
+    width = cells.shape[1]
+    array = vtkCellArray()
+    offsets = np.arange(0, width * len(cells) + 1, width, dtype=np.int64)
+    array.SetData(
+        numpy_to_vtkIdTypeArray(offsets, deep=True),
+        numpy_to_vtkIdTypeArray(np.ascontiguousarray(cells.ravel(), dtype=np.int64), deep=True),
+    )
+    polygons = normals is not None
+    (data.SetPolys if polygons else data.SetLines)(array)
+    if polygons:
+        data.GetPointData().SetNormals(numpy_to_vtk(np.ascontiguousarray(normals, dtype=np.float32), deep=True))
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.ScalarVisibilityOff()
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(*((1.0, 1.0) if polygons else (0.0, 0.0)))
+    return mapper
+
+
+def _lights(renderer: Any) -> None:
+    """Key light over the left shoulder, weak fill from the right, rim from behind; all turn with the camera."""
+    from vtkmodules.vtkRenderingCore import vtkLight
+
+    renderer.RemoveAllLights()
+    renderer.AutomaticLightCreationOff()
+    for position, intensity in (((-0.7, 0.9, 1.0), 0.85), ((1.0, 0.1, 0.6), 0.33), ((0.2, 0.8, -1.0), 0.25)):
+        light = vtkLight()
+        light.SetLightTypeToCameraLight()
+        light.SetPosition(*position)
+        light.SetIntensity(intensity)
+        renderer.AddLight(light)
+
+
+def write_png(window: Any, path: Path) -> None:
+    """Renders the window and writes the picture, averaged down.
+
+    Args:
+        window: Off-screen window with its renderers.
+        path: PNG file.
+
+    Raises:
+        PictureError: The file cannot be written.
+    """
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+
+    window.Render()
+    width, height = window.GetSize()
+    pixels = vtkUnsignedCharArray()
+    window.GetPixelData(0, 0, width - 1, height - 1, 1, pixels, 0)
+    n = SUPERSAMPLING
+    raw = vtk_to_numpy(pixels).reshape(height // n, n, width // n, n, 3)
+    total = np.zeros((height // n, width // n, 3), dtype=np.uint16)
+    for row in range(n):
+        for column in range(n):
+            total += raw[:, row, :, column]
+    mean = total // (n * n)
+    image = vtkImageData()
+    image.SetDimensions(width // n, height // n, 1)
+    image.GetPointData().SetScalars(numpy_to_vtk(mean.astype(np.uint8).reshape(-1, 3), deep=True))
+    writer = vtkPNGWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(image)
+    writer.SetCompressionLevel(6)
+    writer.Write()
+    if writer.GetErrorCode() or not path.is_file():
+        raise PictureError(f"{path} could not be written")

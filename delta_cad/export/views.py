@@ -1,0 +1,213 @@
+"""Pictures of the machine: isometric, front, top, side, one drive, lowest and highest position."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly import Assembly
+from delta_cad.export.meshes import Meshes
+from delta_cad.export.scene import SUPERSAMPLING, Colour, PartScene, PartShape, render_window, write_png
+from delta_cad.export.sheet import Sheet, box_edges, frame_actor
+
+SIZE = (1280, 960)
+CUBE_COLOUR: Colour = (0.08, 0.36, 0.75)
+ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
+ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
+DRIVE = np.array([0.62, -0.66, 0.42])
+DRIVE_RADIUS_MM = 46.0
+VIEWS = ("iso", "front", "top", "side", "drive", "poses")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What the machine has to fit into and to reach, in the base frame.
+
+    Attributes:
+        envelope_mm: (2,) size of the outline along x and y, mm.
+        envelope_centre_mm: (2,) its centre, mm.
+        cube_bottom_mm: Height of the cube's bottom face, mm.
+        cube_half_side_mm: Half the side of the cube, mm.
+    """
+
+    envelope_mm: tuple[float, float]
+    envelope_centre_mm: tuple[float, float]
+    cube_bottom_mm: float
+    cube_half_side_mm: float
+
+    def cube(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of the cube, (3,) mm each."""
+        half, bottom = self.cube_half_side_mm, self.cube_bottom_mm
+        return np.array([-half, -half, bottom]), np.array([half, half, bottom + 2 * half])
+
+    def envelope(self, z: float) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of the outline rectangle at a height, (3,) mm each."""
+        centre, half = np.array([*self.envelope_centre_mm, z]), np.array([*self.envelope_mm, 0.0]) / 2
+        return centre - half, centre + half
+
+
+def write_views(
+    assembly: Assembly, meshes: Meshes, directory: Path, stage: Stage, pose: np.ndarray | None = None
+) -> list[Path]:
+    """Draws all pictures.
+
+    Args:
+        assembly: The machine.
+        meshes: Part number -> mesh in mm.
+        directory: Folder to write into, made if missing.
+        stage: Outline and cube.
+        pose: (3,) handle position in mm; the home position if not given.
+
+    Returns:
+        The files, named after `VIEWS`.
+
+    Raises:
+        PictureError: There is no OpenGL, or a file cannot be written.
+        UnreachableError: The pose, or the cube's bottom or top centre, cannot be reached.
+    """
+    at = np.asarray(assembly.home_mm if pose is None else pose, dtype=float)
+    directory.mkdir(parents=True, exist_ok=True)
+    studio = _Studio(assembly, meshes, stage, at)
+    return [studio.draw(view, directory / f"{view}.png") for view in VIEWS]
+
+
+class _Studio:
+    """One window, one set of display data, one scene a pose."""
+
+    def __init__(self, assembly: Assembly, meshes: Meshes, stage: Stage, at: np.ndarray) -> None:
+        self.assembly, self.stage, self.at = assembly, stage, at
+        self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
+        self.window.SetNumberOfLayers(2)
+        self.shapes = {part.number: PartShape(meshes[part.number], part.material.colour) for part in assembly.parts}
+        self.scene = PartScene(assembly, self.shapes, at)
+        self.bounds = self.scene.bounds_mm()
+        self.cube = frame_actor(box_edges(*stage.cube()), CUBE_COLOUR, 1.6)
+        self.envelope = frame_actor(box_edges(*stage.envelope(self.bounds[0, 2])), ENVELOPE_COLOUR, 1.6)
+
+    def draw(self, view: str, path: Path) -> Path:
+        """One picture."""
+        layers: list[tuple[Any, Any]] = getattr(self, f"_{view}")()
+        for renderer, overlay in layers:
+            self.window.AddRenderer(renderer)
+            self.window.AddRenderer(overlay)
+        write_png(self.window, path)
+        for renderer, overlay in layers:
+            renderer.RemoveActor(self.cube)
+            renderer.RemoveActor(self.envelope)
+            self.window.RemoveRenderer(renderer)
+            self.window.RemoveRenderer(overlay)
+        return path
+
+    def _sheet(self, towards: np.ndarray, points: np.ndarray, room: float, frames: list[Any]) -> Sheet:
+        for frame in frames:
+            self.scene.renderer.AddActor(frame)
+        sheet = Sheet(self.scene.renderer, towards, SIZE, points, room=room)
+        self.scene.draw_edges(sheet.towards)
+        return sheet
+
+    def _where(self) -> str:
+        x, y, z = self.at
+        return f"handle at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+
+    def _corners(self) -> np.ndarray:
+        """Points that every overall view must show."""
+        return np.concatenate([_box(*self.bounds), _box(*self.stage.cube())])
+
+    def _iso(self) -> list[tuple[Any, Any]]:
+        points = np.concatenate(
+            [self.scene.points_mm(), _box(*self.stage.cube()), _box(*self.stage.envelope(self.bounds[0, 2]))]
+        )
+        sheet = self._sheet(ISO, points, 0.0, [self.cube, self.envelope])
+        width, depth = self.stage.envelope_mm
+        side = 2 * self.stage.cube_half_side_mm
+        sheet.caption(
+            self.assembly.name,
+            f"{self._where()}; blue: cube workspace {side:g} mm; red: outline {width:g} x {depth:g} mm",
+        )
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _front(self) -> list[tuple[Any, Any]]:
+        return self._elevation(FRONT, "front view", 0)
+
+    def _side(self) -> list[tuple[Any, Any]]:
+        return self._elevation(SIDE, "side view", 1)
+
+    def _elevation(self, towards: np.ndarray, title: str, axis: int) -> list[tuple[Any, Any]]:
+        """A view along the ground: overall width and height, the cube's side and height."""
+        sheet = self._sheet(towards, self._corners(), 95.0, [self.cube])
+        (left, bottom), (right, top) = sheet.flat(self.bounds[0]), sheet.flat(self.bounds[1])
+        sheet.dimension((left, bottom), (right, bottom), f"{right - left:.1f}", rows=-1, upright=False)
+        sheet.dimension((left, bottom), (left, top), f"{top - bottom:.1f}", rows=-1.4, upright=True)
+        low, high = (sheet.flat(corner) for corner in self.stage.cube())
+        edge = max(right, high[0])
+        side, floor = high[1] - low[1], low[1]
+        sheet.dimension((edge, floor), (edge, floor + side), f"{side:g}", rows=1, upright=True)
+        sheet.dimension((edge, 0.0), (edge, floor), f"{floor:g}", rows=1, upright=True)
+        crown = max(top, high[1])
+        sheet.dimension((low[0], crown), (high[0], crown), f"cube {side:g}", rows=0.8, upright=False)
+        letter = "xy"[axis]
+        sheet.caption(
+            f"{self.assembly.name}, {title}",
+            f"mm; {self._where()}; {letter} to the right, z up; heights from the plane of the shoulder axes",
+        )
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _top(self) -> list[tuple[Any, Any]]:
+        low, high = self.stage.envelope(self.bounds[0, 2])
+        points = np.concatenate([_box(*self.bounds), _box(low, high)])
+        sheet = self._sheet(TOP, points, 80.0, [self.envelope])
+        (left, bottom), (right, top) = sheet.flat(low), sheet.flat(high)
+        sheet.dimension((left, bottom), (right, bottom), f"outline {right - left:g}", rows=-1, upright=False)
+        sheet.dimension((left, bottom), (left, top), f"outline {top - bottom:g}", rows=-1, upright=True)
+        (west, south), (east, north) = sheet.flat(self.bounds[0]), sheet.flat(self.bounds[1])
+        sheet.dimension(
+            (west, north), (east, north), f"{east - west:.1f}", rows=1 + _rows(sheet, top - north), upright=False
+        )
+        sheet.dimension(
+            (east, south), (east, north), f"{north - south:.1f}", rows=1 + _rows(sheet, right - east), upright=True
+        )
+        sheet.caption(
+            f"{self.assembly.name}, top view", f"mm; {self._where()}; x to the right, y up; red: outline allowed"
+        )
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _drive(self) -> list[tuple[Any, Any]]:
+        placement = self.assembly.placement
+        shoulder = np.array([placement.geometry.base_radius * 1e3, 0.0, 0.0])
+        pinion = np.array([placement.pinion_centre_mm[0], 0.0, placement.pinion_centre_mm[1]])
+        centre = (shoulder + pinion) / 2
+        radius = DRIVE_RADIUS_MM + np.linalg.norm(shoulder - pinion) / 2
+        sheet = self._sheet(DRIVE, _box(centre - radius / np.sqrt(2), centre + radius / np.sqrt(2)), 0.0, [])
+        sheet.caption(f"{self.assembly.name}, drive of chain 0", f"{self._where()}")
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _poses(self) -> list[tuple[Any, Any]]:
+        low, high = self.stage.cube()
+        half = (SIZE[0] // 2, SIZE[1])
+        heights = {"lowest": float(low[2]), "highest": float(high[2])}
+        scenes = {word: PartScene(self.assembly, self.shapes, np.array([0.0, 0.0, z])) for word, z in heights.items()}
+        points = np.concatenate([_box(*scene.bounds_mm()) for scene in scenes.values()] + [_box(low, high)])
+        layers = []
+        for column, (word, scene) in enumerate(scenes.items()):
+            scene.renderer.SetViewport((0.5 * column, 0.0, 0.5 * column + 0.5, 1.0))
+            scene.renderer.AddActor(self.cube)
+            sheet = Sheet(scene.renderer, FRONT, half, points, room=10.0)
+            scene.draw_edges(sheet.towards)
+            sheet.caption(f"{word} position", f"handle at (0, 0, {heights[word]:.1f}) mm, front view, same scale")
+            layers.append((scene.renderer, sheet.finish()))
+        return layers
+
+
+def _box(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(8, 3) corners of an upright box."""
+    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+
+def _rows(sheet: Sheet, distance_mm: float) -> float:
+    """A distance on the sheet as steps of dimension lines, to clear what lies between; never negative."""
+    from delta_cad.export.sheet import DIMENSION_PIXELS
+
+    return max(0.0, distance_mm / (DIMENSION_PIXELS * sheet.mm_per_pixel))
