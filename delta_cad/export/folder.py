@@ -68,8 +68,7 @@ def output_folder(out: Path, name: str, *, rejected: bool = False) -> Iterator[B
     if not NAME.fullmatch(name) or name.endswith(REJECTED_SUFFIX):
         raise FolderError(f"{name!r} is not the name of a build: letters, digits, dot, dash and underscore only")
     out.mkdir(parents=True, exist_ok=True)
-    for target in (name, name + REJECTED_SUFFIX):
-        recover(out, target)
+    recover(out, name)
     token, lock = _own_token(out, name)
     folder = BuildFolder(_hidden(out, name, token, "building"), rejected)
     try:
@@ -88,30 +87,29 @@ def recover(out: Path, name: str) -> None:
 
     Args:
         out: Parent folder.
-        name: Name of the build, with or without ".rejected".
+        name: Name of the build; its ".rejected" twin is seen to as well.
     """
-    for aside in sorted(out.glob(f".{name}.*.previous"), key=lambda path: path.stat().st_mtime_ns, reverse=True):
-        if _abandoned(out, _owner(name), _token(aside)):
-            if (out / name).exists():
-                shutil.rmtree(aside, ignore_errors=True)
-            else:
-                aside.rename(out / name)
+    for target in (name, name + REJECTED_SUFFIX):
+        for token in _tokens(out, target, "previous"):
+            aside = _hidden(out, target, token, "previous")
+            with _claimed(out, name, token) as mine:
+                if mine and (out / target).exists():
+                    shutil.rmtree(aside, ignore_errors=True)
+                elif mine:
+                    aside.rename(out / target)
     for kind in ("building", "lock"):
-        for left in out.glob(f".{name}.*.{kind}"):
-            token = _token(left)
-            if re.fullmatch(r"[0-9a-f]{16}", token) and _abandoned(out, name, token):
-                if kind == "building":
-                    shutil.rmtree(left, ignore_errors=True)
-                _hidden(out, name, token, "lock").unlink(missing_ok=True)
+        for token in _tokens(out, name, kind):
+            with _claimed(out, name, token) as mine:
+                if mine:
+                    shutil.rmtree(_hidden(out, name, token, "building"), ignore_errors=True)
+                    _hidden(out, name, token, "lock").unlink(missing_ok=True)
 
 
-def _owner(name: str) -> str:
-    """Name under which the run that moved a build aside holds its lock."""
-    return name.removesuffix(REJECTED_SUFFIX)
-
-
-def _token(path: Path) -> str:
-    return path.name.split(".")[-2]
+def _tokens(out: Path, name: str, kind: str) -> list[str]:
+    """Tokens of the hidden entries of one kind, the latest first."""
+    pattern = re.compile(rf"\.{re.escape(name)}\.([0-9a-f]{{16}})\.{kind}")
+    found = [(path.lstat().st_mtime_ns, match[1]) for path in out.iterdir() if (match := pattern.fullmatch(path.name))]
+    return [token for _, token in sorted(found, reverse=True)]
 
 
 def _hidden(out: Path, name: str, token: str, kind: str) -> Path:
@@ -130,19 +128,22 @@ def _own_token(out: Path, name: str) -> tuple[str, int]:
         os.close(descriptor)  # another run took it for abandoned between the two lines above
 
 
-def _abandoned(out: Path, name: str, token: str) -> bool:
-    """Whether the run that owns a token has ended."""
+@contextmanager
+def _claimed(out: Path, name: str, token: str) -> Iterator[bool]:
+    """Whether the run that owns a token has ended; if so its lock is held as long as the block lasts."""
     try:
         descriptor = os.open(_hidden(out, name, token, "lock"), os.O_RDWR)
     except FileNotFoundError:
-        return True
+        yield True
+        return
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        return False
+        yield False
+    else:
+        yield True
     finally:
         os.close(descriptor)
-    return True
 
 
 def _sync(folder: Path) -> None:
