@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.geometry import DeltaGeometry, chain_coordinates
 from delta_cad.mechanism.inverse import closure_margin
 
 
-def rod_lean(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Signed angle of each chain's rods out of the chain's plane, asin(t / L_B).
 
     The distance of the two rods of a chain falls with the cosine of this angle.
@@ -24,7 +25,7 @@ def rod_lean(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.arcsin(np.where(closure_margin(g, p) >= 0.0, t / g.forearm_length, np.nan))
 
 
-def forearm_angle(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
 
     Args:

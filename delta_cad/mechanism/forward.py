@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.errors import SingularError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, positions
@@ -13,7 +14,7 @@ COLLINEAR = 1e-9
 seven digits of sixteen there."""
 
 
-def forward_kinematics(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
+def forward_kinematics(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
     """Position of the platform for given shoulder angles, platform above the elbows.
 
     Above means on the side of the elbows' plane from which chains 0, 1, 2 run anticlockwise; that is +z as long as
@@ -39,7 +40,7 @@ def forward_kinematics(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
     return p
 
 
-def platform_positions(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
+def platform_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
     """Forward kinematics for searches: NaN instead of an exception.
 
     Args:

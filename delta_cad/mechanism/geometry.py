@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.errors import GeometryError
 
@@ -58,7 +59,7 @@ class DeltaGeometry:
         return self.base_radius - self.platform_radius
 
 
-def positions(p: np.ndarray) -> np.ndarray:
+def positions(p: ArrayLike) -> np.ndarray:
     """The positions as an array of doubles, their last axis checked.
 
     Args:
@@ -76,7 +77,7 @@ def positions(p: np.ndarray) -> np.ndarray:
     return p
 
 
-def chain_coordinates(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def chain_coordinates(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The wrist of each chain seen from its shoulder, README (1).
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.errors import SingularError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
@@ -10,7 +11,7 @@ from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeom
 MM_PER_M = 1000.0
 
 
-def closure_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Closure margin w^2 of each chain: the chain closes exactly where it is not negative.
 
     It is also the serial singularity: the torque arm of the chain is L_A w. Continuous everywhere.
@@ -31,7 +32,7 @@ def closure_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return rho2 - m * m
 
 
-def elbow_arm(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Component w of the forearm along the elbow's direction of motion, the square root of the closure margin.
 
     Args:
@@ -45,7 +46,7 @@ def elbow_arm(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
 
 
-def arm_direction(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
 
     Args:
@@ -64,7 +65,7 @@ def arm_direction(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return (q * m + z * w) / rho2, (z * m - q * w) / rho2
 
 
-def joint_angles(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
 
     Args:
@@ -78,7 +79,7 @@ def joint_angles(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.arctan2(sin, cos)
 
 
-def inverse_kinematics(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Shoulder angles that hold the platform at a position, elbows outwards.
 
     Args:
@@ -103,7 +104,7 @@ def inverse_kinematics(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return theta
 
 
-def require_closed(g: DeltaGeometry, p: np.ndarray) -> None:
+def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
     """Refuse positions at which a chain cannot be closed.
 
     Args:
@@ -127,7 +128,7 @@ def require_closed(g: DeltaGeometry, p: np.ndarray) -> None:
     )
 
 
-def reach_excess(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """How far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
 
     Args:
@@ -144,7 +145,7 @@ def reach_excess(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.maximum(near - g.forearm_length, g.forearm_length - far)
 
 
-def forearm_vectors(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Vectors s_i from elbow to wrist.
 
     Args:
@@ -161,7 +162,7 @@ def forearm_vectors(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return radial[..., None] * RADIAL + t[..., None] * TANGENTIAL + vertical[..., None] * VERTICAL
 
 
-def elbow_positions(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
+def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
     """Elbows P_i for given shoulder angles.
 
     Args:
@@ -177,7 +178,7 @@ def elbow_positions(g: DeltaGeometry, theta: np.ndarray) -> np.ndarray:
     return radial[..., None] * RADIAL + vertical[..., None] * VERTICAL
 
 
-def wrist_positions(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Wrists B_i on the platform.
 
     Args:

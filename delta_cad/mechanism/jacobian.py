@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.errors import SingularError
 from delta_cad.mechanism.geometry import DeltaGeometry
@@ -24,7 +25,7 @@ def forearm_determinant(s: np.ndarray) -> np.ndarray:
     return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
 
 
-def velocity_map(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """The Jacobian for searches: `v = J theta_dot`, without exceptions.
 
     Args:
@@ -43,7 +44,7 @@ def velocity_map(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return columns * (arm / det[..., None])[..., None, :]
 
 
-def jacobian(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
 
     Args:
@@ -68,7 +69,7 @@ def jacobian(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return velocity_map(g, p)
 
 
-def inverse_jacobian(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def inverse_jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
 
     Args:

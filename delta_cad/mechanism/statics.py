@@ -6,13 +6,14 @@ Margins, not exceptions: NaN where a chain cannot be closed, infinity at a direc
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_vectors
 from delta_cad.mechanism.jacobian import forearm_determinant, velocity_map
 
 
-def worst_joint_torque(g: DeltaGeometry, p: np.ndarray, force: float) -> np.ndarray:
+def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarray:
     """Largest torque of each shoulder over all directions of a force: row norms of J^T times the force.
 
     Args:
@@ -35,7 +36,7 @@ def worst_joint_torque(g: DeltaGeometry, p: np.ndarray, force: float) -> np.ndar
     return np.where(det == 0.0, np.inf, moment / np.where(det == 0.0, 1.0, det))
 
 
-def singular_values(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
 
     Args:
@@ -63,7 +64,7 @@ def singular_values(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.where(closed[..., None], values, np.nan)
 
 
-def conditioning(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Condition number kappa of the Jacobian in the 2-norm.
 
     Args:
@@ -81,7 +82,7 @@ def conditioning(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.where(smallest == 0.0, np.inf, values[..., 0] / np.where(smallest == 0.0, 1.0, smallest))
 
 
-def serial_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Distance of each chain to its fold: cosine between the forearm and the elbow's direction of motion, w / L_B.
 
     Args:
@@ -96,7 +97,7 @@ def serial_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
     return np.sign(w2) * np.sqrt(np.abs(w2)) / g.forearm_length
 
 
-def direct_margin(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+def direct_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Distance to the direct singularity: determinant of the three unit forearm directions.
 
     Args:

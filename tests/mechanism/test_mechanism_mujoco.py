@@ -1,5 +1,8 @@
 """Another engine: MuJoCo's constraint solver on the real closed chain against closed forms of position and Jacobian."""
 
+# mujoco fills its namespace at run time:
+# pyright: reportAttributeAccessIssue=false
+
 import mujoco
 import numpy as np
 import pytest
