@@ -1,0 +1,55 @@
+"""Checks of a placed machine: each takes the assembly and returns records that say what holds, by how much and where.
+
+Nothing here loads the CAD kernel on import.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from delta_cad.assembly import Assembly
+from delta_cad.checks.clearance import check_clearance
+from delta_cad.checks.envelope import check_envelope
+from delta_cad.checks.fits import check_fits
+from delta_cad.checks.joints import check_joints
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.ranges import check_ranges
+from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.checks.solidity import check_solidity
+from delta_cad.tessellation import MeshLibrary
+
+__all__ = ["CheckLimits", "CheckResult", "all_passed", "run_checks"]
+
+
+def run_checks(
+    assembly: Assembly,
+    limits: CheckLimits,
+    meshes: MeshLibrary,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[CheckResult]:
+    """Every check, in the order in which a later one relies on an earlier one.
+
+    Args:
+        assembly: The machine.
+        limits: The cube and the limits.
+        meshes: The parts' meshes; those that are missing are made.
+        progress: Told the name of what is being done.
+
+    Returns:
+        The results. Where the cube is not reachable, or a part is no sound solid, the checks that need it are left
+        out: the report then holds the failures only up to there.
+    """
+    progress("ranges of the mechanism")
+    results = check_ranges(assembly.placement.geometry, limits)
+    progress("solids")
+    results += check_solidity(assembly.parts, meshes)
+    reachable = next(r.passed for r in results if r.name == "reach")
+    if not reachable or not all(r.passed for r in results if r.name.startswith("solid ") and r.value is None):
+        return results
+    progress("joints")
+    results += check_joints(assembly, limits)
+    results += check_fits(assembly, limits, meshes, progress)
+    progress("outline")
+    results += check_envelope(assembly, limits, meshes)
+    results += check_clearance(assembly, limits, meshes, progress)
+    return results

@@ -1,0 +1,58 @@
+"""What the machine is held against, and the handle positions at which it is sampled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class CheckLimits:
+    """The cube and the limits of all checks.
+
+    Attributes:
+        bottom_height_mm: Height of the cube's bottom face over the base plane.
+        half_side_mm: Half the side of the cube.
+        clearance_min_mm: Least distance of bodies on different links.
+        envelope_width_mm: One side of the outline rectangle (W).
+        envelope_depth_mm: Its other side (D); the machine may lie either way round.
+        lean_max_rad: Largest lean of a rod out of its chain's plane; None: not limited.
+        shoulder_range_rad: Lowest and highest shoulder angle that the stops allow; None: not limited.
+        force_N: Force on the handle in any direction; None: torque is not checked.
+        joint_torque_N_m: Torque available at a shoulder; None: torque is not checked.
+        grid: Sampled positions along each edge of the cube.
+        random_poses: Number of seeded random positions besides the grid.
+        seed: Seed of the random positions.
+    """
+
+    bottom_height_mm: float
+    half_side_mm: float
+    envelope_width_mm: float
+    envelope_depth_mm: float
+    clearance_min_mm: float = 1.0
+    lean_max_rad: float | None = None
+    shoulder_range_rad: tuple[float, float] | None = None
+    force_N: float | None = None
+    joint_torque_N_m: float | None = None
+    grid: int = 11
+    random_poses: int = 200
+    seed: int = 20180051
+
+    @property
+    def centre_mm(self) -> np.ndarray:
+        """(3,) centre of the cube in the base frame, mm."""
+        return np.array([0.0, 0.0, self.bottom_height_mm + self.half_side_mm])
+
+    @property
+    def corners_mm(self) -> np.ndarray:
+        """(8, 3) corners of the cube, mm."""
+        signs = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
+        return self.centre_mm + self.half_side_mm * signs
+
+    def poses_mm(self) -> np.ndarray:
+        """(n, 3) corners first, then the grid, then the random positions, mm."""
+        axis = np.linspace(-self.half_side_mm, self.half_side_mm, self.grid)
+        grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+        random = np.random.default_rng(self.seed).uniform(-self.half_side_mm, self.half_side_mm, (self.random_poses, 3))
+        return np.concatenate([self.corners_mm, self.centre_mm + grid, self.centre_mm + random])

@@ -1,0 +1,197 @@
+"""Which bodies are held apart by how much, and in which space of variables each pair is proven."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from delta_cad.assembly import Assembly
+from delta_cad.checks.bodies import Body, bodies_of, body
+from delta_cad.checks.domains import Domains
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.motion import MM_PER_M
+from delta_cad.checks.spaces import (
+    Fixed,
+    Handle,
+    Pairs,
+    ParallelRods,
+    RodAtJoint,
+    Space,
+    Swing,
+    TwoSwings,
+    X,
+    turn_about_z,
+)
+from delta_cad.part import Occurrence
+from delta_cad.placement import CHAINS, LinkPlacement
+from delta_cad.tessellation import MeshLibrary
+
+EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
+
+
+@dataclass(frozen=True)
+class HeldApart:
+    """A pair of bodies on different links and the distance it must keep.
+
+    Attributes:
+        a: One body.
+        b: The other, on another link.
+        limit_mm: The distance.
+        running_gap: Whether the limit is that of a `running gap` fit.
+    """
+
+    a: Body
+    b: Body
+    limit_mm: float
+    running_gap: bool
+
+
+def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
+    """The rigid body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm.
+
+    Args:
+        occurrence: The occurrence.
+        placement: The placement of the links.
+
+    Returns:
+        Link name.
+    """
+    on_axis = (placement.geometry.base_radius * MM_PER_M, 0.0)
+    if occurrence.link.startswith("pinion") and placement.drive_ratio == 1.0 and placement.pinion_centre_mm == on_axis:
+        return f"upper_arm_{occurrence.link[-1]}"
+    return occurrence.link
+
+
+def swept_links(placement: LinkPlacement) -> list[str]:
+    """The links that turn through any angle about their own y axis: the pinions of a geared drive."""
+    return [f"pinion_{i}" for i in CHAINS] if placement.drive_ratio != 1.0 else []
+
+
+def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[HeldApart]:
+    """All pairs on different links but the contacts.
+
+    Args:
+        assembly: The machine.
+        limits: The general clearance.
+        meshes: The parts' meshes.
+
+    Returns:
+        The pairs; parts of geared pinions as the bodies of revolution that they sweep.
+    """
+    moved = [replace(o, link=rigid_link(o, assembly.placement)) for o in assembly.occurrences]
+    bodies = bodies_of(moved, meshes, swept_links(assembly.placement))
+    fits = {frozenset((fit.a, fit.b)): fit for fit in assembly.fits}
+    pairs = []
+    for a, b in combinations(bodies.values(), 2):
+        if a.link == b.link:
+            continue
+        fit = fits.get(frozenset((a.name, b.name)))
+        if fit is None:
+            pairs.append(HeldApart(a, b, limits.clearance_min_mm, False))
+        elif fit.kind == "running gap":
+            pairs.append(HeldApart(a, b, fit.gap_mm, True))
+    return pairs
+
+
+def spaces_of(
+    pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domains, limits: CheckLimits
+) -> list[Space]:
+    """The pairs sorted into the spaces in which they are proven.
+
+    Args:
+        pairs: The pairs.
+        placement: The placement of the links.
+        found: The joint angles over the cube.
+        limits: The cube.
+
+    Returns:
+        The spaces with at least one pair each.
+    """
+    g = placement.geometry
+    base, wrist = g.base_radius * MM_PER_M, g.platform_radius * MM_PER_M
+    arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
+    width = placement.parallelogram_width_mm
+    groups: dict[str, list[tuple[Body, Body, float]]] = defaultdict(list)
+    for pair in pairs:
+        kind, a, b = _classified(pair, placement)
+        groups[kind].append((a, b, pair.limit_mm))
+    theta = (float(found.theta[:, 0].min()), float(found.theta[:, 1].max()))
+    lean = (float(found.lean[:, 0].min()), float(found.lean[:, 1].max()))
+    made = {
+        "fixed": lambda p: Fixed("fixed links", p, ("fixed",)),
+        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", p, base, theta),
+        "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, found.neighbours),
+        "rods": lambda p: ParallelRods("the rods of a chain (lean)", p, width, lean),
+        "wrist": lambda p: RodAtJoint("a rod and the platform", p, wrist * X, forearm, width, found.at_wrist),
+        "elbow": lambda p: RodAtJoint("a rod and its arm", p, arm * X, 0.0, width, found.at_elbow),
+        "handle": lambda p: Handle("handle position", p, placement, limits.centre_mm, limits.half_side_mm),
+    }
+    return [make(_unique(groups[kind])) for kind, make in made.items() if groups[kind]]
+
+
+def _classified(pair: HeldApart, placement: LinkPlacement) -> tuple[str, Body, Body]:
+    """The space of a pair, and its bodies placed on that space's links."""
+    a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
+    fixed = [x.link == "base" or x.link in swept_links(placement) for x in (a, b)]
+    chain_a, chain_b = chain_of(a.link), chain_of(b.link)
+    if all(fixed):
+        return "fixed", *(_moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
+    if fixed[0] and b.link.startswith("upper_arm"):
+        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
+        return "swing", _moved(a, "fixed", back @ fixed_frame(a.link, placement)), replace(b, link="arm")
+    if a.link.startswith("upper_arm") and b.link.startswith("upper_arm"):
+        if (chain_a + 1) % 3 != chain_b:
+            a, b = b, a
+        return "arms", replace(a, link="arm"), replace(b, link="next_arm")
+    if a.link.startswith("rod") and b.link.startswith("rod") and chain_a == chain_b:
+        return "rods", replace(a, link="rod_0"), replace(b, link="rod_1")
+    if a.link == "platform" and b.link.startswith("rod"):
+        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
+        return "wrist", _moved(a, "holder", back), replace(b, link=f"rod_{b.link[-1]}")
+    if a.link.startswith("rod") and b.link.startswith("upper_arm") and chain_a == chain_b:
+        return "elbow", replace(b, link="holder"), replace(a, link=f"rod_{a.link[-1]}")
+    return "handle", a, b
+
+
+def chain_of(link: str) -> int:
+    """Chain of a link, -1 for the base and the platform."""
+    digits = [word for word in link.split("_") if word.isdigit()]
+    return int(digits[0]) if digits else -1
+
+
+def fixed_frame(link: str, placement: LinkPlacement) -> np.ndarray:
+    """(4, 4) frame of the base, or of a geared pinion at angle 0 (its bodies are bodies of revolution)."""
+    if link == "base":
+        return np.eye(4)
+    offset = np.eye(4)
+    offset[[0, 2], 3] = placement.pinion_centre_mm
+    return turn_about_z(2.0 * np.pi / 3.0 * chain_of(link)) @ offset
+
+
+def _moved(b: Body, link: str, frame: np.ndarray) -> Body:
+    """The body on another link that holds its old one at `frame`."""
+    return body(b.name, b.key, link, b.mesh, frame @ b.placement)
+
+
+def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
+    """Pairs of bodies by index, those that are equal in shape, link and placement taken once at their larger limit."""
+    bodies: list[Body] = []
+    index: dict[tuple[object, ...], int] = {}
+    limit: dict[tuple[int, int], float] = {}
+
+    def number(b: Body) -> int:
+        key = (b.key, b.link, *np.round(b.placement[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
+        if key not in index:
+            index[key] = len(bodies)
+            bodies.append(b)
+        return index[key]
+
+    for a, b, gap in triples:
+        pair = (number(a), number(b))
+        limit[pair] = max(gap, limit.get(pair, gap))
+    first, second = np.array(list(limit)).T
+    return Pairs(bodies, first, second, np.array(list(limit.values())))

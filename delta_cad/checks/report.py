@@ -1,0 +1,47 @@
+"""What a check found: one record, and its form in `checks.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """One check's verdict with the figure behind it.
+
+    Attributes:
+        name: What was checked, unique in a report.
+        passed: Whether it holds.
+        value: The figure that decides, in `unit`; None where there is none.
+        limit: What the value is held against, in `unit`; None where there is none.
+        unit: Unit of value and limit, "" for counts.
+        worst_pose_mm: Handle position that decides, base frame, mm.
+        worst_pair: The occurrences, parts or joints that decide, by name.
+        detail: One sentence or more for a person: method, counts, and on failure which and by how much.
+    """
+
+    name: str
+    passed: bool
+    value: float | None
+    limit: float | None
+    unit: str
+    worst_pose_mm: tuple[float, float, float] | None = None
+    worst_pair: tuple[str, ...] | None = None
+    detail: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """The record as JSON types, keys as the attributes."""
+        record = asdict(self)
+        record["passed"] = bool(self.passed)
+        for key in ("value", "limit"):
+            record[key] = None if record[key] is None else float(record[key])
+        for key in ("worst_pose_mm", "worst_pair"):
+            record[key] = None if record[key] is None else list(record[key])
+        return record
+
+
+def all_passed(results: Iterable[CheckResult]) -> bool:
+    """Whether every check of a report holds."""
+    return all(result.passed for result in results)

@@ -1,0 +1,159 @@
+"""Every part is one sound solid with the bores it declares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.part import Part
+from delta_cad.tessellation import Mesh, MeshLibrary
+
+AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
+DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
+
+
+def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
+    """One result per part: a single valid closed solid, its mesh, its bores.
+
+    Args:
+        parts: The parts.
+        meshes: Their meshes.
+
+    Returns:
+        Results named `solid <part number>`; the value is the difference between mesh and exact volume, the limit the
+        volume of a layer of the mesh's deviation over its surface.
+    """
+    return [_checked(part, meshes) for part in parts]
+
+
+def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
+    faults = solid_faults(part.solid)
+    value = limit = None
+    note = ""
+    if not faults:
+        mesh = meshes[part.number]
+        volume = float(part.solid.Volume())
+        value, limit = abs(mesh.volume_mm3 - volume), layer_volume(mesh)
+        if not mesh.is_watertight:
+            faults.append("its mesh is not watertight")
+        elif value > limit:
+            faults.append(f"its mesh holds {mesh.volume_mm3:.3f} mm^3, the solid {volume:.3f}")
+        found = bore_counts(part.solid)
+        hole_faults, undeclared = compared_bores(part, found)
+        faults += hole_faults
+        note = f"; bores not declared: {undeclared}" if undeclared else ""
+    detail = "; ".join(faults) or f"one valid closed solid, {len(part.holes)} kinds of declared bores present"
+    return CheckResult(
+        f"solid {part.number}", not faults, value, limit, "mm^3", worst_pair=(part.number,), detail=detail + note
+    )
+
+
+def layer_volume(mesh: Mesh) -> float:
+    """Largest difference of volume between the mesh and the exact solid.
+
+    The symmetric difference of the two lies within the deviation d of the mesh's surface: inside balls along its faces
+    (2 d area), edges (pi d^2 length) and corners (4/3 pi d^3); the last two are covered by counting every edge fully.
+
+    Args:
+        mesh: The mesh.
+
+    Returns:
+        Volume, mm^3.
+    """
+    d = mesh.deviation_mm
+    a, b, c = np.moveaxis(mesh.triangles, 1, 0)
+    edges = sum(float(np.linalg.norm(q - p, axis=1).sum()) for p, q in ((a, b), (b, c), (c, a))) / 2.0
+    return 2.0 * d * mesh.area_mm2 + np.pi * d**2 * edges + 4.0 / 3.0 * np.pi * d**3 * len(mesh.vertices)
+
+
+def solid_faults(shape: Any) -> list[str]:
+    """What keeps a shape from being one valid closed solid of positive volume.
+
+    Args:
+        shape: A `cadquery.Shape`.
+
+    Returns:
+        Faults, empty when it is sound.
+    """
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.TopAbs import TopAbs_SOLID
+
+    if shape.wrapped is None or shape.wrapped.ShapeType() != TopAbs_SOLID:
+        return [f"it is a {shape.ShapeType()} of {len(shape.Solids())} solids, not one Solid"]
+    faults = []
+    if not all(BRep_Tool.IsClosed_s(shell.wrapped) for shell in shape.Shells()):
+        faults.append("its shell is open")
+    if not BRepCheck_Analyzer(shape.wrapped).IsValid():
+        faults.append("the kernel finds it invalid")
+    if not faults and not shape.Volume() > 0.0:
+        faults.append(f"its volume is {shape.Volume():.3f} mm^3")
+    return faults
+
+
+def bore_counts(shape: Any) -> dict[float, int]:
+    """Distinct axes of concave cylinders by diameter.
+
+    A face is concave where the outward normal points to the axis: the outside of the solid is around it. Faces of one
+    split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
+    asked of all faces on the axis together.
+
+    Args:
+        shape: A `cadquery.Shape`.
+
+    Returns:
+        Diameter in mm (to 1 um) -> number of axes.
+    """
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Cylinder
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[float]]]] = {}
+    for face in shape.Faces():
+        surface = BRepAdaptor_Surface(face.wrapped)
+        if surface.GetType() != GeomAbs_Cylinder:
+            continue
+        cylinder = surface.Cylinder()
+        inwards = cylinder.Position().Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
+        if not inwards:
+            continue
+        d, p = cylinder.Axis().Direction(), cylinder.Axis().Location()
+        direction = np.array([d.X(), d.Y(), d.Z()])
+        point = np.array([p.X(), p.Y(), p.Z()])
+        point = point - (point @ direction) * direction
+        turn = surface.LastUParameter() - surface.FirstUParameter()
+        same = axes.setdefault(round(2.0 * cylinder.Radius(), 3), [])
+        for other_direction, other_point, turns in same:
+            parallel = np.linalg.norm(np.cross(direction, other_direction)) < 1e-6
+            if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
+                turns.append(turn)
+                break
+        else:
+            same.append((direction, point, [turn]))
+    counts = {diameter: sum(sum(turns) >= np.pi - 1e-6 for *_, turns in same) for diameter, same in axes.items()}
+    return {diameter: count for diameter, count in sorted(counts.items()) if count}
+
+
+def compared_bores(part: Part, found: dict[float, int]) -> tuple[list[str], str]:
+    """Hold declared bores against those found.
+
+    Args:
+        part: The part with its declared holes.
+        found: Diameter -> number of axes.
+
+    Returns:
+        Faults, and the diameters that were found and not declared, as text.
+    """
+    faults = []
+    declared: dict[float, int] = {}
+    for hole in part.holes:
+        declared[hole.diameter_mm] = declared.get(hole.diameter_mm, 0) + hole.count
+    for diameter, count in declared.items():
+        seen = sum(n for d, n in found.items() if abs(d - diameter) <= DIAMETER_MM)
+        if seen != count:
+            faults.append(f"it has {seen} bores of {diameter:g} mm, {count} are declared")
+    extra = {d: n for d, n in found.items() if all(abs(d - x) > DIAMETER_MM for x in declared)}
+    return faults, ", ".join(f"{n} of {d:g} mm" for d, n in extra.items())

@@ -1,0 +1,279 @@
+"""The few variables on which the relative position of two links depends, each as a space that can be subdivided.
+
+| links | variables | why |
+|---|---|---|
+| base, swept pinions among themselves | none | all fixed |
+| base or a swept pinion - upper arm i | theta_i | the arm only turns |
+| upper arm i - upper arm k | theta_i, theta_k | |
+| rod i 0 - rod i 1 | lean | the two stay parallel |
+| rod i j - platform | direction of the forearm | the platform does not turn |
+| rod i j - upper arm i | direction of the forearm seen from the arm | |
+| all others | the handle's position | |
+
+Where the variables are joint angles, pairs that are the same after a turn by 120 degrees are one pair, over the union of
+the angles of the three chains: equal shapes, equally placed to `EQUAL_MM`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.checks.bodies import Body
+from delta_cad.checks.domains import Raster
+from delta_cad.checks.motion import MM_PER_M, box_motion
+from delta_cad.placement import LinkPlacement, frames
+
+X, Y, Z = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of bodies to be held apart.
+
+    Attributes:
+        bodies: The bodies.
+        first: (m,) index of one body of each pair.
+        second: (m,) index of the other.
+        limit: (m,) distance to be kept, mm.
+    """
+
+    bodies: Sequence[Body]
+    first: np.ndarray
+    second: np.ndarray
+    limit: np.ndarray
+
+
+class Space(ABC):
+    """Variables, their range, and the motion of the links over a box of them.
+
+    Attributes:
+        name: For reports.
+        pairs: The pairs whose relative position depends on these variables only.
+        links: Names of the links that `frames` places, in order.
+    """
+
+    def __init__(self, name: str, pairs: Pairs, links: Sequence[str]) -> None:
+        self.name, self.pairs, self.links = name, pairs, tuple(links)
+
+    @abstractmethod
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """(1, d) centre and (1, d) half widths of the box that holds the whole range."""
+
+    @abstractmethod
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """(n, links, 4, 4) frames of the links in a common frame at the variables (n, d), mm."""
+
+    @abstractmethod
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
+        """Bounds on the travel of every body's points while the variables stay in a box.
+
+        Args:
+            centres: (n, d) centres of the boxes.
+            halves: (n, d) half widths.
+
+        Returns:
+            One (n, bodies) array in mm for each frame of reference; a pair may use any one of them for both bodies.
+        """
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        """(n,) False only for boxes that certainly hold no variables that occur in the cube."""
+        return np.ones(len(centres), dtype=bool)
+
+
+class Fixed(Space):
+    """Links that do not move against each other."""
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros((1, 0)), np.zeros((1, 0))
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(np.eye(4), (len(centres), len(self.links), 4, 4))
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        return [np.zeros((len(centres), len(self.pairs.bodies)))]
+
+
+class Swing(Space):
+    """A fixed link and an upper arm, in the frame of the arm's chain: theta."""
+
+    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, theta: tuple[float, float]) -> None:
+        super().__init__(name, pairs, ("fixed", "arm"))
+        self._radius, self._theta = base_radius_mm, theta
+        self._lever = np.array([b.lever_about_y() if b.link == "arm" else 0.0 for b in pairs.bodies])
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        low, high = self._theta
+        return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        fixed = np.broadcast_to(np.eye(4), (len(centres), 4, 4))
+        return np.stack([fixed, arm_frames(self._radius, centres[:, 0])], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        return [halves * self._lever]
+
+
+class TwoSwings(Space):
+    """The upper arms of chains i and i + 1 in the frame of chain i: theta_i, theta_(i + 1)."""
+
+    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, rasters: Sequence[Raster]) -> None:
+        super().__init__(name, pairs, ("arm", "next_arm"))
+        self._radius, self._rasters = base_radius_mm, rasters
+        lever = np.array([b.lever_about_y() for b in pairs.bodies])
+        self._levers = np.stack([np.where([b.link == link for b in pairs.bodies], lever, 0.0) for link in self.links])
+        self._turned = turn_about_z(2.0 * np.pi / 3.0)
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        return bounds_of(self._rasters)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        one, other = (arm_frames(self._radius, centres[:, k]) for k in range(2))
+        return np.stack([one, self._turned @ other], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        return [halves @ self._levers]
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
+
+
+class ParallelRods(Space):
+    """The two rods of a chain in the frame of rod 0: the lean."""
+
+    def __init__(self, name: str, pairs: Pairs, width_mm: float, lean: tuple[float, float]) -> None:
+        super().__init__(name, pairs, ("rod_0", "rod_1"))
+        self._width, self._lean = width_mm, lean
+        self._moves = np.array([b.link == "rod_1" for b in pairs.bodies], dtype=float)
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        low, high = self._lean
+        return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        out = np.broadcast_to(np.eye(4), (len(centres), 2, 4, 4)).copy()
+        out[:, 1, 0, 3] = self._width * np.sin(centres[:, 0])
+        out[:, 1, 1, 3] = self._width * np.cos(centres[:, 0])
+        return out
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        return [self._width * halves * self._moves]
+
+
+class RodAtJoint(Space):
+    """A rod against the link that holds one of its balls, in that link's frame turned to the chain.
+
+    The variables are the direction of the forearm: its angle in the chain's plane and its lean. A change of the angle
+    turns the rod about the shoulder's direction, a change of the lean about a line square to it.
+
+    Args:
+        name: For reports.
+        pairs: The pairs; bodies of the rods on links "rod_0" and "rod_1", the others on "holder".
+        centre_mm: (3,) middle of the two balls in the holder's frame, mm.
+        ball_mm: x of the held ball in the rod's frame: 0 for the elbow, L_B for the wrist.
+        width_mm: Distance of the two rods.
+        rasters: The directions that occur.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pairs: Pairs,
+        centre_mm: np.ndarray,
+        ball_mm: float,
+        width_mm: float,
+        rasters: Sequence[Raster],
+    ) -> None:
+        super().__init__(name, pairs, ("holder", "rod_0", "rod_1"))
+        self._balls = [centre_mm + side * width_mm * Y for side in (-0.5, 0.5)]
+        self._ball, self._rasters = ball_mm, rasters
+        self._lever = np.array([0.0 if b.link == "holder" else b.lever(ball_mm * X) for b in pairs.bodies])
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        return bounds_of(self._rasters)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        angle, lean = centres.T[..., None]
+        radial = np.cos(angle) * X + np.sin(angle) * Z
+        along, across = np.cos(lean) * radial + np.sin(lean) * Y, np.cos(lean) * Y - np.sin(lean) * radial
+        rods = [frames(along, across, ball - self._ball * along) for ball in self._balls]
+        return np.stack([np.broadcast_to(np.eye(4), rods[0].shape), *rods], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        return [np.linalg.norm(halves, axis=1)[:, None] * self._lever]
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
+
+
+class Handle(Space):
+    """All links in the base frame: the handle's position in the cube."""
+
+    def __init__(self, name: str, pairs: Pairs, placement: LinkPlacement, centre_mm: np.ndarray, half_mm: float) -> None:
+        super().__init__(name, pairs, sorted({b.link for b in pairs.bodies}))
+        self._placement, self._centre, self._half = placement, centre_mm, half_mm
+        g = placement.geometry
+        self._arm, self._forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
+        self._rods = [(k, *_rod_levers(b, self._forearm)) for k, b in enumerate(pairs.bodies) if b.link[:3] == "rod"]
+        self._turning = [
+            (k, int(b.link[-1]), b.lever_about_y())
+            for k, b in enumerate(pairs.bodies)
+            if b.link.startswith("upper_arm") or (b.link.startswith("pinion") and placement.drive_ratio == 1.0)
+        ]
+        self._carried = [k for k, b in enumerate(pairs.bodies) if b.link == "platform"]
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._centre[None], np.full((1, 3), self._half)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        links = self._placement(centres)
+        return np.stack([links[name] for name in self.links], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
+        motion = box_motion(self._placement.geometry, centres, halves)
+        from_base = np.zeros((len(centres), len(self.pairs.bodies)))
+        from_platform = np.repeat(motion.handle[:, None], len(self.pairs.bodies), axis=1)
+        for k, i, lever in self._turning:
+            from_base[:, k] = lever * motion.theta_change[:, i]
+            from_platform[:, k] += from_base[:, k]
+        from_base[:, self._carried] = motion.handle[:, None]
+        from_platform[:, self._carried] = 0.0
+        with np.errstate(invalid="ignore"):
+            for k, i, shares, off_axis in self._rods:
+                elbow, turn = self._arm * motion.theta_change[:, i], self._forearm * motion.turn[:, i]
+                spin = off_axis * motion.rotation[:, i]
+                from_base[:, k] = (
+                    np.max([abs(1.0 - f) * elbow + abs(f) * motion.handle for f in shares], axis=0) + spin
+                )
+                from_platform[:, k] = max(abs(1.0 - f) for f in shares) * turn + spin
+        return [np.nan_to_num(m, nan=np.inf, posinf=np.inf) for m in (from_base, from_platform)]
+
+
+def _rod_levers(b: Body, forearm_mm: float) -> tuple[int, tuple[float, float], float]:
+    """Chain, lowest and highest share of the way from elbow to wrist, and largest distance from the rod's axis, mm."""
+    points, extra = b.vertices, b.mesh.deviation_mm
+    low, high = points[:, 0].min() - extra, points[:, 0].max() + extra
+    off_axis = float(np.hypot(points[:, 1], points[:, 2]).max()) + extra
+    return int(b.link.split("_")[1]), (low / forearm_mm, high / forearm_mm), off_axis
+
+
+def arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:
+    """(n, 4, 4) frames of chain 0's upper arm at shoulder angles (n,), as `LinkPlacement` gives them, mm."""
+    angle = theta[:, None]
+    return frames(np.cos(angle) * X + np.sin(angle) * Z, np.broadcast_to(Y, (len(theta), 3)), base_radius_mm * X)
+
+
+def turn_about_z(angle_rad: float) -> np.ndarray:
+    """(4, 4) rotation about z."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+def bounds_of(rasters: Sequence[Raster]) -> tuple[np.ndarray, np.ndarray]:
+    """(1, 2) centre and (1, 2) half widths of the box that holds all rasters."""
+    low = np.min([r.low for r in rasters], axis=0)
+    high = np.max([r.high for r in rasters], axis=0)
+    return ((low + high) / 2.0)[None], ((high - low) / 2.0)[None]
