@@ -18,6 +18,8 @@ DIMENSION_PIXELS = 34.0
 BAND_PIXELS = 92.0
 """Height of the strip at the bottom that is kept for the title."""
 MARGIN = 1.05
+CHAIN_PIXELS = (22.0, 5.0, 4.0)
+"""Long dash, gap, short dash of a centre line."""
 
 
 class Sheet:
@@ -119,6 +121,18 @@ class Sheet:
         middle = (ends[0] + ends[1]) / 2
         middle[across] += 4.0 * pixel if not upright else -4.0 * pixel
         self.label(middle, text, turned=upright)
+
+    def centre_line(self, left: float, right: float, height: float) -> None:
+        """Level chain line (long dash, short dash) between two abscissas, mm on the sheet."""
+        pixel = self.mm_per_pixel
+        long, gap, short = (length * pixel for length in CHAIN_PIXELS)
+        start = left
+        while start < right:
+            for length in (long, short):
+                end = min(start + length, right)
+                if end > start:
+                    self._segments.append(np.array([[start, height], [end, height]]))
+                start = end + gap
 
     def label(self, at: np.ndarray, text: str, *, turned: bool = False, colour: Colour = INK) -> None:
         """Text above a sheet point; turned texts read from the right."""
