@@ -7,12 +7,11 @@ complained about first. Pictures are rendered larger and averaged down, which sm
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from delta_cad.assembly import Assembly
 from delta_cad.export.shading import creased, edge_table
 
 if TYPE_CHECKING:
@@ -82,17 +81,19 @@ class PartShape:
         self.points, self.triangles, self.normals = creased(vertices, faces)
 
 
+Placed = tuple[PartShape, np.ndarray]
+
+
+def placed_points(shape: PartShape, frame: np.ndarray) -> np.ndarray:
+    """(n, 3) vertices of a placed part in the base frame, mm."""
+    return shape.edges.vertices @ frame[:3, :3].T + frame[:3, 3]
+
+
 class PartScene:
-    """All occurrences of an assembly in one pose, as one actor a colour: few actors draw three times as fast."""
+    """Placed parts as one actor a colour: few actors draw three times as fast as one a part."""
 
-    def __init__(self, assembly: Assembly, shapes: Mapping[str, PartShape], p_mm: np.ndarray) -> None:
-        """Places everything for a handle position.
-
-        Args:
-            assembly: The machine.
-            shapes: Part number -> display data.
-            p_mm: (3,) handle position, mm.
-        """
+    def __init__(self, placed: Sequence[Placed]) -> None:
+        """Collects display data and (4, 4) frames from the part to the base frame, mm."""
         from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
 
         self.renderer = vtkRenderer()
@@ -101,9 +102,8 @@ class PartScene:
         self.renderer.GradientBackgroundOn()
         self.renderer.DitherGradientOff()  # noise would make the files ten times larger
         _lights(self.renderer)
-        poses = assembly.poses(np.asarray(p_mm, dtype=float))
-        self.placed = [(shapes[o.part.number], poses[o.name]) for o in assembly.occurrences]
-        colours: dict[Colour, list[tuple[PartShape, np.ndarray]]] = {}
+        self.placed = tuple(placed)
+        colours: dict[Colour, list[Placed]] = {}
         for shape, frame in self.placed:
             colours.setdefault(shape.colour, []).append((shape, frame))
         for colour, placed in colours.items():
@@ -129,7 +129,7 @@ class PartScene:
 
     def points_mm(self) -> np.ndarray:
         """(n, 3) all vertices in the base frame, mm."""
-        return np.concatenate([shape.edges.vertices @ frame[:3, :3].T + frame[:3, 3] for shape, frame in self.placed])
+        return np.concatenate([placed_points(*one) for one in self.placed])
 
     def bounds_mm(self) -> np.ndarray:
         """(2, 3) lowest and highest coordinates of all parts, mm."""
@@ -149,7 +149,7 @@ class PartScene:
         self.lines.SetMapper(line_mapper(np.concatenate(segments)))
 
 
-def _surface(placed: list[tuple[PartShape, np.ndarray]], colour: Colour) -> Any:
+def _surface(placed: Sequence[Placed], colour: Colour) -> Any:
     """One shaded actor of all that has one colour."""
     from vtkmodules.vtkRenderingCore import vtkActor
 

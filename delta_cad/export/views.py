@@ -1,7 +1,9 @@
-"""Pictures of the machine: isometric, front, top, side, one drive, lowest and highest position."""
+"""Pictures of the machine: isometric, front, top, side, one drive whole and exploded, lowest and highest position."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,16 +14,30 @@ import numpy as np
 from delta_cad.assembly import Assembly
 from delta_cad.export.meshes import Meshes
 from delta_cad.export.png import png_bytes
-from delta_cad.export.scene import SUPERSAMPLING, Colour, PartScene, PartShape, photograph, render_window
+from delta_cad.export.scene import (
+    SUPERSAMPLING,
+    Colour,
+    PartScene,
+    PartShape,
+    Placed,
+    photograph,
+    placed_points,
+    render_window,
+)
 from delta_cad.export.sheet import Sheet, box_edges, frame_actor
+from delta_cad.part import Occurrence
 
 SIZE = (1280, 960)
 CUBE_COLOUR: Colour = (0.08, 0.36, 0.75)
 ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
 ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
 DRIVE = np.array([0.62, -0.66, 0.42])
-DRIVE_RADIUS_MM = 46.0
-VIEWS = ("iso", "front", "top", "side", "drive", "poses")
+EXPLODED = np.array([0.80, -0.55, 0.38])
+NEAR_MM = 0.5
+"""Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower."""
+PULL = 2.2
+"""How much further from the middle a part of the pulled-apart view sits, as a share of its distance."""
+VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 
 @dataclass(frozen=True)
@@ -97,10 +113,15 @@ class _Studio:
         self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
         self.window.SetNumberOfLayers(2)
         self.shapes = {part.number: PartShape(meshes[part.number], part.material.colour) for part in assembly.parts}
-        self.scene = PartScene(assembly, self.shapes, at)
+        self.scene = PartScene(self._placed(at, assembly.occurrences))
         self.bounds = self.scene.bounds_mm()
         self.cube = frame_actor(box_edges(*stage.cube()), CUBE_COLOUR, 1.6)
         self.envelope = frame_actor(box_edges(*stage.envelope(self.bounds[0, 2])), ENVELOPE_COLOUR, 1.6)
+
+    def _placed(self, p_mm: np.ndarray, occurrences: Sequence[Occurrence]) -> list[Placed]:
+        """Display data and base frame of occurrences at a handle position."""
+        poses = self.assembly.poses(p_mm)
+        return [(self.shapes[o.part.number], poses[o.name]) for o in occurrences]
 
     def draw(self, view: str) -> np.ndarray:
         """Pixels of one picture."""
@@ -192,22 +213,46 @@ class _Studio:
         return [(self.scene.renderer, sheet.finish())]
 
     def _drive(self) -> list[tuple[Any, Any]]:
-        placement = self.assembly.placement
-        shoulder = np.array([placement.geometry.base_radius * 1e3, 0.0, 0.0])
-        pinion = np.array([placement.pinion_centre_mm[0], 0.0, placement.pinion_centre_mm[1]])
-        centre = (shoulder + pinion) / 2
-        radius = DRIVE_RADIUS_MM + np.linalg.norm(shoulder - pinion) / 2
-        sheet = self._sheet(DRIVE, _box(centre - radius / np.sqrt(2), centre + radius / np.sqrt(2)), 0.0, [])
+        return self._alone(DRIVE, self._chain(), "drive of chain 0", self._where())
+
+    def _exploded(self) -> list[tuple[Any, Any]]:
+        """The drive pulled apart along the shoulder axis, the base frame's y for chain 0."""
+        pulled = []
+        for shape, frame in self._chain():
+            apart = frame.copy()
+            apart[1, 3] += PULL * placed_points(shape, frame)[:, 1].mean()
+            pulled.append((shape, apart))
+        return self._alone(EXPLODED, pulled, "drive of chain 0, exploded", "pulled apart along the shoulder axis")
+
+    def _alone(self, towards: np.ndarray, placed: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
+        """Some of the parts, filling the sheet."""
+        scene = PartScene(placed)
+        sheet = Sheet(scene.renderer, towards, SIZE, scene.points_mm(), room=10.0)
+        scene.draw_edges(sheet.towards)
         if self.occlusion:
-            self.scene.occlude()
-        sheet.caption(f"{self.assembly.name}, drive of chain 0", f"{self._where()}")
-        return [(self.scene.renderer, sheet.finish())]
+            scene.occlude()
+        sheet.caption(f"{self.assembly.name}, {title}", subtitle)
+        return [(scene.renderer, sheet.finish())]
+
+    def _chain(self) -> list[Placed]:
+        """Chain 0 without its rods, and of the base only what hangs together with it."""
+        links = ("base", "upper_arm_0", "pinion_0")
+        chain = [o for o in self.assembly.occurrences if o.link in links and chain_of(o.name) == 0]
+        placed = self._placed(self.at, chain)
+        boxes = np.array([[p.min(axis=0), p.max(axis=0)] for p in (placed_points(*one) for one in placed)])
+        joined = np.array([o.link != "base" for o in chain])
+        touching = (boxes[:, None, 0] <= boxes[None, :, 1] + NEAR_MM).all(axis=2)
+        touching &= touching.T
+        for _ in chain:
+            joined = joined | (touching & joined).any(axis=1)
+        return [one for one, keep in zip(placed, joined, strict=True) if keep]
 
     def _poses(self) -> list[tuple[Any, Any]]:
         low, high = self.stage.cube()
         half = (SIZE[0] // 2, SIZE[1])
         heights = {"lowest": float(low[2]), "highest": float(high[2])}
-        scenes = {word: PartScene(self.assembly, self.shapes, np.array([0.0, 0.0, z])) for word, z in heights.items()}
+        everything = self.assembly.occurrences
+        scenes = {word: PartScene(self._placed(np.array([0.0, 0.0, z]), everything)) for word, z in heights.items()}
         points = np.concatenate([_box(*scene.bounds_mm()) for scene in scenes.values()] + [_box(low, high)])
         layers = []
         for column, (word, scene) in enumerate(scenes.items()):
@@ -218,6 +263,12 @@ class _Studio:
             sheet.caption(f"{word} position", f"platform centre at (0, 0, {heights[word]:.1f}) mm, same scale")
             layers.append((scene.renderer, sheet.finish()))
         return layers
+
+
+def chain_of(name: str) -> int | None:
+    """Chain of an occurrence, the first number that stands alone in its name; None for what belongs to no chain."""
+    match = re.search(r"_(\d)(?=_|$)", name)
+    return int(match[1]) if match else None
 
 
 def _box(low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -68,7 +68,7 @@ def make_assembly(parts: dict[str, Part] | None = None, name: str = "test-joysti
         Occurrence("platform", parts["platform"], "platform", np.eye(4)),
     ]
     for i in range(3):
-        motor = chain_frame(i) @ translation(35.0, -20.0, -30.0)
+        motor = chain_frame(i) @ translation(35.0, -3.0, -21.0)
         placed.append(Occurrence(f"motor_{i}", parts["motor_30x68"], "base", motor))
         placed.append(Occurrence(f"upper_arm_{i}", parts["upper_arm"], f"upper_arm_{i}", np.eye(4)))
         for j in range(2):

@@ -17,7 +17,7 @@ from delta_cad.export import scene as scene_module
 from delta_cad.export.png import png_bytes
 from delta_cad.export.scene import PartScene, PartShape, PictureError, render_window
 from delta_cad.export.sheet import Sheet, box_edges
-from delta_cad.export.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, write_views
+from delta_cad.export.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, chain_of, write_views
 from delta_cad.mechanism import UnreachableError
 from delta_cad.tessellation import MeshLibrary
 
@@ -58,6 +58,13 @@ def extent(pixels: np.ndarray, colour: tuple[float, float, float]) -> np.ndarray
     return np.array([[columns.min(), columns.max()], [rows.min(), rows.max()]])
 
 
+def whole_scene(machine: Assembly, meshes: MeshLibrary) -> PartScene:
+    poses = machine.poses(machine.home_mm)
+    return PartScene(
+        [(PartShape(meshes[o.part.number], o.part.material.colour), poses[o.name]) for o in machine.occurrences]
+    )
+
+
 @pytest.fixture(scope="module")
 def pictures(machine: Assembly, meshes: MeshLibrary, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
     paths = write_views(machine, meshes, tmp_path_factory.mktemp("views") / "deep", STAGE)
@@ -94,8 +101,7 @@ def test_the_cube_in_front_and_side_view_is_square_and_to_scale(pictures: dict[s
 
 
 def test_the_scale_holds_between_cube_and_machine(machine: Assembly, meshes: MeshLibrary) -> None:
-    shapes = {part.number: PartShape(meshes[part.number], part.material.colour) for part in machine.parts}
-    scene = PartScene(machine, shapes, machine.home_mm)
+    scene = whole_scene(machine, meshes)
     low, high = scene.bounds_mm()
     assert low[2] == pytest.approx(-64.0)
     assert high[2] == pytest.approx(94.6 + 5.0)
@@ -107,8 +113,7 @@ def test_the_scale_holds_between_cube_and_machine(machine: Assembly, meshes: Mes
 
 
 def test_x_is_right_and_y_up_seen_from_above(machine: Assembly, meshes: MeshLibrary) -> None:
-    shapes = {part.number: PartShape(meshes[part.number], part.material.colour) for part in machine.parts}
-    scene = PartScene(machine, shapes, machine.home_mm)
+    scene = whole_scene(machine, meshes)
     sheet = Sheet(scene.renderer, np.array([0.0, 0.0, 1.0]), SIZE, scene.bounds_mm())
     np.testing.assert_allclose([sheet.right, sheet.up], [[1, 0, 0], [0, 1, 0]], atol=1e-15)
 
@@ -155,6 +160,14 @@ def test_png_is_read_back_exactly(tmp_path: Path) -> None:
     pixels = np.random.default_rng(1).integers(0, 256, (37, 53, 3), dtype=np.uint8)
     (tmp_path / "a.png").write_bytes(png_bytes(pixels))
     np.testing.assert_array_equal(read_png(tmp_path / "a.png"), pixels)
+
+
+@pytest.mark.parametrize(
+    ("name", "chain"),
+    [("upper_arm_0", 0), ("bearing_1_e", 1), ("screw_M3x12_2_0", 2), ("motor_30x68", None), ("base_plate", None)],
+)
+def test_the_chain_stands_in_the_name(name: str, chain: int | None) -> None:
+    assert chain_of(name) == chain
 
 
 def test_box_edges() -> None:
