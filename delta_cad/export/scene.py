@@ -1,7 +1,7 @@
 """An off-screen scene of the machine: shaded parts with feature edges, posed by matrices, rendered to pixels.
 
-Needs no display: on a machine without one the EGL window is asked for directly, so that nothing is tried and
-complained about first. Pictures are rendered larger and averaged down, which smooths lines and edges alike.
+Needs no display: an EGL window is asked for directly, so that nothing is tried and complained about first. Pictures
+are rendered larger and averaged down, which smooths lines and edges alike.
 """
 
 from __future__ import annotations
@@ -61,14 +61,15 @@ def render_window(size: tuple[int, int]) -> Any:
 
 
 def _window_makers() -> list[Any]:
-    """Kinds of windows to try, best first; a display is used only where there is one."""
+    """Kinds of windows to try, best first: without a display, then on one where there is one."""
     import vtkmodules.vtkRenderingFreeType
     import vtkmodules.vtkRenderingOpenGL2
     from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
     backend = vtkmodules.vtkRenderingOpenGL2  # the other module is imported for its text renderer alone
     headless = [getattr(backend, name, None) for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")]
-    return ([vtkRenderWindow] if os.environ.get("DISPLAY") else []) + [maker for maker in headless if maker]
+    makers = [maker for maker in headless if maker]
+    return [*makers, vtkRenderWindow] if os.environ.get("DISPLAY") or not makers else makers
 
 
 class PartShape:

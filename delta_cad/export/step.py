@@ -117,13 +117,12 @@ def _document() -> tuple[TDocStd_Document, Any]:
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDocStd import TDocStd_Document
     from OCP.XCAFApp import XCAFApp_Application
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
     format_name = TCollection_ExtendedString("MDTV-XCAF")
     document = TDocStd_Document(format_name)
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
-    XCAFDoc_ShapeTool.SetAutoNaming_s(False)
     return document, XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
 
 

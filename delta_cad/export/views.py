@@ -97,8 +97,11 @@ def write_views(
     at = np.asarray(assembly.home_mm if pose is None else pose, dtype=float)
     directory.mkdir(parents=True, exist_ok=True)
     studio = _Studio(assembly, meshes, stage, at, occlusion)
-    with ThreadPoolExecutor(1) as encoder:  # encodes one picture while the next is drawn
-        files = {view: encoder.submit(png_bytes, studio.draw(view)) for view in VIEWS}
+    try:
+        with ThreadPoolExecutor(1) as encoder:  # encodes one picture while the next is drawn
+            files = {view: encoder.submit(png_bytes, studio.draw(view)) for view in VIEWS}
+    finally:
+        studio.window.Finalize()
     paths = [directory / f"{view}.png" for view in VIEWS]
     for view, path in zip(VIEWS, paths, strict=True):
         path.write_bytes(files[view].result())

@@ -149,11 +149,19 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
         render_window((64, 64))
 
 
-def test_a_display_is_tried_first_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_display_is_the_last_resort(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     without = [maker.__name__ for maker in scene_module._window_makers()]
+    assert "vtkRenderWindow" not in without
     monkeypatch.setenv("DISPLAY", ":0")
-    assert [maker.__name__ for maker in scene_module._window_makers()] == ["vtkRenderWindow", *without]
+    assert [maker.__name__ for maker in scene_module._window_makers()] == [*without, "vtkRenderWindow"]
+
+
+def test_a_display_that_does_not_answer_does_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", "nowhere.invalid:7")
+    window = render_window((64, 48))
+    assert tuple(window.GetSize()) == (64, 48)
+    window.Finalize()
 
 
 def test_png_is_read_back_exactly(tmp_path: Path) -> None:
