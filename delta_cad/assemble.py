@@ -15,6 +15,15 @@ from delta_cad.solids import bought, brackets, capstan, fasteners, forearm, plat
 from delta_cad.solids.base_plate import between_chains, make_base_plate
 
 CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
+BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
+BESIDE = (  # what of an arm passes what of its own bracket that closely
+    ("tension_screw_{}_0", "motor_cheek_{}"),
+    ("tension_screw_{}_1", "motor_cheek_{}"),
+    *((f"sector_screw_{{}}_{k}", "encoder_cheek_{}") for k in range(3)),
+    *((f"sector_screw_{{}}_{k}", "motor_cheek_{}") for k in range(3)),
+    *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
+    ("encoder_magnet_{}", "bearing_{}_e"),
+)
 Progress = Callable[[str], None]
 
 
@@ -135,7 +144,7 @@ def _bracket(bench: _Bench, i: int) -> None:
     gap = encoder_side[0] - front
     spacer = bench.once("board_spacer", lambda: fasteners.make_spacer(fixing_row.clearance_hole_mm, gap))
     cheek = encoder_side[1] - encoder_side[0]
-    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + cheek))
+    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + cheek - 2.0))
     for k, (x, height) in enumerate(brackets.board_screw_positions(d)):
         bench.put(f"board_spacer_{i}_{k}", spacer, "base", shoulder @ pointing((0, 1, 0), x, front, height))
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
@@ -158,7 +167,7 @@ def _arm(bench: _Bench, i: int) -> None:
         side = (j - 0.5) * d.forearm.width_mm
         turned = HALF_TURN if j else np.eye(4)
         bench.put(f"ball_stud_{i}_{j}_elbow", stud, link, at(a.length_mm, side) @ turned)
-    bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", 0.8, "arm turns beside the cheek, 1 mm by design")
+    bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
     bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
     for k in range(len(d.bracket.stop_pins_mm)):
@@ -198,7 +207,13 @@ def _capstan(bench: _Bench, i: int) -> None:
     bench.touch(f"upper_arm_{i}", f"bearing_{i}_e", "collar on the inner ring")
     bench.touch(f"sector_{i}", f"bearing_{i}_m", "collar on the inner ring")
     bench.touch(f"pinion_{i}", f"motor_{i}", "pinion bonded on the motor's shaft")
-    bench.gap(f"sector_{i}", f"motor_cheek_{i}", 0.8, "sector turns beside the cheek, 1 mm by design")
+    bench.gap(f"sector_{i}", f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
+    for moving, fixed in BESIDE:
+        bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1.2 mm or more by design")
+    bench.gap(f"capstan_cable_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
+    bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
+    for k in range(d.motor.mount_count):
+        bench.gap(f"sector_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
     bench.gap(f"sector_{i}", f"pinion_{i}", 0.6, "capstan gap, 0.8 mm by design, the cable runs in it")
     bench.gap(f"capstan_cable_{i}", f"pinion_{i}", 0.1, "cable leaves the rim for the pinion here")
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")

@@ -112,7 +112,7 @@ class Hardware(_Record):
 
     motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
     drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
-    capstan_ratio: float = Field(default=9.3, ge=2, le=30, description="turns of the motor per turn of the arm")
+    capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
     sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
     cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
     encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")

@@ -235,7 +235,7 @@ def _edges_deviation(face: Any, triangulation: Any, location: Any) -> float:
             continue
         polygon = BRep_Tool.PolygonOnTriangulation_s(edge, triangulation, location)
         if polygon is None:
-            raise ValueError("an edge of the solid has no polygon on its face")
+            return np.inf  # nothing is known of this edge, and infinity is the sound bound
         parameters = np.array([polygon.Parameter(k) for k in range(1, polygon.NbNodes() + 1)])
         if curve.GetType() == GeomAbs_Circle:
             span = np.abs(np.diff(parameters)).max()

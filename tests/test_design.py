@@ -95,7 +95,7 @@ def test_what_may_be_missing_has_the_promised_defaults() -> None:
         assert getattr(design.requirements, name) is None
     assert design.provenance == {}
     hardware = design.hardware
-    assert (hardware.drive, hardware.capstan_ratio, hardware.sector_radius_mm) == ("capstan", 9.3, 40.0)
+    assert (hardware.drive, hardware.capstan_ratio, hardware.sector_radius_mm) == ("capstan", 9.85, 40.0)
     for entry, family in HARDWARE_FAMILIES.items():
         assert getattr(hardware, entry) in catalogue.family(family)
 

@@ -142,7 +142,9 @@ def revolved_about_y(mesh: Mesh, placement: np.ndarray) -> Mesh:
     rings_r = np.repeat(profile, 2)
     angle = np.arange(REVOLUTION_SIDES) * 2.0 * np.pi / REVOLUTION_SIDES
     n, rings = REVOLUTION_SIDES, len(rings_y)
-    ring = np.stack([np.outer(rings_r, np.cos(angle)), np.repeat(rings_y[:, None], n, 1), np.outer(rings_r, np.sin(angle))])
+    ring = np.stack(
+        [np.outer(rings_r, np.cos(angle)), np.repeat(rings_y[:, None], n, 1), np.outer(rings_r, np.sin(angle))]
+    )
     vertices = np.concatenate([ring.transpose(1, 2, 0).reshape(-1, 3), [[0, levels[0], 0], [0, levels[-1], 0]]])
     k, following = np.arange(n), (np.arange(n) + 1) % n
     faces = [np.stack([np.full(n, rings * n), k, following], axis=1)]

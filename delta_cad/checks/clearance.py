@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import DistanceEngine
 from delta_cad.checks.containment import contained
-from delta_cad.checks.continuum import CALLS_MAX, Proof, prove
+from delta_cad.checks.continuum import CALLS_MAX, prove
 from delta_cad.checks.domains import FoldError, domains
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.pairing import HeldApart, held_apart, spaces_of, swept_links
+from delta_cad.checks.links import swept_links
+from delta_cad.checks.pairing import HeldApart, held_apart, spaces_of
 from delta_cad.checks.report import CheckResult
 from delta_cad.checks.sampled import Sample, Sampler
 from delta_cad.tessellation import MeshLibrary
@@ -50,7 +50,9 @@ def check_clearance(
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
     inside = contained(pairs, sampler)
     results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls)]
-    results += [_sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps]
+    results += [
+        _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
+    ]
     results.append(_containment(inside))
     progress("clearance: exact distances")
     results.append(_exact(assembly, [*closest[:EXACT_SAMPLES], *gaps], sampler))

@@ -17,6 +17,8 @@ from delta_cad.checks.spaces import Space
 
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
+WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
+OPEN_MAX = 200_000  # boxes times pairs held at once: 0.5 s and 100 MB
 CALLS_MAX = 60_000  # distance calls for one space; 0.1-0.2 ms each
 
 
@@ -56,16 +58,15 @@ def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> P
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls
         before = engine.calls
-        travel, open_ = _not_proven(space, centres, halves, box, pair, engine, allowed)
+        travel, open_, hopeless = _not_proven(space, centres, halves, box, pair, engine, allowed)
         proof.calls += engine.calls - before
-        box, pair, travel = box[open_], pair[open_], travel[open_]
-        stuck = ~(travel >= SMALLEST_TRAVEL_MM)
-        if proof.calls >= calls_max:
+        stuck = np.isin(open_, hopeless) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
+        box, pair = box[open_], pair[open_]
+        if proof.calls >= calls_max or len(open_) > OPEN_MAX:
             stuck[:] = True
         for k in np.unique(pair[stuck]):
             at = box[stuck][pair[stuck] == k][0]
-            names = (pairs.bodies[pairs.first[k]].name, pairs.bodies[pairs.second[k]].name)
-            proof.undecided.append((names, _described(space, centres[at], halves[at])))
+            proof.undecided.append((pairs.names[k], _described(space, centres[at], halves[at])))
         keep = ~np.isin(pair, pair[stuck])
         centres, halves, box, pair = _halved(space, centres, halves, box[keep], pair[keep])
     return proof
@@ -79,8 +80,11 @@ def _not_proven(
     pair: np.ndarray,
     engine: DistanceEngine,
     calls_allowed: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) travel of each (box, pair), and the indices of those that no lower bound of the distance proves."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k,) travel of each (box, pair), the indices of those not proven, and of these the hopeless ones.
+
+    Hopeless is what no smaller box can mend: at the box's centre, which may occur, the meshes are too close.
+    """
     bodies, pairs = space.pairs.bodies, space.pairs
     a, b = pairs.first[pair], pairs.second[pair]
     frames = space.frames(centres)
@@ -105,18 +109,22 @@ def _not_proven(
     left = left[~(gap[left] >= need[left])]
 
     deviation = np.array([x.mesh.deviation_mm for x in bodies])
-    open_ = []
+    possible = space.reachable(centres, np.zeros_like(halves))
+    open_, hopeless = [], []
     for k in left[np.argsort(box[left], kind="stable")]:
         one, other = bodies[a[k]], bodies[b[k]]
-        if not distance[k] > need[k] or engine.calls >= calls_allowed:
+        if engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
             open_.append(k)
             continue
         d = engine.distance(
             one, other, frames[box[k], link[a[k]]] @ one.placement, frames[box[k], link[b[k]]] @ other.placement
         )
-        if not d - deviation[a[k]] - deviation[b[k]] >= need[k]:
+        certain = d - deviation[a[k]] - deviation[b[k]]
+        if not certain >= need[k]:
             open_.append(k)
-    return travel, np.array(open_, dtype=int)
+            if certain < need[k] - travel[k] and possible[box[k]]:
+                hopeless.append(k)
+    return travel, np.array(open_, dtype=int), np.array(hopeless, dtype=int)
 
 
 def _halved(

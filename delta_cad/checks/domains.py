@@ -9,7 +9,8 @@ import numpy as np
 from delta_cad.checks.motion import box_motion, cube_boxes
 from delta_cad.mechanism.geometry import DeltaGeometry
 
-BOXES_PER_EDGE = (16, 32, 64, 128)  # the first at which no box might hold a fold
+BOXES_PER_EDGE = (16, 32, 64)  # the first at which no box might hold a fold
+ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
 RASTER = 128  # cells along each angle of a raster
 
 
@@ -42,6 +43,7 @@ class Raster:
         Returns:
             The raster.
         """
+        halves = halves + ROUNDING_RAD
         low, high = (centres - halves).min(axis=0), (centres + halves).max(axis=0)
         first, last = _cells(centres - halves, low, high), _cells(centres + halves, low, high) + 1
         change = np.zeros((RASTER + 1, RASTER + 1))

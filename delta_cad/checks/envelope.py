@@ -23,8 +23,8 @@ from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import Body, bodies_of
 from delta_cad.checks.domains import FoldError, domains
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links
 from delta_cad.checks.motion import MM_PER_M, BoxMotion, box_motion, cube_boxes
-from delta_cad.checks.pairing import chain_of, fixed_frame, rigid_link, swept_links
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.placement import LinkPlacement

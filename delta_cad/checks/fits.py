@@ -19,7 +19,8 @@ from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import Body, DistanceEngine, bodies_of, boxes_gap
 from delta_cad.checks.kernel import located
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.pairing import EQUAL_MM, rigid_link
+from delta_cad.checks.links import rigid_link
+from delta_cad.checks.pairing import EQUAL_MM
 from delta_cad.checks.report import CheckResult
 from delta_cad.part import Occurrence, Part
 from delta_cad.tessellation import MeshLibrary

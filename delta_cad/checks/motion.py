@@ -83,9 +83,8 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
     lean_high = np.arcsin(np.clip((t + spread_t) / forearm, -1.0, 1.0))
     cos_lean = np.cos(np.maximum(np.abs(lean_low), np.abs(lean_high)))
 
-    gradient = (
-        2.0 * (q[..., None] * RADIAL + z[..., None] * VERTICAL)
-        - (2.0 * m / arm)[..., None] * (q[..., None] * RADIAL + t[..., None] * TANGENTIAL + z[..., None] * VERTICAL)
+    gradient = 2.0 * (q[..., None] * RADIAL + z[..., None] * VERTICAL) - (2.0 * m / arm)[..., None] * (
+        q[..., None] * RADIAL + t[..., None] * TANGENTIAL + z[..., None] * VERTICAL
     )
     slope = (wrist + reach) / arm
     curvature = 2.0 + 2.0 * slope**2 + 2.0 * (np.abs(m) + slope * reach) / arm

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -13,6 +13,7 @@ from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import Body, bodies_of, body
 from delta_cad.checks.domains import Domains
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
 from delta_cad.checks.motion import MM_PER_M
 from delta_cad.checks.spaces import (
     Fixed,
@@ -24,10 +25,8 @@ from delta_cad.checks.spaces import (
     Swing,
     TwoSwings,
     X,
-    turn_about_z,
 )
-from delta_cad.part import Occurrence
-from delta_cad.placement import CHAINS, LinkPlacement
+from delta_cad.placement import LinkPlacement
 from delta_cad.tessellation import MeshLibrary
 
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
@@ -48,27 +47,6 @@ class HeldApart:
     b: Body
     limit_mm: float
     running_gap: bool
-
-
-def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
-    """The rigid body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm.
-
-    Args:
-        occurrence: The occurrence.
-        placement: The placement of the links.
-
-    Returns:
-        Link name.
-    """
-    on_axis = (placement.geometry.base_radius * MM_PER_M, 0.0)
-    if occurrence.link.startswith("pinion") and placement.drive_ratio == 1.0 and placement.pinion_centre_mm == on_axis:
-        return f"upper_arm_{occurrence.link[-1]}"
-    return occurrence.link
-
-
-def swept_links(placement: LinkPlacement) -> list[str]:
-    """The links that turn through any angle about their own y axis: the pinions of a geared drive."""
-    return [f"pinion_{i}" for i in CHAINS] if placement.drive_ratio != 1.0 else []
 
 
 def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[HeldApart]:
@@ -97,9 +75,7 @@ def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> 
     return pairs
 
 
-def spaces_of(
-    pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domains, limits: CheckLimits
-) -> list[Space]:
+def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domains, limits: CheckLimits) -> list[Space]:
     """The pairs sorted into the spaces in which they are proven.
 
     Args:
@@ -157,21 +133,6 @@ def _classified(pair: HeldApart, placement: LinkPlacement) -> tuple[str, Body, B
     return "handle", a, b
 
 
-def chain_of(link: str) -> int:
-    """Chain of a link, -1 for the base and the platform."""
-    digits = [word for word in link.split("_") if word.isdigit()]
-    return int(digits[0]) if digits else -1
-
-
-def fixed_frame(link: str, placement: LinkPlacement) -> np.ndarray:
-    """(4, 4) frame of the base, or of a geared pinion at angle 0 (its bodies are bodies of revolution)."""
-    if link == "base":
-        return np.eye(4)
-    offset = np.eye(4)
-    offset[[0, 2], 3] = placement.pinion_centre_mm
-    return turn_about_z(2.0 * np.pi / 3.0 * chain_of(link)) @ offset
-
-
 def _moved(b: Body, link: str, frame: np.ndarray) -> Body:
     """The body on another link that holds its old one at `frame`."""
     return body(b.name, b.key, link, b.mesh, frame @ b.placement)
@@ -182,6 +143,7 @@ def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
     bodies: list[Body] = []
     index: dict[tuple[object, ...], int] = {}
     limit: dict[tuple[int, int], float] = {}
+    names: dict[tuple[int, int], tuple[str, str]] = {}
 
     def number(b: Body) -> int:
         key = (b.key, b.link, *np.round(b.placement[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
@@ -193,5 +155,6 @@ def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
     for a, b, gap in triples:
         pair = (number(a), number(b))
         limit[pair] = max(gap, limit.get(pair, gap))
+        names.setdefault(pair, (a.name, b.name))
     first, second = np.array(list(limit)).T
-    return Pairs(bodies, first, second, np.array(list(limit.values())))
+    return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))

@@ -31,12 +31,16 @@ class CheckResult:
     worst_pair: tuple[str, ...] | None = None
     detail: str = ""
 
+    def __post_init__(self) -> None:
+        """Plain Python numbers instead of NumPy's, so that records compare and print alike."""
+        object.__setattr__(self, "passed", bool(self.passed))
+        for name in ("value", "limit"):
+            number = getattr(self, name)
+            object.__setattr__(self, name, None if number is None else float(number))
+
     def to_json(self) -> dict[str, Any]:
         """The record as JSON types, keys as the attributes."""
         record = asdict(self)
-        record["passed"] = bool(self.passed)
-        for key in ("value", "limit"):
-            record[key] = None if record[key] is None else float(record[key])
         for key in ("worst_pose_mm", "worst_pair"):
             record[key] = None if record[key] is None else list(record[key])
         return record

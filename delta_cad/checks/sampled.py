@@ -17,7 +17,8 @@ from itertools import product
 import numpy as np
 
 from delta_cad.checks.bodies import Body, DistanceEngine, boxes_gap
-from delta_cad.checks.pairing import HeldApart, fixed_frame, swept_links
+from delta_cad.checks.links import fixed_frame, swept_links
+from delta_cad.checks.pairing import HeldApart
 from delta_cad.placement import LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
@@ -70,6 +71,8 @@ class Sampler:
             The smallest sample of every pair that had to be measured, ascending; the first is the smallest of all
             samples of all pairs. Empty without pairs.
         """
+        if not pairs:
+            return []
         bounds = self._sphere_bounds(pairs)
         best = np.inf
         found: list[Sample] = []
@@ -131,7 +134,9 @@ class Sampler:
             best = min(best, d)
             if d <= 0.0:
                 return result
-            low = np.maximum(low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1))
+            low = np.maximum(
+                low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1)
+            )
             normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
             reach = (np.swapaxes(relative[:, :3, :3], 1, 2) @ normal) @ hull_b.T
             low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())

@@ -24,6 +24,7 @@ import numpy as np
 
 from delta_cad.checks.bodies import Body
 from delta_cad.checks.domains import Raster
+from delta_cad.checks.links import fixed_frame, swept_links, turn_about_z
 from delta_cad.checks.motion import MM_PER_M, box_motion
 from delta_cad.placement import LinkPlacement, frames
 
@@ -39,12 +40,15 @@ class Pairs:
         first: (m,) index of one body of each pair.
         second: (m,) index of the other.
         limit: (m,) distance to be kept, mm.
+        names: (m,) occurrence names of each pair. A body stands for all that are equal to it, so its own name may be
+            that of another chain.
     """
 
     bodies: Sequence[Body]
     first: np.ndarray
     second: np.ndarray
     limit: np.ndarray
+    names: Sequence[tuple[str, str]]
 
 
 class Space(ABC):
@@ -212,7 +216,9 @@ class RodAtJoint(Space):
 class Handle(Space):
     """All links in the base frame: the handle's position in the cube."""
 
-    def __init__(self, name: str, pairs: Pairs, placement: LinkPlacement, centre_mm: np.ndarray, half_mm: float) -> None:
+    def __init__(
+        self, name: str, pairs: Pairs, placement: LinkPlacement, centre_mm: np.ndarray, half_mm: float
+    ) -> None:
         super().__init__(name, pairs, sorted({b.link for b in pairs.bodies}))
         self._placement, self._centre, self._half = placement, centre_mm, half_mm
         g = placement.geometry
@@ -229,7 +235,9 @@ class Handle(Space):
         return self._centre[None], np.full((1, 3), self._half)
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
-        links = self._placement(centres)
+        links = dict(self._placement(centres))
+        for name in swept_links(self._placement):
+            links[name] = np.broadcast_to(fixed_frame(name, self._placement), (len(centres), 4, 4))
         return np.stack([links[name] for name in self.links], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
@@ -245,9 +253,7 @@ class Handle(Space):
             for k, i, shares, off_axis in self._rods:
                 elbow, turn = self._arm * motion.theta_change[:, i], self._forearm * motion.turn[:, i]
                 spin = off_axis * motion.rotation[:, i]
-                from_base[:, k] = (
-                    np.max([abs(1.0 - f) * elbow + abs(f) * motion.handle for f in shares], axis=0) + spin
-                )
+                from_base[:, k] = np.max([abs(1.0 - f) * elbow + abs(f) * motion.handle for f in shares], axis=0) + spin
                 from_platform[:, k] = max(abs(1.0 - f) for f in shares) * turn + spin
         return [np.nan_to_num(m, nan=np.inf, posinf=np.inf) for m in (from_base, from_platform)]
 
@@ -264,12 +270,6 @@ def arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:
     """(n, 4, 4) frames of chain 0's upper arm at shoulder angles (n,), as `LinkPlacement` gives them, mm."""
     angle = theta[:, None]
     return frames(np.cos(angle) * X + np.sin(angle) * Z, np.broadcast_to(Y, (len(theta), 3)), base_radius_mm * X)
-
-
-def turn_about_z(angle_rad: float) -> np.ndarray:
-    """(4, 4) rotation about z."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    return np.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
 def bounds_of(rasters: Sequence[Raster]) -> tuple[np.ndarray, np.ndarray]:

@@ -90,7 +90,7 @@ def bracket_dimensions(
         swept + CLEAR_MM + FOOT_HEIGHT_MM,
         arm.boss_radius_mm + CLEAR_MM - lowest_elbow_mm - base_thickness_mm,
     )
-    foot = (u - 16.0, u + 24.0)
+    foot = (u - 17.0, u + 25.0)
     count = motor.mount_count
     return BracketDimensions(
         shoulder_u_mm=u,
@@ -105,7 +105,7 @@ def bracket_dimensions(
         cheek_screw_u_mm=(foot[0] + 4.5, foot[1] - 4.5),
         cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
         base_screw_u_mm=(u - 0.5, u + 8.5),
-        base_dowel_u_mm=(u - 6.0, u + 14.0),
+        base_dowel_u_mm=(u - 7.5, u + 15.5),
         stop_pin_mm=STOP_PIN_MM,
         stop_pins_mm=pins,
     )

@@ -12,7 +12,7 @@ from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
 PINION_DIRECTION_RAD = radians(-125.0)  # from the shoulder down and inwards: keeps the motor inside the outline
 GAP_MM = 0.8  # pinion to sector; the cable runs between them
 PINION_WRAPS = 3.0  # friction of three turns holds e^(0.15 * 6 pi) = 17 times the slack side's tension
-PINION_WALL_MM = 0.8  # steel sleeve bonded on the motor shaft
+PINION_WALL_MM = 0.75  # steel sleeve bonded on the motor shaft
 GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
 SHAFT_ENGAGEMENT_MM = 6.0  # bonded length at least one shaft diameter
 
@@ -49,7 +49,7 @@ class CapstanDimensions:
 
 
 def capstan_dimensions(
-    rim_radius_mm: float,
+    pitch_radius_mm: float,
     ratio: float,
     shoulder_rad: tuple[float, float],
     layers: Layers,
@@ -64,7 +64,7 @@ def capstan_dimensions(
     the tension screws at both ends; the arc slot around the stop pin ends exactly the stop margin outside the range.
 
     Args:
-        rim_radius_mm: Radius of the sector's rim, on which the cable lies.
+        pitch_radius_mm: Radius of the cable's middle on the sector.
         ratio: Turns of the pinion per turn of the arm.
         shoulder_rad: Smallest and largest shoulder angle over the cube.
         layers: Stack along the shoulder axis.
@@ -78,8 +78,8 @@ def capstan_dimensions(
             have to go round more than 250 degrees.
     """
     d = cable.diameter_mm
-    pitch = rim_radius_mm + d / 2
-    pinion_pitch = pitch / ratio
+    rim_radius_mm = pitch_radius_mm - d / 2
+    pinion_pitch = pitch_radius_mm / ratio
     crest = pinion_pitch - d / 2 + GROOVE_FRACTION * d
     bore = motor.shaft_diameter_mm
     wall = pinion_pitch - d / 2 - bore / 2
@@ -88,11 +88,13 @@ def capstan_dimensions(
         "pinion",
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
-        f"hardware.capstan_ratio must be <= {pitch / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
+        f"hardware.capstan_ratio must be <= {pitch_radius_mm / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
     )
     face = layers.motor_cheek_mm[1]
-    y = (layers.sector_mm[0] - 0.5, face - 1.0)
-    engaged = min(y[1], face) - max(y[0] + 0.5, face - motor.shaft_length_mm)
+    y = (layers.sector_mm[0] - 0.5, face - motor.pilot_height_mm - 0.5)
+    shaft_end = face - motor.shaft_length_mm
+    floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the sleeve
+    engaged = y[1] - max(floor, shaft_end)
     require(
         engaged >= SHAFT_ENGAGEMENT_MM,
         "pinion",
@@ -120,11 +122,11 @@ def capstan_dimensions(
     return CapstanDimensions(
         rim_radius_mm=rim_radius_mm,
         cable_diameter_mm=d,
-        pitch_radius_mm=pitch,
+        pitch_radius_mm=pitch_radius_mm,
         pinion_pitch_radius_mm=pinion_pitch,
         pinion_radius_mm=crest,
         pinion_bore_mm=bore,
-        pinion_bore_depth_mm=y[1] - max(y[0] + 0.5, face - motor.shaft_length_mm - 0.5),
+        pinion_bore_depth_mm=y[1] - floor,
         pinion_y_mm=y,
         centre_distance_mm=distance,
         direction_rad=direction,
@@ -136,6 +138,6 @@ def capstan_dimensions(
         slot_radius_mm=slot_radius_mm,
         slot_width_mm=slot_width,
         slot_angles_rad=(reach[0] + play, reach[1] - play),
-        cable_length_mm=pitch * (rim[1] - rim[0]) + 2 * (lug_length + head) + PINION_WRAPS * tau * pinion_pitch,
+        cable_length_mm=pitch_radius_mm * (rim[1] - rim[0]) + 2 * (lug_length + head) + PINION_WRAPS * tau * pinion_pitch,
         keep_out_radius_mm=hypot(lug[1], lug_length + head),
     )

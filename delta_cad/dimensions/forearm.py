@@ -65,7 +65,7 @@ def forearm_dimensions(
     Raises:
         DimensionError: Too narrow for the elbow boss, or too short for the sockets.
     """
-    stand_off = ball_mm / 2 + 2.0
+    stand_off = ball_mm / 2 + 3.0  # the tilted socket keeps 2 mm from bar and boss
     bar = width_mm - 2 * stand_off
     require(
         bar >= boss_width_mm + 2.0,

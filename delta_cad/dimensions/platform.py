@@ -52,7 +52,7 @@ def platform_dimensions(
         DimensionError: The bosses of neighbouring chains would run through one another or through the hub.
     """
     boss = forearm.bar_length_mm
-    hub = 9.0
+    hub = 8.0
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
         "platform",
@@ -72,7 +72,7 @@ def platform_dimensions(
         radius_mm=radius_mm,
         boss_diameter_mm=thickness_mm,
         boss_length_mm=boss,
-        plate_mm=4.0,
+        plate_mm=3.0,
         hub_radius_mm=hub,
         stem_diameter_mm=10.0,
         stem_length_mm=25.0,

@@ -17,7 +17,7 @@ from delta_cad.solids.platform import turned_to_chain
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature, one_solid
 
 MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
-WINDOW_MM = 26.0
+WINDOW_MM = 34.0
 
 
 def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, float]]:

@@ -32,6 +32,7 @@ TENSION_SCREW = "M3"
 TENSION_SCREW_LENGTH_MM = 8.0
 TENSION_SCREW_OUT_MM = 2.0  # drawn half way out of its travel
 CABLE_BORE_MM = 1.0
+LIGHTENING_MM = 7.0
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -61,6 +62,19 @@ def tension_screw_frame(d: Dimensions, end: int) -> np.ndarray:
     point, tangent, radial = rim_end(d, end)
     seat = point + (capstan_of(d).lug_length_mm + TENSION_SCREW_OUT_MM) * tangent
     return frames(np.cross(radial, tangent), radial, seat) if end == 0 else frames(radial, np.cross(tangent, radial), seat)
+
+
+def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
+    """(x, z) of the lightening holes between slot and rim, as many as leave walls of 2 mm."""
+    low = c.slot_radius_mm + c.slot_width_mm / 2 + 2.0
+    high = c.rim_radius_mm - 2.0
+    if high - low < LIGHTENING_MM:
+        return []
+    radius = (low + high) / 2
+    first, last = (c.rim_angles_rad[0] + 6.0 / radius, c.rim_angles_rad[1] - 6.0 / radius)
+    count = int((last - first) * radius / (LIGHTENING_MM + 4.0))
+    step = (last - first) / max(count, 1)
+    return polar_positions(radius, tuple(first + (k + 0.5) * step for k in range(count)))
 
 
 def make_sector(d: Dimensions) -> Part:
@@ -103,6 +117,8 @@ def make_sector(d: Dimensions) -> Part:
     half = c.slot_width_mm / 2
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
     tools += [bore_y(c.slot_width_mm, at, through) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
+    lights = lightening(c)
+    tools += [bore_y(LIGHTENING_MM, at, through) for at in lights]
     for end in range(2):
         point, tangent, _ = rim_end(d, end)
         outer = point + (c.lug_length_mm + THROUGH_MM) * tangent
@@ -114,6 +130,7 @@ def make_sector(d: Dimensions) -> Part:
         Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, dowels"),
         Hole(c.slot_width_mm, 2, f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends"),
         Hole(screw.tap_drill_mm, 2, f"{TENSION_SCREW} through the lugs, tangential"),
+        *([Hole(LIGHTENING_MM, len(lights), f"{LIGHTENING_MM:g} through, lightening")] if lights else []),
     )
     return Part(
         number,
@@ -131,7 +148,8 @@ def make_pinion(d: Dimensions) -> Part:
     y0, y1 = c.pinion_y_mm
     r, b = c.pinion_radius_mm, 0.3
     sleeve = turned([(0.0, y0), (r - b, y0), (r, y0 + b), (r, y1 - b), (r - b, y1), (0.0, y1)])
-    bore = bore_y(c.pinion_bore_mm, (0.0, 0.0), (y1 - c.pinion_bore_depth_mm, y1 + THROUGH_MM))
+    floor = y1 - c.pinion_bore_depth_mm
+    bore = bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y1 + THROUGH_MM))
     solid = feature(number, "bore", "motor shaft", lambda: cut(sleeve, [bore]))
     pitch = 1.4 * c.cable_diameter_mm
     return Part(

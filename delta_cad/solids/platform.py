@@ -28,6 +28,7 @@ from delta_cad.solids.primitive import (
 )
 
 RIB_MM = 4.0  # width of what stays around a window
+BOSS_BEVEL_MM = 1.5  # makes room for the tilted sockets
 STEM_CORE_DEPTH_MM = 9.0
 
 
@@ -48,9 +49,20 @@ def make_platform(d: Dimensions) -> Part:
     def body() -> cq.Shape:
         pieces: list[cq.Shape] = [bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))]
         for i in CHAINS:
-            web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 3.0, 3.0), (r, 3.0 - half, 3.0)], plate)
+            web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 5.0, 3.0), (r, 5.0 - half, 3.0)], plate)
             pieces.append(turned_to_chain(web, i))
-            pieces.append(turned_to_chain(bore_y(2 * boss, (r, 0.0), (-half, half)), i))
+            barrel = turned(
+                [
+                    (0.0, -half),
+                    (boss - BOSS_BEVEL_MM, -half),
+                    (boss, -half + BOSS_BEVEL_MM),
+                    (boss, half - BOSS_BEVEL_MM),
+                    (boss - BOSS_BEVEL_MM, half),
+                    (0.0, half),
+                ],
+                (r, 0.0, 0.0),
+            )
+            pieces.append(turned_to_chain(barrel, i))
         return fuse(*pieces)
 
     shape = feature(number, "outline", "platform_radius_mm", body)
@@ -61,7 +73,7 @@ def make_platform(d: Dimensions) -> Part:
         for low, high in ((-half - THROUGH_MM, -half + depth), (half - depth, half + THROUGH_MM)):
             tools.append(turned_to_chain(bore_y(drill, (r, 0.0), (low, high)), i))
         if far - near >= 4.0:
-            reach = (half - 3.0) * far / r - RIB_MM
+            reach = (half - 5.0) * far / r - RIB_MM
             window = hull_along_z(
                 [(near + 1.5, 0.0, 1.5), (far - 1.5, reach - 1.5, 1.5), (far - 1.5, 1.5 - reach, 1.5)],
                 (plate[0] - THROUGH_MM, plate[1] + THROUGH_MM),

@@ -1,0 +1,8 @@
+"""`python -m delta_cad`."""
+
+import sys
+
+from delta_cad.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())
