@@ -13,6 +13,9 @@ Other surfaces and curves have no closed form here: their deviation is measured 
 sides and at a quarter, half and three quarters of every boundary segment, and doubled; never below the linear setting.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
 from __future__ import annotations
 
 from collections.abc import Iterable

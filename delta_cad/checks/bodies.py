@@ -200,7 +200,8 @@ class DistanceEngine:
         result = fcl.DistanceResult()
         placed = self._placed(a, b, pose_a, pose_b)
         d = float(fcl.distance(*placed, fcl.DistanceRequest(enable_nearest_points=True), result))
-        return max(d, 0.0), *result.nearest_points
+        at_a, at_b = result.nearest_points
+        return max(d, 0.0), np.asarray(at_a), np.asarray(at_b)
 
     def _placed(self, a: Body, b: Body, pose_a: np.ndarray, pose_b: np.ndarray) -> tuple[Any, Any]:
         """The collision objects of two bodies at their poses; each call is counted."""

@@ -1,4 +1,7 @@
-"""Clearance of all bodies on different links over the whole cube: sampled, proven, and re-measured on the exact solids."""
+"""Clearance of bodies on different links over the whole cube: sampled, proven, and measured on the exact solids."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
 
 from __future__ import annotations
 

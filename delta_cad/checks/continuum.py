@@ -110,9 +110,10 @@ def _not_proven(
 
     deviation = np.array([x.mesh.deviation_mm for x in bodies])
     possible = space.reachable(centres, np.zeros_like(halves))
-    open_, hopeless = [], []
-    for k in left[np.argsort(box[left], kind="stable")]:
-        one, other = bodies[a[k]], bodies[b[k]]
+    open_: list[int] = []
+    hopeless: list[int] = []
+    for k in left[np.argsort(box[left], kind="stable")].tolist():
+        one, other = bodies[int(a[k])], bodies[int(b[k])]
         if engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
             open_.append(k)
             continue

@@ -1,4 +1,4 @@
-"""Which joint angles occur while the handle is in the cube: rigorous supersets, as ranges and as rasters of two angles."""
+"""Which joint angles occur in the cube: rigorous supersets, as ranges and as rasters of two angles."""
 
 from __future__ import annotations
 

@@ -6,10 +6,10 @@ Upper bounds, body by body:
     upper arm: each vertex runs on a circle, `R + a cos(theta) - c sin(theta)` outwards; its extremes over the enclosed
         range of theta are in closed form.
     platform: the mesh, moved by the cube's half side.
-    rod: the cube is cut into boxes. In each, elbow and wrist are enclosed (closed form in theta; exact in p), a point is
-        `(1 - f) elbow + f wrist + h` with h square to the rod's direction a, and h reaches `|h| sqrt(1 - (a . d)^2)`
-        along a direction d.
-Each gets the mesh's deviation on top. What this adds to the truth is told by the same extents over the sampled positions.
+    rod: the cube is cut into boxes, those that decide ever finer. In each, elbow and wrist are enclosed (closed form in
+        theta, exact in p). A point is `(1 - f) elbow + f wrist + h` with h square to the rod's direction a, and h
+        reaches `|h| sqrt(1 - (a . d)^2)` along a direction d.
+Each gets the mesh's deviation on top. What this adds is told by the same extents over the sampled positions.
 """
 
 from __future__ import annotations

@@ -1,9 +1,12 @@
 """Bodies that may touch: parts on one link, and contacts across links, must not share volume.
 
-The common volume is the kernel's boolean. Coincident faces (a screw in its hole, a bearing in its seat) are what booleans
-get wrong, so a result that matters is only believed when `volume(A) - volume(A cut B)` agrees with `volume(A common B)`;
+The common volume is the kernel's boolean. Coincident faces (a screw in its hole, a bearing in its seat) are what
+booleans get wrong, so a result is only believed when `volume(A) - volume(A cut B)` agrees with `volume(A common B)`;
 otherwise fuzzy tolerances are tried one after another, and a pair that never agrees is a failure that says so.
 """
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
 
 from __future__ import annotations
 

@@ -1,5 +1,8 @@
 """Placing exact solids for the checks that use the CAD kernel."""
 
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
 from __future__ import annotations
 
 from typing import Any

@@ -1,7 +1,8 @@
 r"""How far the links can move while the handle stays in a box: rigorous bounds in closed form.
 
-Chain i, lengths in mm: `q, t, z` of the wrist seen from the shoulder, `m = (q^2 + t^2 + z^2 + L_A^2 - L_B^2) / (2 L_A)`,
-`w = sqrt(q^2 + z^2 - m^2)`; s is the forearm from elbow to wrist, |s| = L_B, and e the elbow's direction of motion.
+Chain i, lengths in mm: `q, t, z` of the wrist seen from the shoulder,
+`m = (q^2 + t^2 + z^2 + L_A^2 - L_B^2) / (2 L_A)`, `w = sqrt(q^2 + z^2 - m^2)`; s is the forearm from elbow to wrist,
+|s| = L_B, and e the elbow's direction of motion.
 From `s . dp = s . e L_A dtheta` and `w = s . e` follow, for any path inside the box,
 
 1. `dtheta/dp = s / (L_A w)`, so `|dtheta| <= L_B |dp| / (L_A w)`.

@@ -115,7 +115,8 @@ def _classified(pair: HeldApart, placement: LinkPlacement) -> tuple[str, Body, B
     fixed = [x.link == "base" or x.link in swept_links(placement) for x in (a, b)]
     chain_a, chain_b = chain_of(a.link), chain_of(b.link)
     if all(fixed):
-        return "fixed", *(_moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
+        one, other = (_moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
+        return "fixed", one, other
     if fixed[0] and b.link.startswith("upper_arm"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
         return "swing", _moved(a, "fixed", back @ fixed_frame(a.link, placement)), replace(b, link="arm")

@@ -1,11 +1,11 @@
 """The smallest distance over many sampled positions, without measuring most of them.
 
-Every (position, pair) starts with a lower bound from bounding spheres and then from oriented boxes. The lowest bound is
-measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the convex hull
-of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And the convex hulls
-of the two bodies are at least as far apart as their extents along any direction, here the one between the closest points.
-It ends when no bound is below the smallest distance found, so the result is the same as that of measuring everything, to
-`TOLERANCE_MM`.
+Every (position, pair) starts with a lower bound from bounding spheres and then from oriented boxes. The lowest bound
+is measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the
+convex hull of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And the
+convex hulls of the two bodies are at least as far apart as their extents along any direction, here the one between the
+closest points. It ends when no bound is below the smallest distance found, so the result is the same as that of
+measuring everything, to `TOLERANCE_MM`.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
 """Every part is one sound solid with the bores it declares."""
 
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
 from __future__ import annotations
 
 from collections.abc import Iterable

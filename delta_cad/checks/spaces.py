@@ -10,8 +10,8 @@
 | rod i j - upper arm i | direction of the forearm seen from the arm | |
 | all others | the handle's position | |
 
-Where the variables are joint angles, pairs that are the same after a turn by 120 degrees are one pair, over the union of
-the angles of the three chains: equal shapes, equally placed to `EQUAL_MM`.
+Where the variables are joint angles, pairs that are the same after a turn by 120 degrees are one pair, over the union
+of the angles of the three chains: equal shapes, equally placed to `EQUAL_MM`.
 """
 
 from __future__ import annotations
@@ -92,12 +92,15 @@ class Fixed(Space):
     """Links that do not move against each other."""
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
         return np.zeros((1, 0)), np.zeros((1, 0))
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
         return np.broadcast_to(np.eye(4), (len(centres), len(self.links), 4, 4))
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
         return [np.zeros((len(centres), len(self.pairs.bodies)))]
 
 
@@ -110,14 +113,17 @@ class Swing(Space):
         self._lever = np.array([b.lever_about_y() if b.link == "arm" else 0.0 for b in pairs.bodies])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
         low, high = self._theta
         return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
         fixed = np.broadcast_to(np.eye(4), (len(centres), 4, 4))
         return np.stack([fixed, arm_frames(self._radius, centres[:, 0])], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
         return [halves * self._lever]
 
 
@@ -132,16 +138,20 @@ class TwoSwings(Space):
         self._turned = turn_about_z(2.0 * np.pi / 3.0)
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
         return bounds_of(self._rasters)
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
         one, other = (arm_frames(self._radius, centres[:, k]) for k in range(2))
         return np.stack([one, self._turned @ other], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
         return [halves @ self._levers]
 
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Whether the rasters have angles in the boxes."""
         return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
 
 
@@ -154,16 +164,19 @@ class ParallelRods(Space):
         self._moves = np.array([b.link == "rod_1" for b in pairs.bodies], dtype=float)
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
         low, high = self._lean
         return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
         out = np.broadcast_to(np.eye(4), (len(centres), 2, 4, 4)).copy()
         out[:, 1, 0, 3] = self._width * np.sin(centres[:, 0])
         out[:, 1, 1, 3] = self._width * np.cos(centres[:, 0])
         return out
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
         return [self._width * halves * self._moves]
 
 
@@ -197,9 +210,11 @@ class RodAtJoint(Space):
         self._lever = np.array([0.0 if b.link == "holder" else b.lever(ball_mm * X) for b in pairs.bodies])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
         return bounds_of(self._rasters)
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
         angle, lean = centres.T[..., None]
         radial = np.cos(angle) * X + np.sin(angle) * Z
         along, across = np.cos(lean) * radial + np.sin(lean) * Y, np.cos(lean) * Y - np.sin(lean) * radial
@@ -207,9 +222,11 @@ class RodAtJoint(Space):
         return np.stack([np.broadcast_to(np.eye(4), rods[0].shape), *rods], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
         return [np.linalg.norm(halves, axis=1)[:, None] * self._lever]
 
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Whether the rasters have angles in the boxes."""
         return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
 
 
@@ -232,15 +249,18 @@ class Handle(Space):
         self._carried = [k for k, b in enumerate(pairs.bodies) if b.link == "platform"]
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
         return self._centre[None], np.full((1, 3), self._half)
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
         links = dict(self._placement(centres))
         for name in swept_links(self._placement):
             links[name] = np.broadcast_to(fixed_frame(name, self._placement), (len(centres), 4, 4))
         return np.stack([links[name] for name in self.links], axis=1)
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
+        """Travel of every body in the boxes."""
         motion = box_motion(self._placement.geometry, centres, halves)
         from_base = np.zeros((len(centres), len(self.pairs.bodies)))
         from_platform = np.repeat(motion.handle[:, None], len(self.pairs.bodies), axis=1)

@@ -1,0 +1,50 @@
+"""What the checks need to know of link names: chains, rigid bodies, and pinions that sweep bodies of revolution."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad.part import Occurrence
+from delta_cad.placement import CHAINS, MM_PER_M, LinkPlacement
+
+
+def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
+    """The rigid body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm.
+
+    Args:
+        occurrence: The occurrence.
+        placement: The placement of the links.
+
+    Returns:
+        Link name.
+    """
+    on_axis = (placement.geometry.base_radius * MM_PER_M, 0.0)
+    if occurrence.link.startswith("pinion") and placement.drive_ratio == 1.0 and placement.pinion_centre_mm == on_axis:
+        return f"upper_arm_{occurrence.link[-1]}"
+    return occurrence.link
+
+
+def swept_links(placement: LinkPlacement) -> list[str]:
+    """The links that turn through any angle about their own y axis: the pinions of a geared drive."""
+    return [f"pinion_{i}" for i in CHAINS] if placement.drive_ratio != 1.0 else []
+
+
+def chain_of(link: str) -> int:
+    """Chain of a link, -1 for the base and the platform."""
+    digits = [word for word in link.split("_") if word.isdigit()]
+    return int(digits[0]) if digits else -1
+
+
+def fixed_frame(link: str, placement: LinkPlacement) -> np.ndarray:
+    """(4, 4) frame of the base, or of a geared pinion at angle 0 (its bodies are bodies of revolution)."""
+    if link == "base":
+        return np.eye(4)
+    offset = np.eye(4)
+    offset[[0, 2], 3] = placement.pinion_centre_mm
+    return turn_about_z(2.0 * np.pi / 3.0 * chain_of(link)) @ offset
+
+
+def turn_about_z(angle_rad: float) -> np.ndarray:
+    """(4, 4) rotation about z."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
