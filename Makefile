@@ -1,0 +1,32 @@
+# Two commands do everything on a fresh machine: `make build` and `make test`.
+VENV ?= .venv
+BASE_PYTHON ?= python3
+PYTHON := $(VENV)/bin/python
+STAMP := $(VENV)/.installed
+
+.PHONY: build test bench lint clean
+
+build: $(STAMP)
+	$(PYTHON) -m delta_cad build --design best.json
+
+test: $(STAMP) lint
+	$(PYTHON) -m pytest -n 2
+
+lint: $(STAMP)
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/basedpyright
+	$(VENV)/bin/lint-imports
+
+bench: $(STAMP)
+	$(PYTHON) -m tests.benchmarks
+
+$(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
+	sh scripts/system_libraries.sh
+	$(BASE_PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, not " + sys.version.split()[0])'
+	test -x $(PYTHON) || $(BASE_PYTHON) -m venv $(VENV)
+	$(PYTHON) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[cad,test]'
+	touch $(STAMP)
+
+clean:
+	rm -rf $(VENV) out/* build *.egg-info
