@@ -153,7 +153,9 @@ def _bracket(bench: _Bench, i: int) -> None:
 def _arm(bench: _Bench, i: int) -> None:
     d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
     bench.put(f"upper_arm_{i}", bench.once("upper_arm", lambda: upper_arm.make_upper_arm(d)), link, np.eye(4))
-    bench.put(f"shoulder_shaft_{i}", bench.once("shoulder_shaft", lambda: shaft.make_shoulder_shaft(d)), link, np.eye(4))
+    bench.put(
+        f"shoulder_shaft_{i}", bench.once("shoulder_shaft", lambda: shaft.make_shoulder_shaft(d)), link, np.eye(4)
+    )
     magnet = bench.once("encoder_magnet", lambda: bought.make_magnet(d))
     bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
     clamp = bench.screw(upper_arm.SHOULDER_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)

@@ -14,6 +14,8 @@ import numpy as np
 from delta_cad.assemble import assemble
 from delta_cad.assembly import Assembly
 from delta_cad.checks import CheckLimits, run_checks
+from delta_cad.checks.domains import FoldError
+from delta_cad.checks.envelope import swept_outline
 from delta_cad.checks.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.design import Design, design_hash
@@ -155,8 +157,11 @@ def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckRes
 
 def _drive(design: Design) -> CheckResult:
     drive = drive_torque(design)
-    detail = f"{drive.motor}, {drive.drive} {drive.ratio:g}:1, {drive.verdict}: {drive.continuous_torque_N_m:.3f} N m for ever"
-    detail += f", {drive.peak_torque_N_m:.3f} N m for {drive.peak_time_s:g} s"
+    detail = (
+        f"{drive.motor}, {drive.drive} {drive.ratio:g}:1, {drive.verdict}: "
+        f"{drive.continuous_torque_N_m:.3f} N m for ever, "
+        f"{drive.peak_torque_N_m:.3f} N m for {drive.peak_time_s:g} s"
+    )
     if drive.cable is not None:
         detail += (
             f"; cable safety {drive.cable_safety_factor:.1f} at the peak, bend ratio {drive.bend_ratio:.1f} "
@@ -229,18 +234,23 @@ def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Prog
     text = json.dumps(outcome.record(), indent=1) + "\n"
     (folder / "checks.json").write_text(text, encoding="utf-8")
     progress("views")
-    write_views(assembly, meshes, folder / "views", _stage(machine, outcome))
+    write_views(assembly, meshes, folder / "views", _stage(machine))
     progress("manifest")
     status = "passed" if outcome.passed else "rejected"
     write_manifest(folder, input_hash=design_hash(outcome.design), status=status)
 
 
-def _stage(machine: Machine, outcome: Outcome) -> Stage:
-    """The outline and the cube as the pictures show them."""
-    cube, asked = outcome.design.cube, outcome.design.requirements
-    extents = {r.name: r for r in outcome.results if r.name.startswith("envelope")}
-    along_x = "along x" in extents["envelope width"].detail.split(";")[-1]
-    size = (asked.envelope_width_mm, asked.envelope_depth_mm)
-    reach = machine.dimensions
-    front = reach.arm.length_mm + reach.bracket.shoulder_u_mm
-    return Stage(size if along_x else size[::-1], (front / 4, 0.0), cube.bottom_height_mm, cube.half_side_mm)
+def _stage(machine: Machine) -> Stage:
+    """The outline the way round in which it fits best, around the swept machine, and the cube."""
+    d = machine.dimensions
+    cube, asked = d.design.cube, d.design.requirements
+    wanted = (asked.envelope_width_mm, asked.envelope_depth_mm)
+    turned = (asked.envelope_depth_mm, asked.envelope_width_mm)
+    try:
+        reach = swept_outline(machine.assembly, check_limits(d), machine.meshes).reach_mm
+    except FoldError:  # a rejected design: its outline has no bound
+        reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
+    size = reach[0::2] + reach[1::2]
+    x, y = (reach[0::2] - reach[1::2]) / 2
+    fits = min((wanted, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
+    return Stage(fits, (float(x), float(y)), cube.bottom_height_mm, cube.half_side_mm)

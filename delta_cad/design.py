@@ -3,7 +3,7 @@
 A file that is refused says which field, its value and what is allowed, in one line (`DesignError`).
 """
 
-# ruff: noqa: N815 - field names end in their unit, and newton and pascal are written N and Pa
+
 from __future__ import annotations
 
 import hashlib

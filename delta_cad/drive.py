@@ -1,6 +1,6 @@
 """What the drive gives at the joint: for ever, for a moment, and what its cable makes of it."""
 
-# ruff: noqa: N815 - field names end in their unit, and newton is written N
+
 from __future__ import annotations
 
 from dataclasses import dataclass

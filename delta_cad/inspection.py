@@ -158,7 +158,14 @@ def _force(design: Design, e: CubeExtremes) -> list[Row]:
         ),
         row("smallest singular value of J", e.singular_value_min.value * MM_PER_M, "mm/rad", e.singular_value_min),
         row("largest singular value of J", e.singular_value_max.value * MM_PER_M, "mm/rad", e.singular_value_max),
-        row("margin to a fold, w / L_B", e.serial_margin_min.value, "", e.serial_margin_min, "> 0", e.serial_margin_min.value > 0),
+        row(
+            "margin to a fold, w / L_B",
+            e.serial_margin_min.value,
+            "",
+            e.serial_margin_min,
+            "> 0",
+            e.serial_margin_min.value > 0,
+        ),
         row(
             "margin to a direct singularity, det",
             e.direct_margin_min.value,

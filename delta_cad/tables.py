@@ -55,7 +55,13 @@ def _console() -> Console:
 def print_inspection(name: str, rows: list[Row]) -> None:
     """Prints the inspection of a design."""
     table = Table(title=name, title_justify="left")
-    for column, side in (("", "left"), ("value", "right"), ("unit", "left"), ("limit", "left"), ("at x, y, z mm", "right")):
+    for column, side in (
+        ("", "left"),
+        ("value", "right"),
+        ("unit", "left"),
+        ("limit", "left"),
+        ("at x, y, z mm", "right"),
+    ):
         table.add_column(column, justify=side)  # type: ignore[arg-type]
     group = ""
     for row in rows:
@@ -72,7 +78,14 @@ def print_outcome(outcome: Outcome) -> None:
     """Prints the result of a build or a check: one line a check, equal checks of the three chains as one."""
     console = _console()
     table = Table(title=outcome.design.name, title_justify="left")
-    for column, side in (("check", "left"), ("value", "right"), ("limit", "right"), ("unit", "left"), ("", "left"), ("where", "left")):
+    for column, side in (
+        ("check", "left"),
+        ("value", "right"),
+        ("limit", "right"),
+        ("unit", "left"),
+        ("", "left"),
+        ("where", "left"),
+    ):
         table.add_column(column, justify=side)  # type: ignore[arg-type]
     for name, results in grouped(outcome.results).items():
         worst = min(results, key=_margin)
@@ -96,7 +109,9 @@ def grouped(results: list[CheckResult]) -> dict[str, list[CheckResult]]:
     """Results under their name without the numbers of chain, side and copy."""
     groups: dict[str, list[CheckResult]] = {}
     for result in results:
-        name = "solids" if result.name.startswith("solid ") else re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
+        name = (
+            "solids" if result.name.startswith("solid ") else re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
+        )
         groups.setdefault(name, []).append(result)
     return groups
 

@@ -5,7 +5,7 @@ Every length is in mm and every mass in g, as the field names say. `verified` is
 ordering", or "no, from memory, check before ordering".
 """
 
-# ruff: noqa: N815 - field names end in their unit, and volt, newton and pascal are written V, N and Pa
+
 from __future__ import annotations
 
 from dataclasses import dataclass

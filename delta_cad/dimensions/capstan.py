@@ -138,6 +138,8 @@ def capstan_dimensions(
         slot_radius_mm=slot_radius_mm,
         slot_width_mm=slot_width,
         slot_angles_rad=(reach[0] + play, reach[1] - play),
-        cable_length_mm=pitch_radius_mm * (rim[1] - rim[0]) + 2 * (lug_length + head) + PINION_WRAPS * tau * pinion_pitch,
+        cable_length_mm=pitch_radius_mm * (rim[1] - rim[0])
+        + 2 * (lug_length + head)
+        + PINION_WRAPS * tau * pinion_pitch,
         keep_out_radius_mm=hypot(lug[1], lug_length + head),
     )

@@ -22,7 +22,9 @@ WINDOW_MM = 34.0
 
 def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, float]]:
     """(x, y) half way between the chains, turned by `spread`."""
-    return [(radius * cos(pi / 3 + i * 2 * pi / 3 + spread), radius * sin(pi / 3 + i * 2 * pi / 3 + spread)) for i in CHAINS]
+    return [
+        (radius * cos(pi / 3 + i * 2 * pi / 3 + spread), radius * sin(pi / 3 + i * 2 * pi / 3 + spread)) for i in CHAINS
+    ]
 
 
 def make_base_plate(d: Dimensions) -> Part:
@@ -38,13 +40,13 @@ def make_base_plate(d: Dimensions) -> Part:
     for i in CHAINS:
         for u in k.base_screw_u_mm:
             tools.append(turned_to_chain(bore_z(screw.clearance_hole_mm, (u, middle), through), i))
-            tools.append(turned_to_chain(bore_z(screw.counterbore_diameter_mm, (u, middle), (low - THROUGH_MM, seat)), i))
+            tools.append(
+                turned_to_chain(bore_z(screw.counterbore_diameter_mm, (u, middle), (low - THROUGH_MM, seat)), i)
+            )
         for u in k.base_dowel_u_mm:
             tools.append(turned_to_chain(bore_z(DOWEL_MM, (u, middle), through), i))
     tools += [bore_z(foot.tap_drill_mm, at, through) for at in between_chains(b.foot_circle_mm / 2)]
-    mounts = [
-        at for sign in (-1, 1) for at in between_chains(b.mount_circle_mm / 2, sign * MOUNT_SPREAD_RAD)
-    ]
+    mounts = [at for sign in (-1, 1) for at in between_chains(b.mount_circle_mm / 2, sign * MOUNT_SPREAD_RAD)]
     tools += [bore_z(b.mount_hole_mm, at, through) for at in mounts]
     middle_radius = (b.centre_hole_mm / 2 + b.foot_circle_mm / 2) / 2
     tools += [bore_z(WINDOW_MM, at, through) for at in between_chains(middle_radius)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin
+from math import cos, sin
 
 import cadquery as cq
 
@@ -18,7 +18,6 @@ from delta_cad.solids.primitive import (
     bore_z,
     box,
     cut,
-    cylinder,
     feature,
     fuse,
     one_solid,

@@ -15,7 +15,18 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.part import Hole, Part
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import material
-from delta_cad.solids.primitive import THROUGH_MM, Circle, bore_y, bore_z, box, cut, edge_break, feature, hull_along_y, one_solid
+from delta_cad.solids.primitive import (
+    THROUGH_MM,
+    Circle,
+    bore_y,
+    bore_z,
+    box,
+    cut,
+    edge_break,
+    feature,
+    hull_along_y,
+    one_solid,
+)
 
 BLOCK_SCREW, BASE_SCREW = "M3", "M4"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 6.0, 11.0, 6.0
@@ -82,7 +93,9 @@ def make_motor_cheek(d: Dimensions) -> Part:
     holes = [
         Hole(d.motor.pilot_diameter_mm, 1, f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot"),
         Hole(screw.clearance_hole_mm, d.motor.mount_count, f"{screw.clearance_hole_mm:g} through, motor screws"),
-        Hole(screw.counterbore_diameter_mm, d.motor.mount_count, f"counterbore {seat_depth:g} deep from the arm's side"),
+        Hole(
+            screw.counterbore_diameter_mm, d.motor.mount_count, f"counterbore {seat_depth:g} deep from the arm's side"
+        ),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
@@ -90,7 +103,9 @@ def make_motor_cheek(d: Dimensions) -> Part:
         tools += _bearing_seat(d, inside, 1.0)
         holes += _bearing_holes(d)
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
-    return Part(number, "motor cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes))
+    return Part(
+        number, "motor cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes)
+    )
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:
@@ -121,7 +136,9 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
-    return Part(number, "encoder cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes))
+    return Part(
+        number, "encoder cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes)
+    )
 
 
 def _bearing_seat(d: Dimensions, inside: float, outwards: float) -> list[cq.Shape]:
@@ -157,7 +174,9 @@ def make_foot_block(d: Dimensions) -> Part:
         tools.append(bore_y(side.tap_drill_mm, at, (y[0] - THROUGH_MM, y[0] + depth)))
         tools.append(bore_y(side.tap_drill_mm, at, (y[1] - depth, y[1] + THROUGH_MM)))
     for u in b.base_screw_u_mm:
-        tools.append(bore_z(base.tap_drill_mm, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + BASE_THREAD_MM)))
+        tools.append(
+            bore_z(base.tap_drill_mm, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + BASE_THREAD_MM))
+        )
     for u in b.base_dowel_u_mm:
         tools.append(bore_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + DOWEL_DEPTH_MM)))
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, tools))
@@ -166,4 +185,6 @@ def make_foot_block(d: Dimensions) -> Part:
         Hole(base.tap_drill_mm, 2, f"{BASE_SCREW} x {BASE_THREAD_MM:g} from below"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, dowels"),
     )
-    return Part(number, "foot block between the cheeks", one_solid(solid, number), material("aluminium-6082"), True, holes)
+    return Part(
+        number, "foot block between the cheeks", one_solid(solid, number), material("aluminium-6082"), True, holes
+    )

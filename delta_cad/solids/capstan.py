@@ -61,7 +61,9 @@ def tension_screw_frame(d: Dimensions, end: int) -> np.ndarray:
     """(4, 4) frame under the head of a tension screw in the arm's frame; z points from shank to head."""
     point, tangent, radial = rim_end(d, end)
     seat = point + (capstan_of(d).lug_length_mm + TENSION_SCREW_OUT_MM) * tangent
-    return frames(np.cross(radial, tangent), radial, seat) if end == 0 else frames(radial, np.cross(tangent, radial), seat)
+    return (
+        frames(np.cross(radial, tangent), radial, seat) if end == 0 else frames(radial, np.cross(tangent, radial), seat)
+    )
 
 
 def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
@@ -151,14 +153,21 @@ def make_pinion(d: Dimensions) -> Part:
     floor = y1 - c.pinion_bore_depth_mm
     bore = bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y1 + THROUGH_MM))
     solid = feature(number, "bore", "motor shaft", lambda: cut(sleeve, [bore]))
-    pitch = 1.4 * c.cable_diameter_mm
+    d_c = c.cable_diameter_mm
+    depth = c.pinion_radius_mm - c.pinion_pitch_radius_mm + d_c / 2
     return Part(
         number,
-        f"capstan pinion, helical groove R{c.cable_diameter_mm / 2:.2f} x {c.pinion_radius_mm - c.pinion_pitch_radius_mm + c.cable_diameter_mm / 2:.2f} deep, pitch {pitch:.2f}",
+        f"capstan pinion, helical groove R{d_c / 2:.2f} x {depth:.2f} deep, pitch {1.4 * d_c:.2f}",
         one_solid(solid, number),
         material("stainless-1.4305"),
         True,
-        (Hole(c.pinion_bore_mm, 1, f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft"),),
+        (
+            Hole(
+                c.pinion_bore_mm,
+                1,
+                f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft",
+            ),
+        ),
     )
 
 

@@ -16,7 +16,9 @@ def make_cap_screw(size: str, length_mm: float) -> Part:
     """Hexagon socket head cap screw; the thread is drawn as its core."""
     row = catalogue.screw(size)
     if length_mm not in row.lengths_mm:
-        raise ValueError(f"screw {size} x {length_mm:g}: stock lengths are {', '.join(f'{v:g}' for v in row.lengths_mm)}")
+        raise ValueError(
+            f"screw {size} x {length_mm:g}: stock lengths are {', '.join(f'{v:g}' for v in row.lengths_mm)}"
+        )
     number = f"screw_{size}x{length_mm:g}"
     head = cylinder(row.head_diameter_mm, (0, 0, 0), (0, 0, row.head_height_mm))
     shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
@@ -57,7 +59,9 @@ def make_dowel(key: str, length_mm: float) -> Part:
     """Parallel pin along z from 0 to its length."""
     row = catalogue.dowel(key)
     if length_mm not in row.lengths_mm:
-        raise ValueError(f"dowel {key} x {length_mm:g}: stock lengths are {', '.join(f'{v:g}' for v in row.lengths_mm)}")
+        raise ValueError(
+            f"dowel {key} x {length_mm:g}: stock lengths are {', '.join(f'{v:g}' for v in row.lengths_mm)}"
+        )
     number = f"dowel_{row.diameter_mm:g}x{length_mm:g}"
     return Part(
         number,
@@ -76,7 +80,8 @@ def make_spacer(bore_mm: float, length_mm: float) -> Part:
     number = "board_spacer"
     outer = bore_mm + 2.0
     solid = cut(
-        cylinder(outer, (0, 0, 0), (0, 0, length_mm)), [bore_z(bore_mm, (0.0, 0.0), (-THROUGH_MM, length_mm + THROUGH_MM))]
+        cylinder(outer, (0, 0, 0), (0, 0, length_mm)),
+        [bore_z(bore_mm, (0.0, 0.0), (-THROUGH_MM, length_mm + THROUGH_MM))],
     )
     return Part(
         number,

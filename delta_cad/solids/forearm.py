@@ -23,7 +23,14 @@ def make_cross_bar(d: Dimensions) -> Part:
     r, half = f.bar_diameter_mm / 2, f.bar_length_mm / 2
     drill = catalogue.screw(STUD_THREAD).tap_drill_mm
     bar = turned(
-        [(0.0, -half), (r - EDGE_MM, -half), (r, -half + EDGE_MM), (r, half - EDGE_MM), (r - EDGE_MM, half), (0.0, half)]
+        [
+            (0.0, -half),
+            (r - EDGE_MM, -half),
+            (r, -half + EDGE_MM),
+            (r, half - EDGE_MM),
+            (r - EDGE_MM, half),
+            (0.0, half),
+        ]
     )
     depth = f.bar_thread_depth_mm
     tools = [

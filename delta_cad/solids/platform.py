@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
-
 import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.part import Hole, Part
-from delta_cad.placement import CHAINS, chain_frame
+from delta_cad.placement import CHAINS
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.forearm import STUD_THREAD
 from delta_cad.solids.materials import BLUE, material
@@ -19,7 +17,6 @@ from delta_cad.solids.primitive import (
     bore_z,
     cut,
     cylinder,
-    edge_break,
     feature,
     fuse,
     hull_along_z,
@@ -80,7 +77,9 @@ def make_platform(d: Dimensions) -> Part:
             )
             if reach >= 3.0:
                 tools.append(turned_to_chain(window, i))
-    solid = feature(number, "bores and windows", "platform_radius_mm, parallelogram_width_mm", lambda: cut(shape, tools))
+    solid = feature(
+        number, "bores and windows", "platform_radius_mm, parallelogram_width_mm", lambda: cut(shape, tools)
+    )
     holes = (
         Hole(drill, 3, f"{STUD_THREAD} x {depth:g} in both ends of each boss"),
         Hole(stem.tap_drill_mm, 1, f"{p.stem_thread} through, handle"),
@@ -131,7 +130,10 @@ def make_knob(d: Dimensions) -> Part:
     neck = bore_z(2 * foot, (0.0, 0.0), (0.0, centre))
     shape = feature("knob", "ball", "hardware.knob", lambda: sphere.intersect(keep).fuse(neck))
     solid = feature(
-        "knob", "thread", "hardware.knob", lambda: cut(shape, [bore_z(drill, (0.0, 0.0), (-THROUGH_MM, row.thread_depth_mm))])
+        "knob",
+        "thread",
+        "hardware.knob",
+        lambda: cut(shape, [bore_z(drill, (0.0, 0.0), (-THROUGH_MM, row.thread_depth_mm))]),
     )
     return Part(
         "knob",

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from math import acos, atan2, cos, hypot, pi, sin, tau
+from typing import cast
 
 import cadquery as cq
 
 Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
 
+SHORT_MM = 1e-9  # two circles of a hull that touch inside have no line between them
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
 
 
@@ -58,9 +60,12 @@ def cylinder(diameter: float, start: Sequence[float], end: Sequence[float]) -> c
     return cq.Solid.makeCylinder(diameter / 2, along.Length, a, along)
 
 
-def ball(diameter: float, centre: Sequence[float] = (0.0, 0.0, 0.0), axis: Sequence[float] = (0.0, 0.0, 1.0)) -> cq.Solid:
+def ball(
+    diameter: float, centre: Sequence[float] = (0.0, 0.0, 0.0), axis: Sequence[float] = (0.0, 0.0, 1.0)
+) -> cq.Solid:
     """Full sphere; `axis` says where its poles lie."""
-    return cq.Solid.makeSphere(diameter / 2, cq.Vector(*centre), cq.Vector(*axis), -90, 90, 360)
+    sphere = cq.Solid.makeSphere(diameter / 2, cq.Vector(*centre), cq.Vector(*axis), -90, 90, 360)
+    return cast(cq.Solid, sphere)
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> cq.Solid:
@@ -119,8 +124,10 @@ def hull_wire(circles: Sequence[Circle], to_space: Callable[[Point], cq.Vector])
         if circle[2] > 0:
             edges.append(cq.Edge.makeThreePointArc(on(circle, start), on(circle, (start + end) / 2), on(circle, end)))
         following = arcs[(k + 1) % len(arcs)]
-        edges.append(cq.Edge.makeLine(on(circle, end), on(following[0], following[1])))
-    return cq.Wire.assembleEdges([edge for edge in edges if edge.Length() > 1e-9])
+        straight = on(circle, end), on(following[0], following[1])
+        if (straight[1] - straight[0]).Length > SHORT_MM:
+            edges.append(cq.Edge.makeLine(*straight))
+    return cq.Wire.assembleEdges(edges)
 
 
 def hull_along_y(circles: Sequence[Circle], y: Point) -> cq.Solid:
