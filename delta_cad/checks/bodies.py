@@ -108,7 +108,8 @@ def bodies_of(
         number, mesh = o.part.number, meshes[o.part.number]
         if o.link in swept_links:
             swept = revolved_about_y(mesh, o.placement)
-            found[o.name] = body(o.name, f"{number} revolved in {o.name}", o.link, swept, np.eye(4))
+            where = np.round(o.placement, 7).tolist()  # equal placements to 1e-7 mm give one shape
+            found[o.name] = body(o.name, f"{number} revolved in {where}", o.link, swept, np.eye(4))
         else:
             found[o.name] = body(o.name, number, o.link, mesh, o.placement)
     return found

@@ -53,7 +53,8 @@ def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> P
     proof = Proof(space.name)
     pairs = space.pairs
     centres, halves = space.root()
-    box, pair = np.zeros(len(pairs.limit), dtype=int), np.arange(len(pairs.limit))
+    pair = np.flatnonzero(~(space.always_apart() >= pairs.limit + GUARD_MM))
+    box = np.zeros(len(pair), dtype=int)
     while len(pair):
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls

@@ -5,7 +5,8 @@ is measured; what was measured bounds the other positions of that pair in two wa
 convex hull of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And the
 convex hulls of the two bodies are at least as far apart as their extents along any direction, here the one between the
 closest points. It ends when no bound is below the smallest distance found, so the result is the same as that of
-measuring everything, to `TOLERANCE_MM`.
+measuring everything, to `TOLERANCE_MM`. Pairs whose relative position depends on one shoulder angle only are
+measured at `SPREAD` of the positions, spread over that angle.
 """
 
 from __future__ import annotations
@@ -17,11 +18,12 @@ from itertools import product
 import numpy as np
 
 from delta_cad.checks.bodies import Body, DistanceEngine, boxes_gap
-from delta_cad.checks.links import fixed_frame, swept_links
+from delta_cad.checks.links import chain_of, fixed_frame, swept_links
 from delta_cad.checks.pairing import HeldApart
-from delta_cad.placement import LinkPlacement
+from delta_cad.placement import CHAINS, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
+SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
 CHUNK = 64  # positions whose sphere distances are held in memory at once
 SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
@@ -56,10 +58,21 @@ class Sampler:
     """
 
     def __init__(self, placement: LinkPlacement, poses_mm: np.ndarray, engine: DistanceEngine) -> None:
+        self._placement = placement
         self.frames = dict(placement(poses_mm))
         for name in swept_links(placement):
             self.frames[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses_mm), 4, 4))
         self.poses_mm, self._engine = poses_mm, engine
+        self._spread = [_spread(self.frames[f"upper_arm_{i}"][:, 2, 0]) for i in CHAINS]
+
+    def _positions(self, pair: HeldApart) -> np.ndarray:
+        """Indices of the positions at which a pair is measured: few where one shoulder angle decides all."""
+        arms = [b.link for b in (pair.a, pair.b) if b.link.startswith("upper_arm")]
+        others = [b.link for b in (pair.a, pair.b) if not b.link.startswith("upper_arm")]
+        swept = swept_links(self._placement)
+        if len(arms) == 1 and (others[0] == "base" or others[0] in swept):
+            return self._spread[chain_of(arms[0])]
+        return np.arange(len(self.poses_mm))
 
     def closest(self, pairs: Sequence[HeldApart]) -> list[Sample]:
         """The closest pairs.
@@ -114,7 +127,8 @@ class Sampler:
 
     def _smallest(self, pair: HeldApart, bound: np.ndarray, best: float) -> Sample | None:
         """The pair's smallest sample if it is below `best`; None where the bounds say that it is not."""
-        poses = np.flatnonzero(bound < best - TOLERANCE_MM)
+        poses = self._positions(pair)
+        poses = poses[bound[poses] < best - TOLERANCE_MM]
         low = np.maximum(bound[poses], self._box_bounds(pair, poses))
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
         corners = pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T
@@ -154,6 +168,13 @@ class Sampler:
             h[:, :3, :3] @ pair.b.axes,
             np.broadcast_to(pair.b.half, (n, 3)),
         )
+
+
+def _spread(height: np.ndarray) -> np.ndarray:
+    """Indices of at most `SPREAD` positions whose elbows are spread evenly over their heights, extremes included."""
+    order = np.argsort(height)
+    wanted = np.linspace(height.min(), height.max(), SPREAD)
+    return np.unique(order[np.clip(np.searchsorted(height[order], wanted), 0, len(height) - 1)])
 
 
 def homogeneous(points: np.ndarray) -> np.ndarray:

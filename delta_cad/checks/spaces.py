@@ -83,6 +83,10 @@ class Space(ABC):
             One (n, bodies) array in mm for each frame of reference; a pair may use any one of them for both bodies.
         """
 
+    def always_apart(self) -> np.ndarray:
+        """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
+        return np.full(len(self.pairs.limit), -np.inf)
+
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """(n,) False only for boxes that certainly hold no variables that occur in the cube."""
         return np.ones(len(centres), dtype=bool)
@@ -125,6 +129,14 @@ class Swing(Space):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [halves * self._lever]
+
+    def always_apart(self) -> np.ndarray:
+        """Gap along the shoulder axis, along which nothing moves."""
+        extra = np.array([b.mesh.deviation_mm for b in self.pairs.bodies])
+        low = np.array([b.vertices[:, 1].min() for b in self.pairs.bodies]) - extra
+        high = np.array([b.vertices[:, 1].max() for b in self.pairs.bodies]) + extra
+        a, b = self.pairs.first, self.pairs.second
+        return np.maximum(low[b] - high[a], low[a] - high[b])
 
 
 class TwoSwings(Space):
