@@ -109,6 +109,14 @@ def _bracket(bench: _Bench, i: int) -> None:
         bench.put(f"cheek_screw_{i}_m{k}", side, "base", shoulder @ pointing((0, 1, 0), x, motor_side[1], z))
         bench.put(f"cheek_screw_{i}_e{k}", side, "base", shoulder @ pointing((0, -1, 0), x, encoder_side[0], z))
 
+    into = brackets.cheek_dowel_depth_mm(d)
+    available = into + motor_side[1] - motor_side[0]
+    cheek_pin = bench.dowel("3", max(v for v in catalogue.dowel("3").lengths_mm if v <= available))
+    for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
+        for side, outwards, face in (("m", 1.0, motor_side[0]), ("e", -1.0, encoder_side[1])):
+            placed = shoulder @ pointing((0, outwards, 0), x, face - outwards * into, z)
+            bench.put(f"cheek_dowel_{i}_{side}{k}", cheek_pin, "base", placed)
+
     middle = (encoder_side[1] + motor_side[0]) / 2
     row = catalogue.screw(brackets.BASE_SCREW)
     low = d.base.top_mm - d.base.thickness_mm

@@ -82,7 +82,7 @@ def dimensions(design: Design) -> Dimensions:
     bearing = catalogue.bearing(hardware.bearing)
     encoder, magnet = catalogue.encoder(hardware.encoder), catalogue.magnet(hardware.magnet)
     cable, tube, knob = catalogue.cable(hardware.cable), catalogue.tube(hardware.tube), catalogue.knob(hardware.knob)
-    stack = layers(hardware.arm_thickness_mm, hardware.drive, bearing, encoder)
+    stack = layers(hardware.arm_thickness_mm, hardware.drive, bearing, encoder, motor)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM, stack, bearing)
     capstan = None

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from math import radians
 
 from delta_cad import catalogue
-from delta_cad.dimensions.layers import Layers
+from delta_cad.dimensions.layers import STUB_DEPTH_MM, Layers
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, require
 
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
-STUB_DEPTH_MM = 3.0  # of a direct drive's magnet stub in the arm; the motor's shaft has the rest of the bore
 SECTOR_DOWEL_MM = 3.0
 
 

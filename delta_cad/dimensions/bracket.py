@@ -31,6 +31,7 @@ class BracketDimensions:
     foot_height_mm: float
     base_top_mm: float
     cheek_screw_u_mm: tuple[float, float]
+    cheek_dowel_u_mm: tuple[float, float]
     cheek_screw_z_mm: float
     base_screw_u_mm: tuple[float, float]
     base_dowel_u_mm: tuple[float, float]
@@ -103,6 +104,7 @@ def bracket_dimensions(
         foot_height_mm=FOOT_HEIGHT_MM,
         base_top_mm=base_top,
         cheek_screw_u_mm=(foot[0] + 4.5, foot[1] - 4.5),
+        cheek_dowel_u_mm=(u - 5.0, u + 13.0),
         cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
         base_screw_u_mm=(u - 0.5, u + 8.5),
         base_dowel_u_mm=(u - 7.5, u + 15.5),

@@ -9,6 +9,8 @@ from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM
 
 SECTOR_THICKNESS_MM = 6.0  # takes the M3 tension screws (head 5.5 mm) in its edge
 ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
+STUB_DEPTH_MM = 3.0  # of a direct drive's magnet stub in the arm; the motor's shaft has the rest of the bore
+SHAFT_ENDS_GAP_MM = 0.5
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
 
 
@@ -24,29 +26,40 @@ class Layers:
     encoder_board_mm: tuple[float, float]
 
 
-def layers(arm_thickness_mm: float, drive: str, bearing: catalogue.Bearing, encoder: catalogue.Encoder) -> Layers:
+def layers(
+    arm_thickness_mm: float,
+    drive: str,
+    bearing: catalogue.Bearing,
+    encoder: catalogue.Encoder,
+    motor: catalogue.Motor,
+) -> Layers:
     """Stack of a chain from the encoder (negative side) to the motor (positive side).
 
     The arm's plate is centred on the chain's plane, because the two rods pull on it symmetrically. A capstan's sector
-    lies on its motor side; a direct drive has none, so that the motor comes closer.
+    lies on its motor side; a direct drive has none, so that the motor comes closer: just so far that its shaft ends in
+    front of the stub that carries the magnet.
 
     Args:
         arm_thickness_mm: Thickness of the arm's plate.
         drive: "capstan" or "direct".
         bearing: Shoulder bearing.
         encoder: Encoder on the shoulder shaft.
+        motor: Motor on the motor cheek.
     """
     half = arm_thickness_mm / 2
     cheek = bearing.width_mm + PRESS_DEPTH_MM
     sector = (half, half + SECTOR_THICKNESS_MM) if drive == "capstan" else (half, half)
     encoder_inside = -half - RUNNING_GAP_MM
     motor_inside = sector[1] + RUNNING_GAP_MM
+    motor_face = motor_inside + cheek
+    if drive == "direct":
+        motor_face = max(motor_face, STUB_DEPTH_MM + SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
     board = encoder_inside - cheek - BOARD_STAND_OFF_MM
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,
         elbow_boss_mm=(-ELBOW_BOSS_WIDTH_MM / 2, ELBOW_BOSS_WIDTH_MM / 2),
         encoder_cheek_mm=(encoder_inside - cheek, encoder_inside),
-        motor_cheek_mm=(motor_inside, motor_inside + cheek),
+        motor_cheek_mm=(motor_inside, motor_face),
         encoder_board_mm=(board - encoder.board_thickness_mm, board),
     )

@@ -54,6 +54,17 @@ def cheek_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     return [(u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_screw_u_mm]
 
 
+def cheek_dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, z) of the dowels that locate a cheek on the foot block."""
+    b = d.bracket
+    return [(u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm]
+
+
+def cheek_dowel_depth_mm(d: Dimensions) -> float:
+    """How deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels in its middle."""
+    return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
+
+
 def _foot(d: Dimensions) -> list[Circle]:
     b = d.bracket
     low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
@@ -88,6 +99,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     tools += [bore_y(screw.clearance_hole_mm, at, through) for at in motor_screws]
     tools += [bore_y(screw.counterbore_diameter_mm, at, (through[0], inside + seat_depth)) for at in motor_screws]
     tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
+    tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
     tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
     holes = [
@@ -97,6 +109,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
             screw.counterbore_diameter_mm, d.motor.mount_count, f"counterbore {seat_depth:g} deep from the arm's side"
         ),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
+        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
     if d.capstan is not None:
@@ -104,7 +117,12 @@ def make_motor_cheek(d: Dimensions) -> Part:
         holes += _bearing_holes(d)
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
     return Part(
-        number, "motor cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes)
+        number,
+        f"motor cheek, plate {outside - inside:g}",
+        one_solid(solid, number),
+        material("aluminium-6082"),
+        True,
+        merged(holes),
     )
 
 
@@ -125,9 +143,11 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
     tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, through) for at in board]
     tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
+    tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
     holes = [
         Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} through, encoder board"),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
+        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
     ]
     if d.capstan is not None:
         tools += _bearing_seat(d, inside, -1.0)
@@ -137,7 +157,12 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
     return Part(
-        number, "encoder cheek, plate 6", one_solid(solid, number), material("aluminium-6082"), True, merged(holes)
+        number,
+        f"encoder cheek, plate {inside - outside:g}",
+        one_solid(solid, number),
+        material("aluminium-6082"),
+        True,
+        merged(holes),
     )
 
 
@@ -173,6 +198,10 @@ def make_foot_block(d: Dimensions) -> Part:
     for at in cheek_screw_positions(d):
         tools.append(bore_y(side.tap_drill_mm, at, (y[0] - THROUGH_MM, y[0] + depth)))
         tools.append(bore_y(side.tap_drill_mm, at, (y[1] - depth, y[1] + THROUGH_MM)))
+    for at in cheek_dowel_positions(d):
+        into = cheek_dowel_depth_mm(d)
+        tools.append(bore_y(DOWEL_MM, at, (y[0] - THROUGH_MM, y[0] + into)))
+        tools.append(bore_y(DOWEL_MM, at, (y[1] - into, y[1] + THROUGH_MM)))
     for u in b.base_screw_u_mm:
         tools.append(
             bore_z(base.tap_drill_mm, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + BASE_THREAD_MM))
@@ -183,7 +212,12 @@ def make_foot_block(d: Dimensions) -> Part:
     holes = (
         Hole(side.tap_drill_mm, 2, f"{BLOCK_SCREW} x {depth:g} from both sides"),
         Hole(base.tap_drill_mm, 2, f"{BASE_SCREW} x {BASE_THREAD_MM:g} from below"),
-        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, dowels"),
+        Hole(
+            DOWEL_MM,
+            4,
+            f"{DOWEL_MM:g} H7: 2 x {DOWEL_DEPTH_MM:g} deep from below, "
+            f"2 x {cheek_dowel_depth_mm(d):g} deep from both sides",
+        ),
     )
     return Part(
         number, "foot block between the cheeks", one_solid(solid, number), material("aluminium-6082"), True, holes
