@@ -103,19 +103,18 @@ def _bracket(bench: _Bench, i: int) -> None:
     ):
         bench.put(f"{number}_{i}", bench.once(number, lambda make=make: make(d)), "base", shoulder)
 
-    depth = min(brackets.BLOCK_THREAD_MM + 1.0, (motor_side[0] - encoder_side[1]) / 2 - 0.5)
-    side = bench.screw(brackets.BLOCK_SCREW, longest(brackets.BLOCK_SCREW, motor_side[1] - motor_side[0] + depth))
-    for k, (x, z) in enumerate(brackets.cheek_screw_positions(d)):
-        bench.put(f"cheek_screw_{i}_m{k}", side, "base", shoulder @ pointing((0, 1, 0), x, motor_side[1], z))
-        bench.put(f"cheek_screw_{i}_e{k}", side, "base", shoulder @ pointing((0, -1, 0), x, encoder_side[0], z))
-
+    depth = brackets.block_thread_mm(d)
     into = brackets.cheek_dowel_depth_mm(d)
-    available = into + motor_side[1] - motor_side[0]
-    cheek_pin = bench.dowel("3", max(v for v in catalogue.dowel("3").lengths_mm if v <= available))
-    for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
-        for side, outwards, face in (("m", 1.0, motor_side[0]), ("e", -1.0, encoder_side[1])):
-            placed = shoulder @ pointing((0, outwards, 0), x, face - outwards * into, z)
-            bench.put(f"cheek_dowel_{i}_{side}{k}", cheek_pin, "base", placed)
+    for side, outwards, (inside, outside) in (("m", 1.0, motor_side), ("e", -1.0, encoder_side[::-1])):
+        thickness = abs(outside - inside)
+        screw = bench.screw(brackets.BLOCK_SCREW, longest(brackets.BLOCK_SCREW, thickness + depth))
+        for k, (x, z) in enumerate(brackets.cheek_screw_positions(d)):
+            seat = pointing((0, outwards, 0), x, outside, z)
+            bench.put(f"cheek_screw_{i}_{side}{k}", screw, "base", shoulder @ seat)
+        pin = bench.dowel("3", max(v for v in catalogue.dowel("3").lengths_mm if v <= into + thickness))
+        for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
+            bottom = pointing((0, outwards, 0), x, inside - outwards * into, z)
+            bench.put(f"cheek_dowel_{i}_{side}{k}", pin, "base", shoulder @ bottom)
 
     middle = (encoder_side[1] + motor_side[0]) / 2
     row = catalogue.screw(brackets.BASE_SCREW)
@@ -180,9 +179,16 @@ def _arm(bench: _Bench, i: int) -> None:
     bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
     bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
-    for k in range(len(d.bracket.stop_pins_mm)):
-        if d.capstan is None:
-            bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
+
+
+def _direct(bench: _Bench, i: int) -> None:
+    bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
+    bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
+    for k in range(bench.d.motor.mount_count):
+        bench.gap(f"upper_arm_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
+    for k in range(len(bench.d.bracket.stop_pins_mm)):
+        bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
 
 
 def _capstan(bench: _Bench, i: int) -> None:
@@ -293,6 +299,8 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         _arm(bench, i)
         if d.capstan is not None:
             _capstan(bench, i)
+        else:
+            _direct(bench, i)
         _rods(bench, i)
     _platform(bench)
     cube = d.design.cube

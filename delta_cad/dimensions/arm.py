@@ -11,6 +11,7 @@ from delta_cad.dimensions.rules import RUNNING_GAP_MM, require
 
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
+STUB_GLUE_MM = 0.05  # diametral: a direct drive's stub is bonded into the arm's bore
 SECTOR_DOWEL_MM = 3.0
 
 
@@ -128,7 +129,7 @@ def shaft_dimensions(
     if drive == "direct":
         half = (layers.arm_mm[1] - layers.arm_mm[0]) / 2
         return ShaftDimensions(
-            diameter_mm=shaft_mm,
+            diameter_mm=shaft_mm - STUB_GLUE_MM,
             y_mm=(end, -half + STUB_DEPTH_MM),
             head_diameter_mm=max(head, shaft_mm),
             head_to_y_mm=-half - RUNNING_GAP_MM,

@@ -29,7 +29,7 @@ from delta_cad.solids.primitive import (
 )
 
 BLOCK_SCREW, BASE_SCREW = "M3", "M4"
-BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 6.0, 11.0, 6.0
+BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
 FOOT_CORNER_MM = 3.0
@@ -58,6 +58,11 @@ def cheek_dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
     """(x, z) of the dowels that locate a cheek on the foot block."""
     b = d.bracket
     return [(u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm]
+
+
+def block_thread_mm(d: Dimensions) -> float:
+    """Depth of the foot block's threads from either side: they do not meet."""
+    return min(BLOCK_THREAD_MM, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 0.5)
 
 
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
@@ -193,7 +198,7 @@ def make_foot_block(d: Dimensions) -> Part:
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
     body = edge_break(number, body, ">Z", 0.5)
     side, base = catalogue.screw(BLOCK_SCREW), catalogue.screw(BASE_SCREW)
-    depth = min(BLOCK_THREAD_MM + 1.0, (y[1] - y[0]) / 2 - 0.5)
+    depth = block_thread_mm(d)
     tools: list[cq.Shape] = []
     for at in cheek_screw_positions(d):
         tools.append(bore_y(side.tap_drill_mm, at, (y[0] - THROUGH_MM, y[0] + depth)))
