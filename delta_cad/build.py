@@ -23,12 +23,13 @@ from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
 from delta_cad.export.folder import output_folder
+from delta_cad.export.gallery import pictures
 from delta_cad.export.glb import write_glb
 from delta_cad.export.manifest import write_manifest
 from delta_cad.export.mass_properties import mass_report, write_mass_properties
 from delta_cad.export.meshes import write_3mf, write_stl
 from delta_cad.export.step import write_assembly_step, write_part_step
-from delta_cad.export.views import Stage, write_views
+from delta_cad.export.views import Stage
 from delta_cad.mechanism import conditioning
 from delta_cad.tessellation import MeshLibrary
 
@@ -201,16 +202,22 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
     machine = make_machine(design, progress)
-    results = check_machine(machine, progress)
-    passed = all_passed(results)
-    with output_folder(out, design.name, rejected=not passed) as folder:
-        outcome = Outcome(design, results, machine.masses, out / (design.name if passed else f"{design.name}.rejected"))
-        write_files(machine, outcome, folder.path, progress, schema)
+    with output_folder(out, design.name) as folder:
+        with pictures(machine.assembly, machine.meshes, folder.path / "views", _stage(machine)):
+            results = check_machine(machine, progress)
+            folder.rejected = not all_passed(results)
+            landed = f"{design.name}.rejected" if folder.rejected else design.name
+            outcome = Outcome(design, results, machine.masses, out / landed)
+            write_files(machine, outcome, folder.path, progress, schema)
+            progress("pictures")
+        progress("manifest")
+        status = "rejected" if folder.rejected else "passed"
+        write_manifest(folder.path, input_hash=design_hash(design), status=status)
     return outcome
 
 
 def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
-    """Writes every file of a build into a folder; the manifest last."""
+    """Writes what a machine and its checks come to into a folder, all but pictures and manifest."""
     assembly, meshes = machine.assembly, machine.meshes
     progress("assembly.step")
     write_assembly_step(assembly, folder / "assembly.step", schema)
@@ -233,11 +240,6 @@ def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Prog
     write_mass_properties(machine.masses, folder / "mass_properties.json")
     text = json.dumps(outcome.record(), indent=1) + "\n"
     (folder / "checks.json").write_text(text, encoding="utf-8")
-    progress("views")
-    write_views(assembly, meshes, folder / "views", _stage(machine))
-    progress("manifest")
-    status = "passed" if outcome.passed else "rejected"
-    write_manifest(folder, input_hash=design_hash(outcome.design), status=status)
 
 
 def _stage(machine: Machine) -> Stage:
