@@ -18,8 +18,7 @@ from delta_cad.export.views import Stage, write_views
 def pictures(assembly: Assembly, meshes: Meshes, directory: Path, stage: Stage) -> Iterator[None]:
     """Draws all pictures while the block runs; they are complete when it ends.
 
-    The other process gets meshes and placements but no solids, and is spawned, because the CAD kernel does not outlive a
-    fork.
+    The other process gets meshes and placements but no solids. It is spawned: the CAD kernel does not outlive a fork.
 
     Args:
         assembly: The machine.
