@@ -9,6 +9,9 @@ from delta_cad.dimensions.bracket import BracketDimensions
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.rules import require
 
+BASE_SCREW = "M4"  # foot blocks on the base plate
+UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
+
 
 @dataclass(frozen=True)
 class PlatformDimensions:
@@ -81,7 +84,22 @@ def platform_dimensions(
 
 
 def base_dimensions(bracket: BracketDimensions, thickness_mm: float) -> BaseDimensions:
-    """Base plate that carries the brackets' feet with a rim of 4 mm at least."""
+    """Base plate that carries the brackets' feet with a rim of 4 mm at least.
+
+    Args:
+        bracket: Brackets, screwed on from below.
+        thickness_mm: Thickness of the plate.
+
+    Raises:
+        DimensionError: The screws' counterbores leave too little under their heads.
+    """
+    least = catalogue.screw(BASE_SCREW).counterbore_depth_mm + UNDER_HEAD_MM
+    require(
+        thickness_mm >= least,
+        "base_plate",
+        "counterbore",
+        f"hardware.base_plate_thickness_mm = {thickness_mm:g} must be at least {least:g} mm",
+    )
     half_width = 14.0
     reach = (bracket.foot_u_mm[1] ** 2 + half_width**2) ** 0.5
     radius = round(reach + 4.0)

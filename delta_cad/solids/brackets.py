@@ -12,6 +12,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.part import Hole, Part
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import material
@@ -28,7 +29,7 @@ from delta_cad.solids.primitive import (
     one_solid,
 )
 
-BLOCK_SCREW, BASE_SCREW = "M3", "M4"
+BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
