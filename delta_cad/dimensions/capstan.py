@@ -15,6 +15,7 @@ PINION_WRAPS = 3.0  # friction of three turns holds e^(0.15 * 6 pi) = 17 times t
 PINION_WALL_MM = 0.75  # steel sleeve bonded on the motor shaft
 GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
 SHAFT_ENGAGEMENT_MM = 6.0  # bonded length at least one shaft diameter
+SLOT_WALL_MM = 1.0  # least metal between the stop pin's slot and the rim, and between the pin and the motor's pilot bore
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,8 @@ def capstan_dimensions(
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
 
     Raises:
-        DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, or the sector would
-            have to go round more than 250 degrees.
+        DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, the sector is too small
+            for the stop pin's slot or would have to go round more than 250 degrees.
     """
     d = cable.diameter_mm
     rim_radius_mm = pitch_radius_mm - d / 2
@@ -102,6 +103,18 @@ def capstan_dimensions(
         f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
     )
     distance = rim_radius_mm + crest + GAP_MM
+    slot_width = stop_pin_mm + 1.0
+    least = d / 2 + max(
+        slot_radius_mm + slot_width / 2 + SLOT_WALL_MM,
+        slot_radius_mm + stop_pin_mm / 2 + SLOT_WALL_MM + motor.pilot_diameter_mm / 2 - crest - GAP_MM,
+    )
+    require(
+        pitch_radius_mm >= least,
+        "sector",
+        "slot",
+        f"hardware.sector_radius_mm = {pitch_radius_mm:g} must be at least {least:.1f} mm, or the stop pin's slot on "
+        f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
+    )
     lug = (rim_radius_mm - 3.2, rim_radius_mm + 3.6)
     near = crest + RUNNING_GAP_MM  # closest that a lug may come to the pinion's axis
     aside = acos((distance**2 + lug[1] ** 2 - near**2) / (2 * distance * lug[1]))
@@ -115,7 +128,6 @@ def capstan_dimensions(
         f"the shoulder turns {(shoulder_rad[1] - shoulder_rad[0]) * 180 / pi:.1f} deg; the sector would span "
         f"{(rim[1] - rim[0]) * 180 / pi:.0f} deg, at most 250",
     )
-    slot_width = stop_pin_mm + 1.0
     play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
     lug_length = 6.0
     head = 3.0 + 2.0  # screw head and the thread it has come out by
