@@ -15,7 +15,7 @@ PINION_WRAPS = 3.0  # friction of three turns holds e^(0.15 * 6 pi) = 17 times t
 PINION_WALL_MM = 0.75  # steel sleeve bonded on the motor shaft
 GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
 SHAFT_ENGAGEMENT_MM = 6.0  # bonded length at least one shaft diameter
-SLOT_WALL_MM = 1.0  # least metal between the stop pin's slot and the rim, and between the pin and the motor's pilot bore
+SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 
 
 @dataclass(frozen=True)
