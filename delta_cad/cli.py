@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
 
 DONE, CHECK_FAILED, BAD_INPUT, NOT_BUILT = 0, 1, 2, 3
+INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 EXIT_CODES = """exit codes: 0 done and all checks hold; 1 done, but a check fails; 2 the input or the usage is wrong;
 3 the geometry could not be built"""
 
@@ -51,8 +53,19 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code."""
-    given = parser().parse_args(arguments)
+    """Runs one command and returns its exit code; a reader that goes away early is no error of ours."""
+    try:
+        code = _command(parser().parse_args(arguments))
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left goes nowhere
+        return DONE
+    except KeyboardInterrupt:
+        return _refuse("interrupted; nothing was written", INTERRUPTED)
+    return code
+
+
+def _command(given: argparse.Namespace) -> int:
     if given.command == "schema":
         from delta_cad.design import design_schema
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -32,7 +33,9 @@ def pictures(assembly: Assembly, meshes: Meshes, directory: Path, stage: Stage) 
     bare = {part.number: replace(part, solid=None) for part in assembly.parts}  # type: ignore[arg-type]
     light = replace(assembly, occurrences=tuple(replace(o, part=bare[o.part.number]) for o in assembly.occurrences))
     shapes = {number: meshes[number] for number in bare}
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as other:
+    spawn = multiprocessing.get_context("spawn")
+    deaf = (signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; this process answers for both
+    with ProcessPoolExecutor(1, mp_context=spawn, initializer=signal.signal, initargs=deaf) as other:
         drawn = other.submit(write_views, light, shapes, directory, stage)
         yield
         drawn.result()
