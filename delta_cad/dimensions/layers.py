@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad import catalogue
-from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM
+from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
 
 SECTOR_THICKNESS_MM = 6.0  # takes the M3 tension screws (head 5.5 mm) in its edge
 ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
@@ -45,6 +45,9 @@ def layers(
         bearing: Shoulder bearing.
         encoder: Encoder on the shoulder shaft.
         motor: Motor on the motor cheek.
+
+    Raises:
+        DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter.
     """
     half = arm_thickness_mm / 2
     cheek = bearing.width_mm + PRESS_DEPTH_MM
@@ -54,6 +57,15 @@ def layers(
     motor_face = motor_inside + cheek
     if drive == "direct":
         motor_face = max(motor_face, STUB_DEPTH_MM + SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
+        clamped = half - (motor_face - motor.shaft_length_mm)
+        least = arm_thickness_mm + motor.shaft_diameter_mm / 2 - clamped
+        require(
+            arm_thickness_mm >= least,
+            "upper_arm",
+            "shaft bore",
+            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {clamped:g} mm on the motor's shaft; it must be "
+            f"at least {least:g} mm",
+        )
     board = encoder_inside - cheek - BOARD_STAND_OFF_MM
     return Layers(
         arm_mm=(-half, half),
