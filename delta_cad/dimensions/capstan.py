@@ -104,9 +104,10 @@ def capstan_dimensions(
     )
     distance = rim_radius_mm + crest + GAP_MM
     slot_width = stop_pin_mm + 1.0
-    least = d / 2 + max(
-        slot_radius_mm + slot_width / 2 + SLOT_WALL_MM,
-        slot_radius_mm + stop_pin_mm / 2 + SLOT_WALL_MM + motor.pilot_diameter_mm / 2 - crest - GAP_MM,
+    to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
+    least = max(
+        slot_radius_mm + slot_width / 2 + SLOT_WALL_MM + d / 2,
+        (to_pilot - GAP_MM + (1.0 - GROOVE_FRACTION) * d) / (1.0 + 1.0 / ratio),  # distance >= to_pilot
     )
     require(
         pitch_radius_mm >= least,
