@@ -1,0 +1,66 @@
+"""The committed design, its dimensions and solids, and one real build of it, each made once and shared."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from delta_cad.assembly import Assembly
+from delta_cad.design import Design, load_design
+from delta_cad.dimensions import Dimensions, dimensions
+
+BEST = Path(__file__).parents[1] / "best.json"
+
+
+@dataclass(frozen=True)
+class Built:
+    """What a build from the command line came to."""
+
+    code: int
+    stdout: str
+    stderr: str
+    folder: Path
+
+    @property
+    def record(self) -> dict[str, Any]:
+        return json.loads(self.stdout)
+
+
+@pytest.fixture(scope="session")
+def best() -> Design:
+    return load_design(BEST)
+
+
+@pytest.fixture(scope="session")
+def best_dimensions(best: Design) -> Dimensions:
+    return dimensions(best)
+
+
+@pytest.fixture(scope="session")
+def best_assembly(best_dimensions: Dimensions) -> Assembly:
+    from delta_cad.assemble import assemble
+
+    return assemble(best_dimensions)
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory, best: Design) -> Built:
+    """`python -m delta_cad build` on the committed design, run once even when several workers want it."""
+    here = tmp_path_factory.getbasetemp()
+    shared = here.parent if here.name.startswith("popen-gw") else here
+    with open(shared / "built.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        told = shared / "built.json"
+        if not told.exists():
+            command = [sys.executable, "-m", "delta_cad", "build", "--design", str(BEST), "--out", str(shared / "built")]
+            run = subprocess.run([*command, "--json"], capture_output=True, text=True)
+            told.write_text(json.dumps([run.returncode, run.stdout, run.stderr]))
+    code, stdout, stderr = json.loads(told.read_text())
+    return Built(code, stdout, stderr, shared / "built" / best.name)
