@@ -124,7 +124,7 @@ PLAIN = st.recursive(
 
 @st.composite
 def designs(draw: st.DrawFn) -> Design:
-    """Designs of the sizes that issue 2 names, all of them possible."""
+    """Designs of the sizes that the build is made for, all of them possible."""
     data = minimal()
     data["name"] = draw(st.from_regex(r"[A-Za-z0-9]([A-Za-z0-9_-]{0,20}[A-Za-z0-9])?", fullmatch=True))
     arm, forearm = draw(st.floats(75, 90)), draw(st.floats(100, 150))

@@ -17,7 +17,7 @@ from delta_cad.export.step import StepError, write_assembly_step, write_part_ste
 from delta_cad.placement import LINKS
 
 VOLUME_RELATIVE = 1e-6
-"""What issue 2 promises; the kernel's integrals of these solids are good to 1e-9."""
+"""What a build promises; the kernel's integrals of these solids are good to 1e-9."""
 COLOUR_STEP = 1 / 255 + 1e-9
 """gmsh returns colours as bytes."""
 PLACE_MM = 1e-6
