@@ -10,6 +10,7 @@ from math import acos, atan2, cos, hypot, pi, sin, tau
 from typing import cast
 
 import cadquery as cq
+import numpy as np
 
 Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
@@ -87,13 +88,9 @@ def hull(circles: Sequence[Circle]) -> list[tuple[Circle, float, float]]:
     which has a closed form: |c_j - c_i| cos(phi - beta) = r_i - r_j.
     """
     steps = 3600
-
-    def owner(phi: float) -> int:
-        return max(
-            range(len(circles)), key=lambda k: circles[k][0] * cos(phi) + circles[k][1] * sin(phi) + circles[k][2]
-        )
-
-    owners = [owner(tau * (k + 0.5) / steps) for k in range(steps)]
+    phi = tau * (np.arange(steps) + 0.5) / steps
+    x, y, r = np.array(circles).T[:, :, None]
+    owners = np.argmax(x * np.cos(phi) + y * np.sin(phi) + r, axis=0).tolist()
     changes = []
     for k in range(steps):
         i, j = owners[k - 1], owners[k]
