@@ -1,0 +1,261 @@
+"""The requirements file: what the customer gives and the bounds of the search; read, validated, hashed.
+
+A file that is refused says which field, its value and what is allowed, in one line (`RequirementsError`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
+
+UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
+LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
+
+
+class RequirementsError(ValueError):
+    """Requirements that are refused.
+
+    Attributes:
+        file: Name of the file (its last part), or what stands for it.
+        field: Dotted path of the field, such as "bounds_mm.half_side"; "" when the whole file is meant.
+        value: The offending value as JSON text; "" when there is none.
+        allowed: What is wrong or what would be allowed.
+    """
+
+    def __init__(self, file: str, field: str, value: str, allowed: str) -> None:
+        self.file, self.field, self.value, self.allowed = file, field, value, allowed
+        what = " = ".join(part for part in (field, value) if part)
+        text = ": ".join(part for part in (file, what, allowed) if part)
+        super().__init__(" ".join(text.split()))
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+# [lower, upper]: TOML has lists, not tuples; the numbers inside stay strict
+_Length = Annotated[float, Field(ge=1, le=LENGTH_MAX_MM)]
+_Height = Annotated[float, Field(ge=1, le=2 * LENGTH_MAX_MM)]
+_Side = Annotated[float, Field(ge=0, le=LENGTH_MAX_MM)]
+_Degrees = Annotated[float, Field(ge=-180, le=180)]
+Length = Annotated[tuple[_Length, _Length], Field(strict=False)]
+Height = Annotated[tuple[_Height, _Height], Field(strict=False)]
+HalfSide = Annotated[tuple[_Side, _Side], Field(strict=False)]
+Angle = Annotated[tuple[_Degrees, _Degrees], Field(strict=False)]
+Overhead = Annotated[tuple[_Side, _Side], Field(strict=False)]
+Component = Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)]
+Gravity = Annotated[tuple[Component, Component, Component], Field(strict=False)]
+
+
+class Task(_Record):
+    """What the customer asks for: table `[requirements]`."""
+
+    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
+    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
+    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
+    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint can give, gravity's share included")
+
+
+class Bounds(_Record):
+    """Range of each design variable, mm; equal bounds fix it: table `[bounds_mm]`."""
+
+    upper_arm_length: Length = Field(description="L_A: shoulder to elbow")
+    forearm_length: Length = Field(description="L_B: elbow to wrist")
+    base_radius: Length = Field(description="R: base centre to shoulder axis")
+    platform_radius: Length = Field(description="r: platform centre to wrist")
+    bottom_height: Height = Field(description="H: bottom face of the cube over the plane of the shoulder axes")
+    half_side: HalfSide = Field(description="L: half the side of the cube")
+
+
+class Limits(_Record):
+    """What the hardware asks beyond the paper; all optional: table `[limits]`."""
+
+    outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
+    parallelogram_width_mm: float = Field(default=54.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
+    outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
+    kappa_max: float | None = Field(default=None, ge=1, le=1e6, description="largest condition number in the cube")
+    lean_max_deg: float | None = Field(default=None, gt=0, lt=90, description="largest lean of a rod")
+    shoulder_deg: Angle | None = Field(default=None, description="smallest and largest shoulder angle")
+    clearance_min_mm: float | None = Field(default=None, ge=0, le=100, description="between neighbouring wrist joints")
+    joint_diameter_mm: float = Field(default=8.0, gt=0, le=100, description="ball joint at a rod's end")
+    gravity_torque_N_m: float = Field(default=0.0, ge=0, le=100, description="taken off each joint's torque")
+    gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
+
+
+class Step3(_Record):
+    """The third step: table `[step_3]`."""
+
+    half_side_mm: float | None = Field(default=None, gt=0, le=LENGTH_MAX_MM, description="L; else what step 2 reached")
+
+
+class Requirements(_Record):
+    """One task for the optimiser."""
+
+    name: str = Field(pattern=NAME_PATTERN, description="name of the design")
+    requirements: Task
+    bounds_mm: Bounds
+    limits: Limits = Field(default_factory=Limits)
+    step_3: Step3 = Field(default_factory=Step3)
+
+
+_TABLES: dict[str, type[BaseModel]] = {
+    "requirements": Task,
+    "bounds_mm": Bounds,
+    "limits": Limits,
+    "step_3": Step3,
+}
+
+
+def load_requirements(path: str | Path) -> Requirements:
+    """Reads and validates a requirements file.
+
+    Args:
+        path: TOML file, UTF-8.
+
+    Returns:
+        The requirements, with all defaults filled in.
+
+    Raises:
+        RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` refuses.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise RequirementsError(path.name, "", "", f"cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        allowed = f"is not UTF-8 text: {error.reason} at byte {error.start}"
+        raise RequirementsError(path.name, "", "", allowed) from None
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also a number of thousands of digits; lists nested too deep
+        raise RequirementsError(path.name, "", "", f"is not TOML we can read: {error}") from None
+    return requirements_from_dict(data, path.name)
+
+
+def requirements_from_dict(data: object, file: str = "requirements") -> Requirements:
+    """Validates requirements given as plain data.
+
+    Args:
+        data: What the TOML file holds: nested dicts, lists, numbers, strings.
+        file: Name that error messages start with.
+
+    Returns:
+        The requirements, with all defaults filled in.
+
+    Raises:
+        RequirementsError: A missing or unknown field, a wrong type, a number that is not finite or out of its range,
+            a lower bound above its upper bound, a half side fixed at zero, no torque left beside gravity's share, a
+            step 3 outside the bounds, or a name that is not safe as a file name.
+    """
+    if not isinstance(data, Mapping):
+        raise RequirementsError(file, "", _text(data), "must be a table")
+    for field, value in _numbers(data, ""):
+        if not math.isfinite(value):
+            raise RequirementsError(file, field, _text(value), "must be finite")
+    try:
+        given = Requirements.model_validate(dict(data))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise _explained(file, first["type"], first["loc"], first["input"]) from None
+    _check_order(given, file)
+    return given
+
+
+def requirements_hash(given: Requirements) -> str:
+    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out."""
+    text = json.dumps(given.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _check_order(given: Requirements, file: str) -> None:
+    """Refuses numbers that contradict each other whatever the design."""
+    ranges = {f"bounds_mm.{name}": getattr(given.bounds_mm, name) for name in Bounds.model_fields}
+    if given.limits.shoulder_deg is not None:
+        ranges["limits.shoulder_deg"] = given.limits.shoulder_deg
+    for field, (low, high) in ranges.items():
+        if low > high:
+            raise RequirementsError(file, field, _text([low, high]), "bounds are swapped: must be [lower, upper]")
+    low, high = given.bounds_mm.half_side
+    if high == 0.0:
+        raise RequirementsError(file, "bounds_mm.half_side", _text([low, high]), "upper bound must be > 0 mm")
+    torque, reserve = given.requirements.joint_torque_N_m, given.limits.gravity_torque_N_m
+    if reserve >= torque:
+        allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"
+        raise RequirementsError(file, "limits.gravity_torque_N_m", _text(reserve), allowed)
+    side = given.step_3.half_side_mm
+    if side is not None and not low <= side <= high:
+        allowed = f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"
+        raise RequirementsError(file, "step_3.half_side_mm", _text(side), allowed)
+
+
+def _text(value: object) -> str:
+    """A value as short JSON text for a message."""
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _numbers(data: object, path: str) -> list[tuple[str, float]]:
+    """All floats of nested data with their dotted paths."""
+    if isinstance(data, float):
+        return [(path, data)]
+    items: list[tuple[str, object]] = []
+    if isinstance(data, Mapping):
+        items = [(f"{path}.{key}" if path else str(key), value) for key, value in data.items()]
+    elif isinstance(data, list | tuple):
+        items = [(f"{path}[{i}]", value) for i, value in enumerate(data)]
+    return [found for name, value in items for found in _numbers(value, name)]
+
+
+def _limits_of(metadata: list[Any]) -> str:
+    bounds = []
+    for item in metadata:
+        for sign, attribute in ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le")):
+            if getattr(item, attribute, None) is not None:
+                bounds.append(f"{sign} {getattr(item, attribute):g}")
+    return " and ".join(bounds)
+
+
+PAIRS = {
+    **dict.fromkeys(("upper_arm_length", "forearm_length", "base_radius", "platform_radius"), (1.0, LENGTH_MAX_MM)),
+    "bottom_height": (1.0, 2.0 * LENGTH_MAX_MM),
+    "half_side": (0.0, LENGTH_MAX_MM),
+    "outline_overhead_mm": (0.0, LENGTH_MAX_MM),
+    "shoulder_deg": (-180.0, 180.0),
+}
+"""Field that holds two numbers -> what each may be."""
+
+
+def _allowed(loc: tuple[int | str, ...]) -> str:
+    """What a field may hold, from its declaration."""
+    if len(loc) == 1:
+        return NAME_RULE if loc[0] == "name" else "must be a table"
+    table, name = str(loc[0]), str(loc[1])
+    unit = "mm" if table == "bounds_mm" else next((u for end, u in UNITS.items() if name.endswith(end)), "")
+    if name == "gravity_m_s2":
+        return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
+    if name in PAIRS:
+        low, high = PAIRS[name]
+        kind = "[along W, along D]" if name == "outline_overhead_mm" else "[lower, upper]"
+        return f"must be {kind}, two numbers, each >= {low:g} and <= {high:g} {unit}"
+    return f"must be a number {_limits_of(_TABLES[table].model_fields[name].metadata)} {unit}".rstrip()
+
+
+def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) -> RequirementsError:
+    """The first finding of the validator as our error."""
+    field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
+    if kind == "extra_forbidden":
+        model = _TABLES.get(str(loc[0]), Requirements) if len(loc) > 1 else Requirements
+        return RequirementsError(file, field, _text(value), f"unknown key; known here: {', '.join(model.model_fields)}")
+    if kind == "missing" and not isinstance(loc[-1], int):
+        return RequirementsError(file, field, "", f"is missing; {_allowed(loc)}")
+    return RequirementsError(file, field, _text(value), _allowed(loc))
