@@ -6,9 +6,7 @@ Upper bounds, body by body:
     upper arm: each vertex runs on a circle, `R + a cos(theta) - c sin(theta)` outwards; its extremes over the enclosed
         range of theta are in closed form.
     platform: the mesh, moved by the cube's half side.
-    rod: the cube is cut into boxes, those that decide ever finer. In each, elbow and wrist are enclosed (closed form in
-        theta, exact in p). A point is `(1 - f) elbow + f wrist + h` with h square to the rod's direction a, and h
-        reaches `|h| sqrt(1 - (a . d)^2)` along a direction d.
+    rod: branch and bound over boxes of handle positions, see `rod_reach`.
 Each gets the mesh's deviation on top. What this adds is told by the same extents over the sampled positions.
 """
 
@@ -21,21 +19,20 @@ import numpy as np
 
 from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import Body, bodies_of
+from delta_cad.checks.branch import enclosed_maximum
 from delta_cad.checks.domains import FoldError, domains
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links
-from delta_cad.checks.motion import MM_PER_M, BoxMotion, box_motion, cube_boxes
+from delta_cad.checks.motion import box_motion, cube_boxes
 from delta_cad.checks.report import CheckResult
-from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
-from delta_cad.placement import LinkPlacement
+from delta_cad.checks.rod_reach import RodReach
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
+from delta_cad.placement import MM_PER_M, LinkPlacement
 from delta_cad.tessellation import MeshLibrary
 
-BOXES = 14  # boxes along an edge of the cube for the rods, 5 mm at first
-REFINEMENTS = 6  # times that the boxes which decide are halved, to 0.1 mm
-REFINED_MM = 0.02  # what the refinement may leave above the sampled outline; less than a mesh's deviation
-FLOOR_BODIES = 8  # bodies whose sampled reach sets the floor of the refinement along a direction
-SHARES = 24  # rod vertices are grouped by their share of the way from elbow to wrist
-SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
+THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
+THETA_GAP_RAD = 1e-4  # 0.01 mm at the elbow
+FLOOR_BODIES = 8  # bodies whose sampled reach sets the floor below which no rod is refined
 DIRECTIONS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 
 
@@ -118,24 +115,24 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) 
     placement = assembly.placement
     moved = [replace(o, link=rigid_link(o, placement)) for o in assembly.occurrences]
     bodies = list(bodies_of(moved, meshes, swept_links(placement)).values())
-    theta = domains(placement.geometry, limits.centre_mm, limits.half_side_mm).theta
-    rods = _Rods(placement, limits)
+    theta = shoulder_range(placement.geometry, limits)
+    rods = RodReach(placement, limits, theta)
     reach = np.stack([_reach(b, placement, limits, theta, rods) for b in bodies])
     sampler = _Sampled(placement, limits.poses_mm())
     for d in range(len(DIRECTIONS)):
         floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-FLOOR_BODIES:])
-        for k in np.flatnonzero(reach[:, d] > floor):
-            if bodies[k].link.startswith("rod"):
-                reach[k, d] = rods.refined(bodies[k], d, floor)
+        for k in np.argsort(-reach[:, d]):
+            if reach[k, d] > floor and bodies[k].link.startswith("rod"):
+                reach[k, d], floor = rods.refined(bodies[k], DIRECTIONS[d], floor)
     reach += np.array([b.mesh.deviation_mm for b in bodies])[:, None]
     decides = reach.argmax(axis=0)
     return Outline(reach.max(axis=0), tuple(bodies[k] for k in decides))
 
 
-def _reach(b: Body, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, rods: _Rods) -> np.ndarray:
+def _reach(b: Body, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, rods: RodReach) -> np.ndarray:
     """(4,) bound on a mesh's reach along the directions, mm."""
     if b.link.startswith("rod"):
-        return rods.reach(b)
+        return np.array([rods.coarse(b, d) for d in DIRECTIONS])
     if b.link == "base" or b.link in swept_links(placement):
         frame = fixed_frame(b.link, placement)
         return (DIRECTIONS @ (frame[:3, :3] @ b.vertices.T + frame[:3, 3:])).max(axis=1)
@@ -148,6 +145,36 @@ def _reach(b: Body, placement: LinkPlacement, limits: CheckLimits, theta: np.nda
     across = (DIRECTIONS @ TANGENTIAL[i])[:, None] * b.vertices[:, 1]
     outwards = (DIRECTIONS @ RADIAL[i])[:, None]
     return (np.maximum(outwards * least, outwards * most) + across).max(axis=1)
+
+
+def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
+    """Close enclosure of the shoulder angles over the cube.
+
+    Args:
+        g: The mechanism.
+        limits: The cube.
+
+    Returns:
+        (3, 2) lowest and highest angle of each chain, rad.
+
+    Raises:
+        FoldError: A chain may fold in the cube.
+    """
+    widest = domains(g, limits.centre_mm, limits.half_side_mm).theta
+    boxes = cube_boxes(limits.centre_mm, limits.half_side_mm, THETA_BOXES)
+    theta = np.empty_like(widest)
+    for i, end in product(range(len(theta)), range(2)):
+        sign = (-1.0, 1.0)[end]
+
+        def bounds(
+            centres: np.ndarray, halves: np.ndarray, i: int = i, sign: float = sign
+        ) -> tuple[np.ndarray, np.ndarray]:
+            motion = box_motion(g, centres, halves)
+            at_centre = sign * motion.theta[:, i]
+            return at_centre + motion.theta_change[:, i], at_centre
+
+        theta[i, end] = sign * min(enclosed_maximum(bounds, *boxes, THETA_GAP_RAD)[0], sign * widest[i, end])
+    return theta
 
 
 def radial_range(points: np.ndarray, radius_mm: float, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -169,66 +196,6 @@ def radial_range(points: np.ndarray, radius_mm: float, theta: np.ndarray) -> tup
     least = np.where(bottom, -amplitude, ends.min(axis=1))
     most = np.where(top, amplitude, ends.max(axis=1))
     return radius_mm + least, radius_mm + most
-
-
-class _Rods:
-    """Bounds on the reach of the rods over boxes of handle positions."""
-
-    def __init__(self, placement: LinkPlacement, limits: CheckLimits) -> None:
-        self._placement, self._geometry = placement, placement.geometry
-        self._forearm = self._geometry.forearm_length * MM_PER_M
-        self._cube = cube_boxes(limits.centre_mm, limits.half_side_mm, BOXES)
-        self._motion = box_motion(self._geometry, *self._cube)
-
-    def reach(self, b: Body) -> np.ndarray:
-        """(4,) bound on the reach of a rod's body, mm."""
-        return np.array([self._bound(b, d, *self._cube, self._motion).max() for d in range(len(DIRECTIONS))])
-
-    def refined(self, b: Body, direction: int, floor_mm: float) -> float:
-        """Closer bound along one direction, not below `floor_mm`, by cutting the boxes that decide, mm."""
-        centres, halves = self._cube
-        bound = self._bound(b, direction, centres, halves, self._motion)
-        for _ in range(REFINEMENTS):
-            keep = bound > floor_mm + REFINED_MM
-            if not keep.any() or keep.sum() > BOXES**3:
-                break
-            halves = np.repeat(halves[keep] / 2.0, 8, axis=0)
-            centres = np.repeat(centres[keep], 8, axis=0) + halves * np.tile(SIGNS, (int(keep.sum()), 1))
-            bound = self._bound(b, direction, centres, halves, box_motion(self._geometry, centres, halves))
-        return max(float(bound.max()), floor_mm + REFINED_MM)
-
-    def _bound(self, b: Body, direction: int, centres: np.ndarray, halves: np.ndarray, motion: BoxMotion) -> np.ndarray:
-        """(n,) bound on the reach of a rod's body along one direction in each box, mm."""
-        i, j = (int(word) for word in b.link.split("_")[1:])
-        d, g = DIRECTIONS[direction], self._geometry
-        low, high = motion.theta[:, i] - motion.theta_change[:, i], motion.theta[:, i] + motion.theta_change[:, i]
-        least, most = cosine_range(low, high)
-        outwards, arm = float(d @ RADIAL[i]), g.upper_arm_length * MM_PER_M
-        elbow = np.sort(outwards * (g.base_radius * MM_PER_M + arm * np.stack([least, most])), axis=0)
-        middle, spread = centres @ d + outwards * g.platform_radius * MM_PER_M, halves @ np.abs(d)
-        wrist = np.stack([middle - spread, middle + spread])
-        first, last = wrist[0] - elbow[1], wrist[1] - elbow[0]
-        along = np.where(first * last <= 0.0, 0.0, np.minimum(np.abs(first), np.abs(last))) / self._forearm
-        across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
-        points = b.vertices
-        share, off = points[:, 0] / self._forearm, np.hypot(points[:, 1], points[:, 2])
-        edges = np.linspace(share.min(), share.max(), SHARES + 1)
-        group = np.clip(np.searchsorted(edges, share, side="right") - 1, 0, SHARES - 1)
-        best = np.full(len(centres), -np.inf)
-        for k in np.unique(group):
-            radius = off[group == k].max()
-            for f in (edges[k], edges[k + 1]):
-                here = (1.0 - f) * elbow[1 if f <= 1.0 else 0] + f * wrist[1 if f >= 0.0 else 0]
-                best = np.maximum(best, here + radius * across)
-        return best + (j - 0.5) * self._placement.parallelogram_width_mm * float(d @ TANGENTIAL[i])
-
-
-def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest cosine over ranges of angles within (-2 pi, 2 pi), each (n,)."""
-    ends = np.stack([np.cos(low), np.cos(high)])
-    most = np.where((low <= 0.0) & (high >= 0.0), 1.0, ends.max(axis=0))
-    over = (low <= -np.pi) & (high >= -np.pi) | (low <= np.pi) & (high >= np.pi)
-    return np.where(over, -1.0, ends.min(axis=0)), most
 
 
 class _Sampled:
