@@ -6,31 +6,13 @@ import fcntl
 import json
 import subprocess
 import sys
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pytest
+from committed import BEST, Built
 
 from delta_cad.assembly import Assembly
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-
-BEST = Path(__file__).parents[1] / "best.json"
-
-
-@dataclass(frozen=True)
-class Built:
-    """What a build from the command line came to."""
-
-    code: int
-    stdout: str
-    stderr: str
-    folder: Path
-
-    @property
-    def record(self) -> dict[str, Any]:
-        return json.loads(self.stdout)
 
 
 @pytest.fixture(scope="session")
@@ -59,7 +41,16 @@ def built(tmp_path_factory: pytest.TempPathFactory, best: Design) -> Built:
         fcntl.flock(lock, fcntl.LOCK_EX)
         told = shared / "built.json"
         if not told.exists():
-            command = [sys.executable, "-m", "delta_cad", "build", "--design", str(BEST), "--out", str(shared / "built")]
+            command = [
+                sys.executable,
+                "-m",
+                "delta_cad",
+                "build",
+                "--design",
+                str(BEST),
+                "--out",
+                str(shared / "built"),
+            ]
             run = subprocess.run([*command, "--json"], capture_output=True, text=True)
             told.write_text(json.dumps([run.returncode, run.stdout, run.stderr]))
     code, stdout, stderr = json.loads(told.read_text())

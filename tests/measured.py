@@ -1,5 +1,8 @@
 """Axes and centres read off solids: what a coordinate measuring machine would find, not what the dimensions say."""
 
+# pyright: reportAttributeAccessIssue=false
+# The stubs of the kernel's binding declare none of its classes.
+
 from __future__ import annotations
 
 from typing import Any

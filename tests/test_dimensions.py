@@ -8,11 +8,11 @@ from copy import deepcopy
 from dataclasses import replace
 from itertools import product
 from math import cos, degrees, hypot, pi, radians, sin
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from committed import BEST
 
 from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict
@@ -23,7 +23,7 @@ from delta_cad.dimensions.forearm import tilt_limit_rad
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism import UnreachableError, elbow_positions, inverse_kinematics
 
-BEST: dict[str, Any] = json.loads((Path(__file__).parents[1] / "best.json").read_text())
+BEST: dict[str, Any] = json.loads(BEST.read_text())
 
 
 def edited(**changes: float | str) -> Dimensions:
@@ -49,7 +49,15 @@ REFUSED = {
         "at least",
         1,
     ),
-    "hub": (SMALL_CUBE | {"parallelogram_width_mm": 32.1}, "platform_radius_mm", 14.0, "platform", "wrist boss", "at least", 1),
+    "hub": (
+        SMALL_CUBE | {"parallelogram_width_mm": 32.1},
+        "platform_radius_mm",
+        14.0,
+        "platform",
+        "wrist boss",
+        "at least",
+        1,
+    ),
     "bosses": (
         SMALL_CUBE | {"platform_thickness_mm": 30.0, "ball_diameter_mm": 4.0, "parallelogram_width_mm": 70.0},
         "platform_radius_mm",
@@ -94,7 +102,9 @@ def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: s
 
 
 def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
-    with pytest.raises(DimensionError, match=r"^shoulder_shaft, magnet seat: .* 8 mm needs .* at least 9\.9 mm, not 8 mm$"):
+    with pytest.raises(
+        DimensionError, match=r"^shoulder_shaft, magnet seat: .* 8 mm needs .* at least 9\.9 mm, not 8 mm$"
+    ):
         edited(magnet="ndfeb-8x2.5-diametric")
 
 
@@ -287,7 +297,7 @@ def test_the_stack_along_the_shoulder_axis_is_in_order(drive: str, thickness: fl
         assert s.arm_mm[1] - end >= d.motor.shaft_diameter_mm / 2  # and is clamped by the arm
 
 
-def test_a_direct_drive_stops_at_two_pins_three_degrees_outside(best_dimensions: Dimensions) -> None:
+def test_a_direct_drive_stops_at_two_pins_three_degrees_outside() -> None:
     d = edited(drive="direct", motor="maxon-ec60flat-625858")
     assert d.capstan is None
     assert len(d.bracket.stop_pins_mm) == 2

@@ -66,7 +66,9 @@ def test_torque_is_linear_in_gravity_and_in_mass() -> None:
     np.testing.assert_allclose(holding_torque(stand_in(), bodies(), POSES, tilted), parts, atol=NUMERIC_N_M)
     heavier = {link: (2 * mass, centre) for link, (mass, centre) in bodies().items()}
     np.testing.assert_allclose(
-        holding_torque(stand_in(), heavier, POSES, G), 2 * holding_torque(stand_in(), bodies(), POSES, G), atol=2 * NUMERIC_N_M
+        holding_torque(stand_in(), heavier, POSES, G),
+        2 * holding_torque(stand_in(), bodies(), POSES, G),
+        atol=2 * NUMERIC_N_M,
     )
 
 
@@ -112,7 +114,7 @@ def test_the_check_adds_gravity_to_the_worst_force_and_says_where() -> None:
     assert result.value == pytest.approx(total.max(), rel=1e-12)
     assert result.limit == 0.8
     k, chain = np.unravel_index(total.argmax(), total.shape)
-    np.testing.assert_allclose(result.worst_pose_mm, poses[k])
+    assert result.worst_pose_mm == pytest.approx(poses[k].tolist())
     assert result.worst_pair == (f"chain_{chain}",)
     value = result.value or 0.0
     assert check_holding(stand_in(), LIMITS, bodies(), G, value * (1 + 1e-9)).passed
@@ -130,10 +132,14 @@ def masses(best_assembly: Assembly) -> dict[str, Any]:
     return mass_report(best_assembly)
 
 
-def test_the_committed_design_holds_its_own_weight_by_the_power_balance(best_assembly: Assembly, masses: dict[str, Any]) -> None:
+def test_the_committed_design_holds_its_own_weight_by_the_power_balance(
+    best_assembly: Assembly, masses: dict[str, Any]
+) -> None:
     """Masses from the solids, oracle from placed parts: weight times height of each occurrence's own centre."""
     moving = {
-        link: (body["mass_kg"], 1e3 * np.array(body["centre_m"])) for link, body in masses["bodies"].items() if link != "base"
+        link: (body["mass_kg"], 1e3 * np.array(body["centre_m"]))
+        for link, body in masses["bodies"].items()
+        if link != "base"
     }
     geometry = best_assembly.placement.geometry
 

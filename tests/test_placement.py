@@ -47,7 +47,7 @@ def solved_angle(p: np.ndarray, i: int) -> float:
     grid = np.radians(np.arange(-90.0, 120.0, 1.0))  # outwards branch: the first closing angle from below
     values = [excess(t) for t in grid]
     k = next(k for k, (a, b) in enumerate(pairwise(values)) if a > 0 >= b)
-    return float(brentq(excess, grid[k], grid[k + 1], xtol=1e-14))
+    return float(np.asarray(brentq(excess, grid[k], grid[k + 1], xtol=1e-14)))
 
 
 def test_links_are_named_once_and_all_placed() -> None:
@@ -60,7 +60,9 @@ def test_every_link_is_a_rigid_motion_and_batches_agree_with_single_poses() -> N
     for name, frame in batch.items():
         assert frame.shape == (len(POSES), 4, 4), name
         rotation = frame[:, :3, :3]
-        np.testing.assert_allclose(rotation @ np.swapaxes(rotation, -1, -2), np.broadcast_to(np.eye(3), rotation.shape), atol=1e-13)
+        np.testing.assert_allclose(
+            rotation @ np.swapaxes(rotation, -1, -2), np.broadcast_to(np.eye(3), rotation.shape), atol=1e-13
+        )
         np.testing.assert_allclose(np.linalg.det(rotation), 1, atol=1e-13)
         np.testing.assert_array_equal(frame[:, 3], np.broadcast_to([0, 0, 0, 1], (len(POSES), 4)))
     for k in (0, 13, 40):
@@ -106,15 +108,15 @@ def test_six_rods_alone_determine_the_platform() -> None:
     for p in POSES[5:45:13]:
         links = place(p)
         elbows = np.array([links[f"rod_{i}_{j}"][:3, 3] for i in range(3) for j in range(2)])
-        wrists = np.array(
-            [r * azimuth(i)[0] + (j - 0.5) * L_c * azimuth(i)[1] for i in range(3) for j in range(2)]
-        )
+        wrists = np.array([r * azimuth(i)[0] + (j - 0.5) * L_c * azimuth(i)[1] for i in range(3) for j in range(2)])
 
         def excess(q: np.ndarray, elbows: np.ndarray = elbows, wrists: np.ndarray = wrists) -> np.ndarray:
             moved = Rotation.from_rotvec(q[3:]).apply(wrists) + q[:3]
             return np.linalg.norm(moved - elbows, axis=1) - L_B
 
-        found = fsolve(excess, np.concatenate([p + [1.0, -2.0, 1.5], [0.02, -0.01, 0.03]]), xtol=1e-13)
+        found = np.asarray(
+            fsolve(excess, np.concatenate([p + np.array([1.0, -2.0, 1.5]), [0.02, -0.01, 0.03]]), xtol=1e-13)
+        )
         np.testing.assert_allclose(found[:3], p, atol=1e-7)
         np.testing.assert_allclose(found[3:], 0, atol=1e-9)
 
@@ -195,7 +197,7 @@ def test_a_pose_out_of_reach_is_refused() -> None:
     with pytest.raises(UnreachableError, match="chain"):
         PLACE(np.array([0.0, 0.0, 195.0]))  # R - r + L_A + L_B = 204 in line, 194 straight above
     with pytest.raises(UnreachableError):
-        PLACE(np.stack([CENTRE, CENTRE + [0, 0, 150.0]]))
+        PLACE(np.stack([CENTRE, CENTRE + np.array([0, 0, 150.0])]))
 
 
 def test_frames_put_their_axes_where_they_are_told() -> None:

@@ -1,5 +1,8 @@
 """Axes and hole patterns measured on the solids: link lengths, coaxial seats, and every fastener in its bores."""
 
+# pyright: reportAttributeAccessIssue=false
+# The stubs of the kernel's binding declare none of its classes.
+
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -66,7 +69,9 @@ def test_upper_arm_carries_its_axes_at_its_length(best_assembly: Assembly, best_
 
 
 @pytest.mark.parametrize(("chain", "side"), [(i, j) for i in range(3) for j in range(2)])
-def test_a_rod_is_its_length_between_seats(best_assembly: Assembly, best_dimensions: Dimensions, chain: int, side: int) -> None:
+def test_a_rod_is_its_length_between_seats(
+    best_assembly: Assembly, best_dimensions: Dimensions, chain: int, side: int
+) -> None:
     seats = []
     for end in ("elbow", "wrist"):
         o = occurrence(best_assembly, f"ball_socket_{chain}_{side}_{end}")
@@ -187,7 +192,7 @@ def engaged(bore: Bore, origin: np.ndarray, axis: np.ndarray, shank: tuple[float
         return 0.0
     if np.linalg.norm(np.cross(bore.point - origin, axis)) > AXIS_MM:
         return 0.0
-    start, sense = (bore.point - origin) @ axis, bore.direction @ axis
+    start, sense = float((bore.point - origin) @ axis), float(bore.direction @ axis)
     ends = sorted(start + sense * v for v in bore.extent)
     return max(0.0, min(ends[1], shank[1]) - max(ends[0], shank[0]))
 
@@ -211,7 +216,9 @@ SHANKS: dict[str, list[tuple[str, float, float]]] = {
 }
 
 
-def test_every_fastener_sits_in_the_bores_of_all_parts_it_joins(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+def test_every_fastener_sits_in_the_bores_of_all_parts_it_joins(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
     """Mating patterns agree between parts, and each thread holds; a pattern that is wrong in one part breaks it."""
     cache = {
         o.name: bores(o.part, o.placement)
@@ -272,7 +279,9 @@ def test_ball_studs_are_screwed_into_their_holder(best_assembly: Assembly, end: 
             assert max(inside) == pytest.approx(6.0, abs=1e-6)  # the whole thread of the stud, none of it outside
 
 
-def test_the_handle_stem_is_screwed_into_platform_and_knob(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+def test_the_handle_stem_is_screwed_into_platform_and_knob(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
     drill = catalogue.screw(best_dimensions.knob.thread).tap_drill_mm
     stem = occurrence(best_assembly, "handle_stem")
     box = stem.part.solid.BoundingBox()

@@ -1,4 +1,4 @@
-"""Volume of every turned, sawn and drilled part against its closed form, written from the drawing, not from the model."""
+"""Volume of every turned, sawn and drilled part against its closed form, written from the drawing."""
 
 from __future__ import annotations
 
@@ -78,7 +78,9 @@ def motor_cheek(d: Dimensions) -> float:
     screw, block = catalogue.screw(m.mount_thread), catalogue.screw("M3")
     motor = (b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1], b.motor_pad_radius_mm)
     sunk = cyl(screw.counterbore_diameter_mm, screw.counterbore_depth_mm)
-    bores = cyl(m.pilot_diameter_mm, t) + 2 * cyl(block.clearance_hole_mm, t) + cyl(4.0, t) + seat(d, t) + 2 * cyl(3.0, t)
+    bores = (
+        cyl(m.pilot_diameter_mm, t) + 2 * cyl(block.clearance_hole_mm, t) + cyl(4.0, t) + seat(d, t) + 2 * cyl(3.0, t)
+    )
     bores += m.mount_count * (sunk + cyl(screw.clearance_hole_mm, t - screw.counterbore_depth_mm))
     return plate([(0, 0, b.head_radius_mm), motor, *foot(d)], t, 0.5) - bores
 
@@ -159,7 +161,11 @@ def pinion(d: Dimensions) -> float:
     c = d.capstan
     assert c is not None
     length = c.pinion_y_mm[1] - c.pinion_y_mm[0]
-    return cyl(2 * c.pinion_radius_mm, length) - 2 * broken(2 * c.pinion_radius_mm, 0.3) - cyl(d.motor.shaft_diameter_mm, c.pinion_bore_depth_mm)
+    return (
+        cyl(2 * c.pinion_radius_mm, length)
+        - 2 * broken(2 * c.pinion_radius_mm, 0.3)
+        - cyl(d.motor.shaft_diameter_mm, c.pinion_bore_depth_mm)
+    )
 
 
 def cable(d: Dimensions) -> float:
