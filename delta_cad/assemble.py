@@ -9,11 +9,13 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.assembly import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.rules import require
 from delta_cad.part import Fit, Joint, Occurrence, Part
 from delta_cad.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
 from delta_cad.solids import bought, brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
 
+ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
 CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
 BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
 BESIDE = (  # what of an arm passes what of its own bracket that closely
@@ -47,8 +49,19 @@ def pointing(direction: Sequence[float], x: float = 0.0, y: float = 0.0, z: floa
 
 
 def longest(size: str, available_mm: float) -> float:
-    """Longest stock length of a cap screw that does not exceed what is available."""
-    return max(length for length in catalogue.screw(size).lengths_mm if length <= available_mm)
+    """Longest stock length of a cap screw that does not exceed what is available.
+
+    Args:
+        size: Cap screw of the catalogue, such as "M3".
+        available_mm: From under the head to the end of the usable thread.
+
+    Raises:
+        DimensionError: The shortest one is longer.
+    """
+    lengths = catalogue.screw(size).lengths_mm
+    shortest = f"{available_mm:.2f} mm are available under the head; the shortest has {min(lengths):g} mm"
+    require(min(lengths) <= available_mm + ROUNDING_MM, f"screw_{size}", "length", shortest)
+    return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
 
 
 class _Bench:
@@ -291,6 +304,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
 
     Raises:
         BuildError: A solid could not be built (part, feature, parameter).
+        DimensionError: No stock screw is short enough.
     """
     bench = _Bench(d, progress)
     _base(bench)

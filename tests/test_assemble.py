@@ -331,6 +331,7 @@ def test_the_random_designs_are_of_both_kinds() -> None:
         {"drive": "direct", "motor": "maxon-ec60flat-625858"},
         {"drive": "direct", "motor": "maxon-ec60flat-408057"},
         {"drive": "direct", "motor": "maxon-ec45flat-411812"},
+        {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 18.1, "bearing": "618-8"},
         {"motor": "maxon-re25-118752", "capstan_ratio": 12.0},
         {"motor": "faulhaber-3257g024cr"},
         {"motor": "maxon-ec45flat-411812", "capstan_ratio": 9.0},
@@ -379,6 +380,9 @@ def test_fasteners_are_of_stock_length() -> None:
         make_cap_screw("M3", 7.0)
     with pytest.raises(ValueError, match="dowel 3 x 9: stock lengths are 8, 10"):
         make_dowel("3", 9.0)
+    with pytest.raises(DimensionError, match=r"^screw_M4, length: 5\.90 mm .* the shortest has 6 mm$"):
+        longest("M4", 5.9)
+    assert longest("M4", 6.0 - 1e-12) == 6.0
     assert longest("M3", 12.9) == 12.0
     assert longest("M3", 12.0) == 12.0
 

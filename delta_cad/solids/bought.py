@@ -9,6 +9,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.catalogue import Row
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.layers import MOTOR_THREAD_MM
 from delta_cad.part import Part
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.materials import material
@@ -23,8 +24,6 @@ from delta_cad.solids.primitive import (
     one_solid,
     turned,
 )
-
-MOTOR_THREAD_MM = 3.5  # least usable thread behind the face of the motors in the catalogue
 
 
 def _bought(number: str, row: Row, shape: cq.Shape, substance: str, mass_g: float) -> Part:
