@@ -1,0 +1,49 @@
+"""`python -m tests.benchmarks`: measures, shows its progress, writes `out/bench.md` and `out/bench.json`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from time import perf_counter
+
+from tests.benchmarks.figure import Figure
+from tests.benchmarks.machine import machine
+from tests.benchmarks.page import page, record
+from tests.benchmarks.timing import ROOT
+
+SUBJECTS = ("start_time", "mechanism_time", "build_time", "clearance_sweep", "clearance_growth")
+
+
+def main() -> int:
+    """Measures every subject; a target that is missed is told, not an error."""
+    before, start = machine(), perf_counter()
+
+    def say(text: str) -> None:
+        print(f"{perf_counter() - start:6.1f} s  {text}", file=sys.stderr, flush=True)
+
+    figures: list[Figure] = []
+    subjects = [name for name in SUBJECTS if find_spec(f"tests.benchmarks.{name}")]
+    for name in set(SUBJECTS) - set(subjects):
+        say(f"{name.replace('_', ' ')}: there is no such benchmark, not measured")
+    for number, name in enumerate(subjects, 1):
+        say(f"[{number}/{len(subjects)}] {name.replace('_', ' ')}")
+        found = import_module(f"tests.benchmarks.{name}").run(lambda text: say(f"      {text}"))
+        for f in found:
+            say(f"      {f.name}: {f.value:.4g} {f.unit}")
+        figures += found
+    after, seconds = machine(), perf_counter() - start
+    out = ROOT / "out"
+    out.mkdir(exist_ok=True)
+    text = page(figures, before, after, seconds)
+    (out / "bench.md").write_text(text, encoding="utf-8")
+    (out / "bench.json").write_text(
+        json.dumps(record(figures, before, after, seconds), indent=1) + "\n", encoding="utf-8"
+    )
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
