@@ -11,11 +11,14 @@ from tests.benchmarks.later import ELSEWHERE, LATER
 VERDICTS = {True: "yes", False: "**no**", None: "-"}
 
 
-def page(figures: Sequence[Figure], before: dict[str, Any], after: dict[str, Any], seconds: float) -> str:
+def page(
+    figures: Sequence[Figure], failed: Sequence[str], before: dict[str, Any], after: dict[str, Any], seconds: float
+) -> str:
     """Markdown of all figures.
 
     Args:
         figures: What was measured.
+        failed: What could not be measured and why.
         before: The machine when it began.
         after: The machine when it ended.
         seconds: How long it took.
@@ -33,6 +36,7 @@ def page(figures: Sequence[Figure], before: dict[str, Any], after: dict[str, Any
         f"{sum(bool(f.reached) for f in held)} of {len(held)} figures with a target reach it. Ratios are formed inside "
         "one run, round by round; others are medians with least and largest. A log-log slope of 1: cost in proportion.",
     ]
+    lines += [f"\n**Not measured: {text}**" for text in failed]
     for subject in dict.fromkeys(f.subject for f in figures):
         lines += ["", f"## {subject[:1].upper()}{subject[1:]}", ""]
         lines += ["| what | figure | least to largest | to reach | reached | how |", "|---|---:|---|---|---|---|"]
@@ -52,7 +56,9 @@ def page(figures: Sequence[Figure], before: dict[str, Any], after: dict[str, Any
     return "\n".join(lines) + "\n"
 
 
-def record(figures: Sequence[Figure], before: dict[str, Any], after: dict[str, Any], seconds: float) -> dict[str, Any]:
+def record(
+    figures: Sequence[Figure], failed: Sequence[str], before: dict[str, Any], after: dict[str, Any], seconds: float
+) -> dict[str, Any]:
     """The same as JSON types; arguments as `page`."""
     return {
         "schema": "delta-bench/1",
@@ -60,6 +66,7 @@ def record(figures: Sequence[Figure], before: dict[str, Any], after: dict[str, A
         "load_after": after["load"],
         "duration_s": round(seconds, 1),
         "figures": [f.to_json() for f in figures],
+        "failed": list(failed),
         "not_measured_yet": [dict(zip(("with", "what", "target"), entry, strict=True)) for entry in LATER],
     }
 

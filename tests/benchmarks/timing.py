@@ -57,6 +57,7 @@ class Child:
         tree_bytes: Largest sum over its tree, shared pages counted once; 0 when it was not watched.
         code: Exit code.
         stdout: What it wrote.
+        stderr: What it wrote to standard error.
     """
 
     wall_s: float
@@ -65,18 +66,19 @@ class Child:
     tree_bytes: int
     code: int
     stdout: str
+    stderr: str
 
 
 def python(*arguments: str, watch: bool = False) -> Child:
-    """Run this interpreter with arguments in the project's root, errors to our own stderr.
+    """Run this interpreter with arguments in the project's root.
 
     Args:
         arguments: Its arguments.
         watch: Whether to sample the memory of its whole tree; that costs it a little time.
     """
-    with TemporaryFile() as out:
+    with TemporaryFile() as out, TemporaryFile() as errors:
         start = perf_counter()
-        process = subprocess.Popen([sys.executable, *arguments], cwd=ROOT, stdout=out, stderr=subprocess.DEVNULL)
+        process = subprocess.Popen([sys.executable, *arguments], cwd=ROOT, stdout=out, stderr=errors)
         tree, how = 0, os.WNOHANG if watch else 0
         while True:
             ended, status, usage = os.wait4(process.pid, how)
@@ -87,18 +89,21 @@ def python(*arguments: str, watch: bool = False) -> Child:
         wall = perf_counter() - start
         process.returncode = os.waitstatus_to_exitcode(status)  # wait4 took it: nobody may wait again
         out.seek(0)
-        told = out.read().decode()
-    return Child(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024, tree, process.returncode, told)
+        errors.seek(0)
+        told, complaint = out.read().decode(), errors.read().decode()
+    busy = usage.ru_utime + usage.ru_stime
+    return Child(wall, busy, usage.ru_maxrss * 1024, tree, process.returncode, told, complaint)
 
 
 def succeeded(child: Child) -> Child:
     """The child, if it did its work.
 
     Raises:
-        RuntimeError: It did not.
+        RuntimeError: It did not, with the last line that it wrote.
     """
     if child.code:
-        raise RuntimeError(f"a measured command ended with exit code {child.code}")
+        last = (child.stderr or child.stdout).strip().splitlines()[-1:]
+        raise RuntimeError(f"a measured command ended with exit code {child.code}: {' '.join(last)}")
     return child
 
 
