@@ -25,7 +25,7 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import rigid_link
 from delta_cad.checks.pairing import EQUAL_MM
 from delta_cad.checks.report import CheckResult
-from delta_cad.part import Occurrence, Part
+from delta_cad.part import Fit, Occurrence, Part
 from delta_cad.tessellation import MeshLibrary
 
 OVERLAP_MM3 = 0.01  # a 0.2 mm cube: above what booleans leave on coincident faces, below any real clash
@@ -112,22 +112,37 @@ def _boxes_gap(pairs: list[tuple[Body, Body]]) -> np.ndarray:
 
 
 def _across_links(assembly: Assembly, limits: CheckLimits) -> list[Touch]:
-    """Contacts across links at the cube's centre and where the two parts are turned and tilted most from there."""
+    """Contacts across links at the cube's centre and where the two parts are turned and tilted most from there.
+
+    Of the three chains' contacts those that are equal at the centre count as one, with the positions of all.
+    """
     poses = np.concatenate([limits.centre_mm[None], limits.corners_mm])
     links = assembly.placement(poses)
     occurrences = {o.name: o for o in assembly.occurrences}
-    found = []
+    turned: dict[tuple[object, ...], list[tuple[Fit, np.ndarray]]] = defaultdict(list)
     for fit in assembly.fits:
         a, b = occurrences[fit.a], occurrences[fit.b]
         if fit.kind != "contact" or rigid_link(a, assembly.placement) == rigid_link(b, assembly.placement):
             continue
         relative = np.linalg.inv(links[a.link] @ a.placement) @ (links[b.link] @ b.placement)
-        turn = np.trace(np.swapaxes(relative[:1, :3, :3], 1, 2) @ relative[:, :3, :3], axis1=1, axis2=2)
-        tilt = relative[:, :3, 1] @ relative[0, :3, 1]
+        turned[(fit.overlap_mm3, *_equal(a.part, b.part, relative[0]))].append((fit, relative))
+    found = []
+    for group in turned.values():  # equal parts that stand equally at the centre: their extremes stand for all of them
+        relative = np.stack([r for _, r in group])
+        turn = np.trace(np.swapaxes(relative[:, :1, :3, :3], 2, 3) @ relative[..., :3, :3], axis1=2, axis2=3)
+        tilt = (relative[..., :3, 1] * relative[:, :1, :3, 1]).sum(axis=-1)
         for k in sorted({0, int(turn.argmin()), int(tilt.argmin())}):
-            x, y, z = poses[k].tolist()
-            found.append(Touch(a, b, relative[k], max(OVERLAP_MM3, fit.overlap_mm3), (x, y, z)))
+            member, pose = divmod(k, len(poses))
+            fit = group[member][0]
+            x, y, z = poses[pose].tolist()
+            limit = max(OVERLAP_MM3, fit.overlap_mm3)
+            found.append(Touch(occurrences[fit.a], occurrences[fit.b], relative[member, pose], limit, (x, y, z)))
     return found
+
+
+def _equal(a: Part, b: Part, b_in_a: np.ndarray) -> tuple[object, ...]:
+    """What two pairs of parts share that are equal and stand equally to each other."""
+    return a.number, b.number, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist()
 
 
 class _Overlaps:
@@ -135,6 +150,7 @@ class _Overlaps:
 
     def __init__(self, meshes: MeshLibrary) -> None:
         self._meshes, self._engine = meshes, DistanceEngine()
+        self._sizes: dict[str, float] = {}
         self._known: dict[tuple[object, ...], float | None] = {}
 
     def worst(self, name: str, touches: list[Touch]) -> CheckResult:
@@ -157,12 +173,21 @@ class _Overlaps:
 
     def _volume(self, t: Touch) -> float | None:
         """Common volume, mm^3; None where the kernel contradicts itself."""
-        rounded = tuple(np.round(t.b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
-        key = (t.a.part.number, t.b.part.number, rounded)
+        key = _equal(t.a.part, t.b.part, t.b_in_a)
         if key not in self._known:
             apart = self._certainly_apart(t.a.part, t.b.part, t.b_in_a)
-            self._known[key] = 0.0 if apart else common_volume(t.a.part.solid, t.b.part.solid, t.b_in_a)
+            if apart:
+                self._known[key] = 0.0
+            else:
+                volumes = (self._size(t.a.part), self._size(t.b.part))
+                self._known[key] = common_volume(t.a.part.solid, t.b.part.solid, t.b_in_a, volumes)
         return self._known[key]
+
+    def _size(self, part: Part) -> float:
+        """Volume of a part, mm^3."""
+        if part.number not in self._sizes:
+            self._sizes[part.number] = _measure(part.solid.wrapped)
+        return self._sizes[part.number]
 
     def _certainly_apart(self, a: Part, b: Part, b_in_a: np.ndarray) -> bool:
         """Whether the meshes are farther apart than their deviations, neither inside the other."""
@@ -177,48 +202,63 @@ class _Overlaps:
         return not holds(one.mesh, other.mesh, np.eye(4), b_in_a)
 
 
-def common_volume(a: Any, b: Any, b_in_a: np.ndarray) -> float | None:
+def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, float] | None = None) -> float | None:
     """Volume that two solids share.
 
     Args:
         a: One `cadquery.Solid`.
         b: The other.
         b_in_a: (4, 4) frame of b in the frame of a, mm.
+        volumes: Their volumes by the kernel where they are known, mm^3.
 
     Returns:
-        Volume, mm^3; None where common and cut contradict each other at every fuzzy tolerance.
+        Volume, mm^3; None where common and cut contradict each other either way round at every fuzzy tolerance. The
+        smaller solid is cut first: that is less work, and its volume is not lost beside a large one.
     """
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut
 
-    one, other = a.wrapped, located(b, b_in_a)
-    whole, smaller = _measure(one), min(_measure(one), _measure(other))
+    shapes = (a.wrapped, located(b, b_in_a))
+    size_a, size_b = volumes or (_measure(shapes[0]), _measure(shapes[1]))
+    (smaller, one), (larger, other) = ((size_a, shapes[0]), (size_b, shapes[1]))
+    if larger < smaller:
+        (smaller, one), (larger, other) = (larger, other), (smaller, one)
     for fuzzy in FUZZY_MM:
-        common = _boolean(BRepAlgoAPI_Common(), one, other, fuzzy)
-        rest = _boolean(BRepAlgoAPI_Cut(), one, other, fuzzy)
-        if common is None or rest is None:
+        crossing = _crossing(one, other, fuzzy)
+        common = _boolean(BRepAlgoAPI_Common, one, other, crossing)
+        if common is None:
             continue
-        # what the fuzzy tolerance itself may move is far below the limit on the volume
-        if abs(whole - rest - common) <= max(AGREEMENT * smaller, OVERLAP_MM3 / 10.0):
-            return max(common, 0.0)
+        for whole, cut, by in ((smaller, one, other), (larger, other, one)):
+            rest = _boolean(BRepAlgoAPI_Cut, cut, by, crossing)
+            # what the fuzzy tolerance itself may move is far below the limit on the volume
+            if rest is not None and abs(whole - rest - common) <= max(AGREEMENT * smaller, OVERLAP_MM3 / 10.0):
+                return max(common, 0.0)
     return None
 
 
-def _boolean(operation: Any, a: Any, b: Any, fuzzy_mm: float) -> float | None:
-    """Volume of a boolean's result, mm^3; None where it fails."""
+def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
+    """How the faces of two shapes cross one another: the dear half of a boolean, which common and cut share."""
+    from OCP.BOPAlgo import BOPAlgo_PaveFiller
     from OCP.TopTools import TopTools_ListOfShape
 
-    arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
+    arguments = TopTools_ListOfShape()
     arguments.Append(a)
-    tools.Append(b)
-    operation.SetArguments(arguments)
-    operation.SetTools(tools)
-    operation.SetNonDestructive(True)
+    arguments.Append(b)
+    filler = BOPAlgo_PaveFiller()
+    filler.SetArguments(arguments)
+    filler.SetNonDestructive(True)
+    filler.SetUseOBB(True)
     if fuzzy_mm:
-        operation.SetFuzzyValue(fuzzy_mm)
-    operation.Build()
-    if not operation.IsDone() or operation.Shape() is None:
+        filler.SetFuzzyValue(fuzzy_mm)
+    filler.Perform()
+    return filler
+
+
+def _boolean(operation: Any, a: Any, b: Any, crossing: Any) -> float | None:
+    """Volume of a boolean's result, mm^3; None where it fails."""
+    done = operation(a, b, crossing)
+    if not done.IsDone() or done.Shape() is None:
         return None
-    return _measure(operation.Shape())
+    return _measure(done.Shape())
 
 
 def _measure(shape: Any) -> float:
