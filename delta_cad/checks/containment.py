@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from delta_cad.checks.pairing import HeldApart
-from delta_cad.checks.sampled import Sampler
 from delta_cad.tessellation import Mesh
+
+if TYPE_CHECKING:
+    from delta_cad.checks.pairing import HeldApart
+    from delta_cad.checks.sampled import Sampler
 
 
 def winding_number(mesh: Mesh, point: np.ndarray) -> float:

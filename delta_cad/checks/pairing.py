@@ -15,6 +15,7 @@ from delta_cad.checks.domains import Domains
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
 from delta_cad.checks.motion import MM_PER_M
+from delta_cad.checks.pieces import near, pieces_of
 from delta_cad.checks.spaces import (
     Fixed,
     Handle,
@@ -25,10 +26,12 @@ from delta_cad.checks.spaces import (
     Swing,
     TwoSwings,
     X,
+    Y,
 )
 from delta_cad.placement import LinkPlacement
 from delta_cad.tessellation import MeshLibrary
 
+REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
 
 
@@ -92,8 +95,9 @@ def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domai
     arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
     width = placement.parallelogram_width_mm
     groups: dict[str, list[tuple[Body, Body, float]]] = defaultdict(list)
+    moved = _Moved()
     for pair in pairs:
-        kind, a, b = _classified(pair, placement)
+        kind, a, b = _classified(pair, placement, moved)
         groups[kind].append((a, b, pair.limit_mm))
     theta = (float(found.theta[:, 0].min()), float(found.theta[:, 1].max()))
     lean = (float(found.lean[:, 0].min()), float(found.lean[:, 1].max()))
@@ -102,24 +106,33 @@ def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domai
         "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", p, base, theta),
         "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, found.neighbours),
         "rods": lambda p: ParallelRods("the rods of a chain (lean)", p, width, lean),
-        "wrist": lambda p: RodAtJoint("a rod and the platform", p, wrist * X, forearm, width, found.at_wrist),
-        "elbow": lambda p: RodAtJoint("a rod and its arm", p, arm * X, 0.0, width, found.at_elbow),
+        "wrist": lambda p: RodAtJoint(
+            "a rod and the platform",
+            _in_pieces(p, forearm, wrist * X, width),
+            wrist * X,
+            forearm,
+            width,
+            found.at_wrist,
+        ),
+        "elbow": lambda p: RodAtJoint(
+            "a rod and its arm", _in_pieces(p, 0.0, arm * X, width), arm * X, 0.0, width, found.at_elbow
+        ),
         "handle": lambda p: Handle("handle position", p, placement, limits.centre_mm, limits.half_side_mm),
     }
     return [make(_unique(groups[kind])) for kind, make in made.items() if groups[kind]]
 
 
-def _classified(pair: HeldApart, placement: LinkPlacement) -> tuple[str, Body, Body]:
+def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, Body, Body]:
     """The space of a pair, and its bodies placed on that space's links."""
     a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
     fixed = [x.link == "base" or x.link in swept_links(placement) for x in (a, b)]
     chain_a, chain_b = chain_of(a.link), chain_of(b.link)
     if all(fixed):
-        one, other = (_moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
+        one, other = (moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
         return "fixed", one, other
     if fixed[0] and b.link.startswith("upper_arm"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "swing", _moved(a, "fixed", back @ fixed_frame(a.link, placement)), replace(b, link="arm")
+        return "swing", moved(a, "fixed", back @ fixed_frame(a.link, placement)), replace(b, link="arm")
     if a.link.startswith("upper_arm") and b.link.startswith("upper_arm"):
         if (chain_a + 1) % 3 != chain_b:
             a, b = b, a
@@ -128,15 +141,24 @@ def _classified(pair: HeldApart, placement: LinkPlacement) -> tuple[str, Body, B
         return "rods", replace(a, link="rod_0"), replace(b, link="rod_1")
     if a.link == "platform" and b.link.startswith("rod"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
-        return "wrist", _moved(a, "holder", back), replace(b, link=f"rod_{b.link[-1]}")
+        return "wrist", moved(a, "holder", back), replace(b, link=f"rod_{b.link[-1]}")
     if a.link.startswith("rod") and b.link.startswith("upper_arm") and chain_a == chain_b:
         return "elbow", replace(b, link="holder"), replace(a, link=f"rod_{a.link[-1]}")
     return "handle", a, b
 
 
-def _moved(b: Body, link: str, frame: np.ndarray) -> Body:
-    """The body on another link that holds its old one at `frame`."""
-    return body(b.name, b.key, link, b.mesh, frame @ b.placement)
+class _Moved:
+    """Bodies on other links, each made once."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[str, str, bytes], Body] = {}
+
+    def __call__(self, b: Body, link: str, frame: np.ndarray) -> Body:
+        """The body on another link that holds its old one at `frame`."""
+        key = (b.name, link, frame.tobytes())
+        if key not in self._made:
+            self._made[key] = body(b.name, b.key, link, b.mesh, frame @ b.placement)
+        return self._made[key]
 
 
 def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
@@ -146,12 +168,15 @@ def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
     limit: dict[tuple[int, int], float] = {}
     names: dict[tuple[int, int], tuple[str, str]] = {}
 
+    known: dict[int, int] = {}  # by identity; the triples keep the bodies alive
+
     def number(b: Body) -> int:
-        key = (b.key, b.link, *np.round(b.placement[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
-        if key not in index:
-            index[key] = len(bodies)
-            bodies.append(b)
-        return index[key]
+        if id(b) not in known:
+            key = (b.key, b.link, *np.round(b.placement[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
+            known[id(b)] = index.setdefault(key, len(bodies))
+            if known[id(b)] == len(bodies):
+                bodies.append(b)
+        return known[id(b)]
 
     for a, b, gap in triples:
         pair = (number(a), number(b))
@@ -159,3 +184,36 @@ def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
         names.setdefault(pair, (a.name, b.name))
     first, second = np.array(list(limit)).T
     return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))
+
+
+def _in_pieces(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: float) -> Pairs:
+    """The pairs at a ball joint, cut down to what can meet.
+
+    The rods' bodies are cut into pieces about the held ball, at x = `ball_mm` of the rod. A piece stays within its
+    lever of the ball's centre however the rod is turned, so of the holder only what is within lever + limit counts.
+    """
+    cut = [pieces_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
+    bodies: list[Body] = []
+    index: dict[tuple[int, int], int] = {}
+    reached: dict[tuple[int, str, float], int | None] = {}
+    first, second, origin = [], [], []
+    for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
+        holder = pairs.bodies[a]
+        for j, piece in enumerate(cut[b]):
+            side = -0.5 if piece.link == "rod_0" else 0.5
+            reach = piece.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
+            key = (a, piece.link, reach)
+            if key not in reached:
+                local = near(holder, centre_mm + side * width_mm * Y, reach)
+                reached[key] = None if local is None else len(bodies)
+                bodies += [] if local is None else [local]
+            if (b, j) not in index:
+                index[b, j] = len(bodies)
+                bodies.append(piece)
+            held = reached[key]
+            if held is not None:
+                first.append(held)
+                second.append(index[b, j])
+                origin.append(k)
+    names = [pairs.names[k] for k in origin]
+    return Pairs(bodies, np.array(first, dtype=int), np.array(second, dtype=int), pairs.limit[origin], names)

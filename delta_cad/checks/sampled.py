@@ -4,9 +4,10 @@ Every (position, pair) starts with a lower bound from bounding spheres and then 
 is measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the
 convex hull of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And the
 convex hulls of the two bodies are at least as far apart as their extents along any direction, here the one between the
-closest points. It ends when no bound is below the smallest distance found, so the result is the same as that of
-measuring everything, to `TOLERANCE_MM`. Pairs whose relative position depends on one shoulder angle only are
-measured at `SPREAD` of the positions, spread over that angle.
+closest points. An arm and what is fixed are no closer than their profiles about the shoulder axis (`meridian`). It ends
+when no bound is below the smallest distance found, so the result is the same as that of measuring everything, to
+`TOLERANCE_MM`. Pairs whose relative position depends on one shoulder angle only are measured at `SPREAD` of the
+positions, spread over that angle.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 
 from delta_cad.checks.bodies import Body, DistanceEngine, boxes_gap
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.checks.meridian import Meridian, meridian_gap
 from delta_cad.checks.pairing import HeldApart
 from delta_cad.placement import CHAINS, LinkPlacement
 
@@ -63,16 +65,41 @@ class Sampler:
         for name in swept_links(placement):
             self.frames[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses_mm), 4, 4))
         self.poses_mm, self._engine = poses_mm, engine
+        self._profiles: dict[tuple[str, str], Meridian] = {}
         self._spread = [_spread(self.frames[f"upper_arm_{i}"][:, 2, 0]) for i in CHAINS]
 
-    def _positions(self, pair: HeldApart) -> np.ndarray:
-        """Indices of the positions at which a pair is measured: few where one shoulder angle decides all."""
+    def _arm_of(self, pair: HeldApart) -> str | None:
+        """The upper arm of a pair of an arm and something fixed, whose shoulder angle decides all."""
         arms = [b.link for b in (pair.a, pair.b) if b.link.startswith("upper_arm")]
         others = [b.link for b in (pair.a, pair.b) if not b.link.startswith("upper_arm")]
         swept = swept_links(self._placement)
-        if len(arms) == 1 and (others[0] == "base" or others[0] in swept):
-            return self._spread[chain_of(arms[0])]
-        return np.arange(len(self.poses_mm))
+        return arms[0] if len(arms) == 1 and (others[0] == "base" or others[0] in swept) else None
+
+    def positions(self, pair: HeldApart) -> np.ndarray:
+        """Indices of the positions at which a pair is measured: few where one shoulder angle decides all."""
+        arm = self._arm_of(pair)
+        return np.arange(len(self.poses_mm)) if arm is None else self._spread[chain_of(arm)]
+
+    def described(self, pair: HeldApart) -> str:
+        """At how many positions a pair is measured, as text."""
+        count, total = len(self.positions(pair)), len(self.poses_mm)
+        if self._arm_of(pair) is None:
+            return f"{total} positions"
+        return f"{count} positions spread over the shoulder angle, which alone decides, of {total}"
+
+    def _always(self, pair: HeldApart) -> float:
+        """Lower bound of the meshes' distance at all positions, from their profiles about a shoulder axis, mm."""
+        arm = self._arm_of(pair)
+        if arm is None:
+            return 0.0
+        return meridian_gap(*(self._profile(b, arm) for b in (pair.a, pair.b)))
+
+    def _profile(self, b: Body, arm: str) -> Meridian:
+        """Profile of a body about the shoulder axis of an arm, the same at every position."""
+        if (b.name, arm) not in self._profiles:
+            frame = np.linalg.inv(self.frames[arm][0]) @ self.frames[b.link][0] @ b.placement
+            self._profiles[b.name, arm] = Meridian(b.mesh, frame)
+        return self._profiles[b.name, arm]
 
     def closest(self, pairs: Sequence[HeldApart]) -> list[Sample]:
         """The closest pairs.
@@ -127,9 +154,11 @@ class Sampler:
 
     def _smallest(self, pair: HeldApart, bound: np.ndarray, best: float) -> Sample | None:
         """The pair's smallest sample if it is below `best`; None where the bounds say that it is not."""
-        poses = self._positions(pair)
+        poses = self.positions(pair)
         poses = poses[bound[poses] < best - TOLERANCE_MM]
-        low = np.maximum(bound[poses], self._box_bounds(pair, poses))
+        if not len(poses):
+            return None
+        low = np.maximum(np.maximum(bound[poses], self._box_bounds(pair, poses)), self._always(pair))
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
         corners = pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T
         hull_a, hull_b = pair.a.hull, pair.b.hull
@@ -152,7 +181,8 @@ class Sampler:
                 low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1)
             )
             normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
-            reach = (np.swapaxes(relative[:, :3, :3], 1, 2) @ normal) @ hull_b.T
+            # einsum, for a matrix product of this size wakes the threads of BLAS, which then spin for as long again
+            reach = np.einsum("ni,hi->nh", np.swapaxes(relative[:, :3, :3], 1, 2) @ normal, hull_b)
             low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())
             low[k] = np.inf
 

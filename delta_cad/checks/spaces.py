@@ -22,13 +22,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.checks.bodies import Body
+from delta_cad.checks.bodies import Body, DistanceEngine, body, revolved_about_y
+from delta_cad.checks.containment import holds
 from delta_cad.checks.domains import Raster
 from delta_cad.checks.links import fixed_frame, swept_links, turn_about_z
+from delta_cad.checks.meridian import Meridian, meridian_gap, rectangles_gap
 from delta_cad.checks.motion import MM_PER_M, box_motion
 from delta_cad.placement import LinkPlacement, frames
 
 X, Y, Z = np.eye(3)
+GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ class Space(ABC):
             One (n, bodies) array in mm for each frame of reference; a pair may use any one of them for both bodies.
         """
 
-    def always_apart(self) -> np.ndarray:
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
         """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
         return np.full(len(self.pairs.limit), -np.inf)
 
@@ -130,13 +133,19 @@ class Swing(Space):
         """Travel of every body in the boxes."""
         return [halves * self._lever]
 
-    def always_apart(self) -> np.ndarray:
-        """Gap along the shoulder axis, along which nothing moves."""
-        extra = np.array([b.mesh.deviation_mm for b in self.pairs.bodies])
-        low = np.array([b.vertices[:, 1].min() for b in self.pairs.bodies]) - extra
-        high = np.array([b.vertices[:, 1].max() for b in self.pairs.bodies]) + extra
-        a, b = self.pairs.first, self.pairs.second
-        return np.maximum(low[b] - high[a], low[a] - high[b])
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
+        """Distance of the profiles about the shoulder axis, which no shoulder angle changes."""
+        to_axis = np.eye(4)
+        to_axis[0, 3] = -self._radius
+        bodies, pairs = self.pairs.bodies, self.pairs
+        profiles = [Meridian(b.mesh, b.placement if b.link == "arm" else to_axis @ b.placement) for b in bodies]
+        deviation = np.array([b.mesh.deviation_mm for b in bodies])
+        bounds = np.array([p.bounds for p in profiles])
+        strays = deviation[pairs.first] + deviation[pairs.second]
+        gap = rectangles_gap(bounds[pairs.first], bounds[pairs.second]) - strays
+        for k in np.flatnonzero(gap < pairs.limit + GUARD_MM):
+            gap[k] = meridian_gap(profiles[pairs.first[k]], profiles[pairs.second[k]]) - strays[k]
+        return gap
 
 
 class TwoSwings(Space):
@@ -161,6 +170,25 @@ class TwoSwings(Space):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [halves @ self._levers]
+
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
+        """Distance of the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
+
+        Each holds its body at every angle, and neither moves; -inf where they meet or one holds the other.
+        """
+        bodies, pairs = self.pairs.bodies, self.pairs
+        swept = [
+            body(b.name, f"{b.key} swept on an arm at {k}", b.link, revolved_about_y(b.mesh, b.placement), np.eye(4))
+            for k, b in enumerate(bodies)
+        ]
+        one, other = self.frames(np.zeros((1, 2)))[0]
+        gap = super().always_apart(engine)
+        for k, (i, j) in enumerate(zip(pairs.first, pairs.second, strict=True)):
+            a, b = swept[i], swept[j]
+            if engine.meet(a, b, one, other) or holds(a.mesh, b.mesh, one, other):
+                continue
+            gap[k] = engine.distance(a, b, one, other) - a.mesh.deviation_mm - b.mesh.deviation_mm
+        return gap
 
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
         """Whether the rasters have angles in the boxes."""

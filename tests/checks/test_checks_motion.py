@@ -263,9 +263,10 @@ def test_box_levers_count_the_deviation() -> None:
 def test_bounds_for_all_angles_are_below_the_distance_at_any() -> None:
     pairs = held_apart(MACHINE, LIMITS, MESHES)
     (swing,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS) if s.name.startswith("an arm")]
-    always = swing.always_apart()
+    engine = DistanceEngine()
+    always = swing.always_apart(engine)
     assert (always > 1.0).any()
-    engine, (low, high) = DistanceEngine(), (swing.root()[0] - swing.root()[1], swing.root()[0] + swing.root()[1])
+    (low, high) = (swing.root()[0] - swing.root()[1], swing.root()[0] + swing.root()[1])
     for theta in np.linspace(low, high, 4):
         frames = swing.frames(theta)[0]
         for k in np.flatnonzero(always > 0.0)[:80]:
