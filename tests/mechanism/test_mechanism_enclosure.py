@@ -1,0 +1,92 @@
+"""Margins over boxes against 50 decimal digits: no sample may lie outside the bounds."""
+
+from dataclasses import replace
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from exact_oracle import exact_margins, samples
+from mechanism_oracles import PUBLISHED
+
+from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
+from delta_cad.mechanism.enclosure import HIGH, LOW, MARGINS, constants, margins
+from delta_cad.mechanism.limits import Limits
+
+ALL = (1 << MARGINS) - 1
+LIMITS = Limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)
+
+
+def bounds(g, limits, box):
+    out = np.full((MARGINS, 6), np.nan)
+    margins(box, constants(g, limits), -1.0, ALL, np.empty((6, 3)), out)
+    return out
+
+
+def boxes(rng, size, n):
+    """Mechanisms and boxes of half sides up to a size, m, all chains closed at the centre."""
+    while n:
+        g = DeltaGeometry(*rng.uniform([0.01, 0.01, 0.04, 0.05], [0.08, 0.08, 0.1, 0.2]))
+        centre = rng.uniform([-0.05, -0.05, 0.01], [0.05, 0.05, 0.2])
+        if (closure_margin(g, centre) > 1e-5).all():
+            n -= 1
+            yield g, np.array([*centre, *(size * rng.uniform(0.0, 1.0, 3)), 0.0])
+
+
+def check(table, exact):
+    """Holds every margin against its bounds."""
+    for k, value in enumerate(exact):
+        low, high = table[k, LOW], table[k, HIGH]
+        if value is None or np.isnan(low):
+            continue
+        if k == 7 and low == 0.0:  # the second test of kappa proves the sign alone
+            low = 0.0 if value >= 0 else np.inf
+        assert Decimal(low) <= value <= Decimal(high), (k, low, value, high)
+
+
+@pytest.mark.parametrize(("size", "count", "each"), [(0.01, 40, 12), (1e-3, 60, 12), (1e-6, 20, 6), (0.0, 150, 1)])
+def test_boxes_contain_the_exact_margins(size, count, each):
+    rng = np.random.default_rng(7)
+    told = 0
+    for g, box in boxes(rng, size, count):
+        table = bounds(g, LIMITS, box)
+        told += int(np.isfinite(table[:, LOW]).sum())
+        for point in samples(box, rng, each):
+            check(table, exact_margins(g, LIMITS, -1.0, tuple(point.tolist())))
+    assert told > (2 if size == 0.01 else 11) * count  # the bounds say something
+
+
+def test_bounds_touch_what_they_bound():
+    # a wrong sign in a slope or a lost factor would leave the exact value inside only by luck: the bounds of a small
+    # box must also be reached, to second order of its size
+    rng = np.random.default_rng(3)
+    for g, box in boxes(rng, 1e-4, 12):
+        table = bounds(g, LIMITS, box)
+        exact = [exact_margins(g, LIMITS, -1.0, tuple(p.tolist())) for p in samples(box, rng, 48)]
+        for k in range(MARGINS):
+            values = np.array([float(e[k]) for e in exact])
+            width = table[k, HIGH] - table[k, LOW]
+            if np.isnan(width) or (k == 7 and conditioning(g, box[:3]) > 10.0):
+                continue
+            slack = max(values.min() - table[k, LOW], table[k, HIGH] - values.max())
+            # eight corners are among 24 random ones nearly surely; 1e-4 m boxes are linear to a few per cent
+            assert slack <= 0.25 * width, (k, slack, width)
+
+
+@pytest.mark.parametrize("kappa_max", [1.0, 2.0, 5.0, 30.0])
+def test_kappa_bounds_near_the_axis_and_near_a_singularity(kappa_max):
+    limits = replace(LIMITS, kappa_max=kappa_max)
+    rng = np.random.default_rng(5)
+    hidden = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266)
+    for g, centre in ((PUBLISHED, (0.0, 0.0, 0.08)), (PUBLISHED, (1e-7, 0.0, 0.1)), (hidden, (0.0, 0.0, 0.0298))):
+        for size in (1e-2, 1e-3, 1e-5, 0.0):
+            box = np.array([*centre, size, size, size, 0.0])
+            table = bounds(g, limits, box)
+            for point in samples(box, rng, 12):
+                check(table, exact_margins(g, limits, -1.0, tuple(point.tolist())))
+
+
+def test_nothing_is_said_where_a_chain_is_open():
+    table = bounds(PUBLISHED, LIMITS, np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]))
+    assert (table[:3, HIGH] < 0.0).all()
+    assert np.isnan(table[3:11]).all()
+    assert np.isfinite(table[11:, LOW]).all()
