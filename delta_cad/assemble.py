@@ -9,6 +9,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.assembly import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.dimensions.rules import require
 from delta_cad.part import Fit, Joint, Occurrence, Part
 from delta_cad.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
@@ -21,6 +22,8 @@ BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less p
 BESIDE = (  # what of an arm passes what of its own bracket that closely
     ("tension_screw_{}_0", "motor_cheek_{}"),
     ("tension_screw_{}_1", "motor_cheek_{}"),
+    ("lock_nut_{}_0", "motor_cheek_{}"),
+    ("lock_nut_{}_1", "motor_cheek_{}"),
     *((f"sector_screw_{{}}_{k}", "encoder_cheek_{}") for k in range(3)),
     *((f"sector_screw_{{}}_{k}", "motor_cheek_{}") for k in range(3)),
     *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
@@ -64,6 +67,11 @@ def longest(size: str, available_mm: float) -> float:
     return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
 
 
+def longest_dowel(key: str, available_mm: float) -> float:
+    """Longest stock length of a dowel that does not exceed what is available."""
+    return max(length for length in catalogue.dowel(key).lengths_mm if length <= available_mm)
+
+
 class _Bench:
     """Collects occurrences; makes each part once."""
 
@@ -102,7 +110,13 @@ def _base(bench: _Bench) -> None:
     bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
     foot = bench.once("foot", lambda: bought.make_foot(d))
     for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
-        bench.put(f"foot_{i}", foot, "base", at(x, y, d.base.top_mm - d.base.thickness_mm))
+        low = d.base.top_mm - d.base.thickness_mm
+        bench.put(f"foot_{i}", foot, "base", at(x, y, low))
+        if d.foot.stud_length_mm is None:
+            row = catalogue.screw(d.foot.thread)
+            rest = d.foot.height_mm - row.counterbore_depth_mm
+            screw = bench.screw(d.foot.thread, longest(d.foot.thread, rest + d.base.thickness_mm))
+            bench.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest))
 
 
 def _bracket(bench: _Bench, i: int) -> None:
@@ -124,7 +138,7 @@ def _bracket(bench: _Bench, i: int) -> None:
         for k, (x, z) in enumerate(brackets.cheek_screw_positions(d)):
             seat = pointing((0, outwards, 0), x, outside, z)
             bench.put(f"cheek_screw_{i}_{side}{k}", screw, "base", shoulder @ seat)
-        pin = bench.dowel("3", max(v for v in catalogue.dowel("3").lengths_mm if v <= into + thickness))
+        pin = bench.dowel("3", longest_dowel("3", into + thickness))
         for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
             bottom = pointing((0, outwards, 0), x, inside - outwards * into, z)
             bench.put(f"cheek_dowel_{i}_{side}{k}", pin, "base", shoulder @ bottom)
@@ -137,11 +151,12 @@ def _bracket(bench: _Bench, i: int) -> None:
     for k, u in enumerate(b.base_screw_u_mm):
         seat = pointing((0, 0, -1), u, middle, low + row.counterbore_depth_mm)
         bench.put(f"base_screw_{i}_{k}", base_screw, "base", chain_frame(i) @ seat)
-    pin = bench.dowel("3", 12.0)
+    sunk = min(7.0, d.base.thickness_mm - 0.5)
+    pin = bench.dowel("3", longest_dowel("3", sunk + brackets.DOWEL_DEPTH_MM - 0.5))
     for k, u in enumerate(b.base_dowel_u_mm):
-        bench.put(f"base_dowel_{i}_{k}", pin, "base", chain_frame(i) @ at(u, middle, d.base.top_mm - 7.0))
+        bench.put(f"base_dowel_{i}_{k}", pin, "base", chain_frame(i) @ at(u, middle, d.base.top_mm - sunk))
 
-    stop = bench.dowel("4", 10.0)
+    stop = bench.dowel("4", brackets.stop_pin_length_mm(d))
     for k, (u, z) in enumerate(b.stop_pins_mm):
         placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - 0.5, z)
         bench.put(f"stop_pin_{i}_{k}", stop, "base", placed)
@@ -181,7 +196,7 @@ def _arm(bench: _Bench, i: int) -> None:
     clamp = bench.screw(upper_arm.SHOULDER_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
     seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, a.shoulder_clamp_z_mm)
     bench.put(f"shoulder_clamp_{i}", clamp, link, seat)
-    grip = bench.screw(upper_arm.ELBOW_SCREW, upper_arm.ELBOW_SCREW_LENGTH_MM)
+    grip = bench.screw(ELBOW_SCREW, upper_arm.ELBOW_SCREW_LENGTH_MM)
     bench.put(f"elbow_clamp_{i}", grip, link, at(a.elbow_clamp_x_mm, 0.0, upper_arm.ELBOW_SEAT_Z_MM))
     bench.put(f"cross_bar_{i}", bench.once("cross_bar", lambda: forearm.make_cross_bar(d)), link, at(a.length_mm))
     stud = bench.once("ball_stud", lambda: forearm.make_ball_stud(d))
@@ -216,8 +231,14 @@ def _capstan(bench: _Bench, i: int) -> None:
             capstan.TENSION_SCREW, capstan.TENSION_SCREW_LENGTH_MM, capstan.CABLE_BORE_MM
         ),
     )
+    nut = bench.once("lock_nut", lambda: fasteners.make_lock_nut(capstan.TENSION_SCREW))
+    sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
+    head = catalogue.hex_screw(capstan.TENSION_SCREW).head_height_mm
     for end in range(2):
-        bench.put(f"tension_screw_{i}_{end}", tension, link, capstan.tension_screw_frame(d, end))
+        under_head = capstan.tension_screw_frame(d, end)
+        bench.put(f"tension_screw_{i}_{end}", tension, link, under_head)
+        bench.put(f"lock_nut_{i}_{end}", nut, link, under_head @ at(z=-capstan.TENSION_SCREW_OUT_MM))
+        bench.put(f"crimp_sleeve_{i}_{end}", sleeve, link, under_head @ at(z=head))
     row = catalogue.screw(upper_arm.SECTOR_SCREW)
     seat = d.layers.arm_mm[0] + row.counterbore_depth_mm
     screw = bench.screw(upper_arm.SECTOR_SCREW, longest(upper_arm.SECTOR_SCREW, y[1] - seat))

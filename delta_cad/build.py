@@ -68,12 +68,14 @@ class Outcome:
         results: All checks.
         masses: What `mass_report` found.
         folder: Where the files landed; None when none were written.
+        unverified: Numbers of the bought parts whose data are not all verified against a datasheet.
     """
 
     design: Design
     results: list[CheckResult]
     masses: dict[str, Any]
     folder: Path | None
+    unverified: tuple[str, ...]
 
     @property
     def passed(self) -> bool:
@@ -90,6 +92,7 @@ class Outcome:
             "failed": [result.name for result in self.results if not result.passed],
             "total_mass_kg": self.masses["total_mass_kg"],
             "moving_mass_kg": self.masses["moving_mass_kg"],
+            "unverified_parts": list(self.unverified),
             "checks": [result.to_json() for result in self.results],
         }
 
@@ -186,7 +189,11 @@ def _conditioning(d: Dimensions, limits: CheckLimits, largest: float) -> CheckRe
 def check(design: Design, progress: Progress = quiet) -> Outcome:
     """The checks of a design without any file; raises as `make_machine`."""
     machine = make_machine(design, progress)
-    return Outcome(design, check_machine(machine, progress), machine.masses, None)
+    return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
+
+
+def _unverified(machine: Machine) -> tuple[str, ...]:
+    return tuple(p.number for p in machine.assembly.parts if p.source and "verified: yes" not in p.source)
 
 
 def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "AP242") -> Outcome:
@@ -207,7 +214,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
             results = check_machine(machine, progress)
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
-            outcome = Outcome(design, results, machine.masses, out / landed)
+            outcome = Outcome(design, results, machine.masses, out / landed, _unverified(machine))
             write_files(machine, outcome, folder.path, progress, schema)
             progress("pictures")
         progress("manifest")

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from delta_cad.design import Design
 
 DONE, CHECK_FAILED, BAD_INPUT, NOT_BUILT = 0, 1, 2, 3
+Answer = tuple[int, Callable[[], None]]  # exit code, and what prints the result
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 EXIT_CODES = """exit codes: 0 done and all checks hold; 1 done, but a check fails; 2 the input or the usage is wrong;
 3 the geometry could not be built"""
@@ -53,24 +54,24 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code; a reader that goes away early is no error of ours."""
+    """Runs one command and returns its exit code; a reader that goes away early does not change it."""
     try:
-        code = _command(parser().parse_args(arguments))
+        code, show = _command(parser().parse_args(arguments))
+    except KeyboardInterrupt:
+        return _refuse("interrupted; nothing was written", INTERRUPTED)[0]
+    try:
+        show()
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left goes nowhere
-        return DONE
-    except KeyboardInterrupt:
-        return _refuse("interrupted; nothing was written", INTERRUPTED)
     return code
 
 
-def _command(given: argparse.Namespace) -> int:
+def _command(given: argparse.Namespace) -> Answer:
     if given.command == "schema":
         from delta_cad.design import design_schema
 
-        print(json.dumps(design_schema(), indent=2))
-        return DONE
+        return DONE, lambda: print(json.dumps(design_schema(), indent=2))
     from delta_cad.design import DesignError, load_design
 
     try:
@@ -82,33 +83,35 @@ def _command(given: argparse.Namespace) -> int:
     return _make(design, given)
 
 
-def _refuse(message: str, code: int) -> int:
+def _refuse(message: str, code: int) -> Answer:
     print(message.replace("\n", " "), file=sys.stderr)
-    return code
+    return code, lambda: None
 
 
-def _inspect(design: Design, file: Path, as_json: bool) -> int:
+def _inspect(design: Design, file: Path, as_json: bool) -> Answer:
+    from delta_cad.inspection import inspection
     from delta_cad.mechanism import MechanismError
+    from delta_cad.tables import print_inspection
 
     try:
-        from delta_cad.inspection import inspection
-
         rows = inspection(design)
     except MechanismError as error:
         return _refuse(f"{file.name}: cube: {error}", BAD_INPUT)
+    code = DONE if all(row.holds is not False for row in rows) else CHECK_FAILED
     if as_json:
-        print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows]}, indent=1))
-    else:
-        from delta_cad.tables import print_inspection
-
-        print_inspection(design.name, rows)
-    return DONE if all(row.holds is not False for row in rows) else CHECK_FAILED
+        record = {"name": design.name, "rows": [row.to_json() for row in rows]}
+        return code, lambda: print(json.dumps(record, indent=1))
+    return code, lambda: print_inspection(design.name, rows)
 
 
-def _make(design: Design, given: argparse.Namespace) -> int:
+def _make(design: Design, given: argparse.Namespace) -> Answer:
     from delta_cad.mechanism import MechanismError
     from delta_cad.tables import phases, print_outcome
 
+    try:
+        given.out.mkdir(parents=True, exist_ok=True)  # an unusable folder is told before the work, not after
+    except OSError as error:
+        return _refuse(f"--out {given.out}: {error.strerror or error}; a folder that can be written", BAD_INPUT)
     with phases("loading the CAD kernel") as progress:
         try:
             outcome = _run(design, given, progress)
@@ -116,16 +119,15 @@ def _make(design: Design, given: argparse.Namespace) -> int:
             return _refuse(f"{error.name} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
         except MechanismError as error:
             return _refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
-        except OSError as error:
-            return _refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+        except PermissionError as error:
+            return _refuse(f"--out {given.out}: {error.strerror}; a folder that can be written", BAD_INPUT)
         except _geometry_errors() as error:
             return _refuse(f"{given.design.name}: {error}", NOT_BUILT)
+    code = DONE if outcome.passed else CHECK_FAILED
     if given.json:
         record = outcome.record() | {"folder": None if outcome.folder is None else str(outcome.folder)}
-        print(json.dumps(record, indent=1))
-    else:
-        print_outcome(outcome)
-    return DONE if outcome.passed else CHECK_FAILED
+        return code, lambda: print(json.dumps(record, indent=1))
+    return code, lambda: print_outcome(outcome)
 
 
 def _run(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
@@ -134,7 +136,6 @@ def _run(design: Design, given: argparse.Namespace, progress: Callable[[str], No
     if given.command == "build":
         return build(design, given.out, progress, given.step_schema)
     outcome = check(design, progress)
-    given.out.mkdir(parents=True, exist_ok=True)
     report = given.out / f"{design.name}.checks.json"
     partial = report.with_suffix(".json.part")
     partial.write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
@@ -144,8 +145,10 @@ def _run(design: Design, given: argparse.Namespace, progress: Callable[[str], No
 
 def _geometry_errors() -> tuple[type[Exception], ...]:
     from delta_cad.dimensions import DimensionError
+    from delta_cad.export.mass_properties import MassError
+    from delta_cad.export.meshes import MeshError
     from delta_cad.export.scene import PictureError
     from delta_cad.export.step import StepError
     from delta_cad.solids.primitive import BuildError
 
-    return (DimensionError, BuildError, StepError, PictureError)
+    return (DimensionError, BuildError, MassError, MeshError, StepError, PictureError)

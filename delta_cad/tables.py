@@ -100,6 +100,12 @@ def print_outcome(outcome: Outcome) -> None:
             console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
     total, moving = outcome.masses["total_mass_kg"], outcome.masses["moving_mass_kg"]
     console.print(f"mass {total * 1000:.0f} g, of it moving {moving * 1000:.0f} g", highlight=False)
+    if outcome.unverified:
+        console.print(
+            f"check before ordering, not all data verified: {', '.join(outcome.unverified)}",
+            highlight=False,
+            soft_wrap=True,
+        )
     if outcome.folder is not None:
         state = "" if outcome.passed else " (rejected: a check fails)"
         console.print(f"files in {outcome.folder}{state}", highlight=False, soft_wrap=True)

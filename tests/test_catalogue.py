@@ -23,7 +23,8 @@ ACCESS: dict[str, Callable[[str], Row]] = {
     "bearing": catalogue.bearing,
     "encoder": catalogue.encoder,
     "screw": catalogue.screw,
-    "set_screw": catalogue.set_screw,
+    "hex_screw": catalogue.hex_screw,
+    "hex_nut": catalogue.hex_nut,
     "dowel": catalogue.dowel,
     "tube": catalogue.tube,
     "knob": catalogue.knob,
@@ -188,12 +189,13 @@ def test_screw_sizes_are_those_of_the_standard() -> None:
     assert m3.lengths_mm[:3] == (5.0, 6.0, 8.0)
 
 
-@pytest.mark.parametrize("key", catalogue.family("set_screw"))
-def test_set_screws_fit_the_same_tapped_hole_as_cap_screws(key: str) -> None:
-    s = catalogue.set_screw(key)
-    cap = catalogue.screw(f"M{s.diameter_mm:g}")
-    assert (s.pitch_mm, s.tap_drill_mm) == (cap.pitch_mm, cap.tap_drill_mm)
-    assert s.socket_mm < s.tap_drill_mm
+@pytest.mark.parametrize("family", ["hex_screw", "hex_nut"])
+def test_hexagon_screws_and_nuts_go_with_the_cap_screws(family: str) -> None:
+    for key, row in catalogue.family(family).items():
+        cap = catalogue.screw(key)
+        assert isinstance(row, catalogue.HexScrew | catalogue.HexNut)
+        assert (row.diameter_mm, row.tap_drill_mm) == (cap.diameter_mm, cap.tap_drill_mm)
+        assert row.across_flats_mm > 1.5 * row.diameter_mm  # the spanner turns the head, not the thread
 
 
 def test_dowels_come_in_three_sizes() -> None:

@@ -15,13 +15,14 @@ from delta_cad.catalogue.records import (
     Dowel,
     Encoder,
     Foot,
+    HexNut,
+    HexScrew,
     Knob,
     Magnet,
     MaterialData,
     Motor,
     Row,
     Screw,
-    SetScrew,
     Tube,
 )
 
@@ -33,13 +34,14 @@ __all__ = [
     "Dowel",
     "Encoder",
     "Foot",
+    "HexNut",
+    "HexScrew",
     "Knob",
     "Magnet",
     "MaterialData",
     "Motor",
     "Row",
     "Screw",
-    "SetScrew",
     "Tube",
     "bearing",
     "cable",
@@ -47,12 +49,13 @@ __all__ = [
     "encoder",
     "family",
     "foot",
+    "hex_nut",
+    "hex_screw",
     "knob",
     "magnet",
     "material",
     "motor",
     "screw",
-    "set_screw",
     "tube",
 ]
 
@@ -61,7 +64,8 @@ FAMILIES: Mapping[str, type[Row]] = {
     "bearing": Bearing,
     "encoder": Encoder,
     "screw": Screw,
-    "set_screw": SetScrew,
+    "hex_screw": HexScrew,
+    "hex_nut": HexNut,
     "dowel": Dowel,
     "tube": Tube,
     "knob": Knob,
@@ -75,7 +79,8 @@ FILES: Mapping[str, str] = {
     "bearing": "bearings.csv",
     "encoder": "encoders.csv",
     "screw": "screws.csv",
-    "set_screw": "setscrews.csv",
+    "hex_screw": "hexscrews.csv",
+    "hex_nut": "hexnuts.csv",
     "dowel": "dowels.csv",
     "tube": "tubes.csv",
     "knob": "knobs.csv",
@@ -131,9 +136,14 @@ def screw(key: str) -> Screw:
     return cast(Screw, _row("screw", key))
 
 
-def set_screw(key: str) -> SetScrew:
-    """The set screw of this size ("M3"). Raises CatalogueError that lists the legal ids."""
-    return cast(SetScrew, _row("set_screw", key))
+def hex_screw(key: str) -> HexScrew:
+    """The hexagon head screw of this size ("M2.5"). Raises CatalogueError that lists the legal ids."""
+    return cast(HexScrew, _row("hex_screw", key))
+
+
+def hex_nut(key: str) -> HexNut:
+    """The thin hexagon nut of this size ("M2.5"). Raises CatalogueError that lists the legal ids."""
+    return cast(HexNut, _row("hex_nut", key))
 
 
 def dowel(key: str) -> Dowel:

@@ -5,7 +5,6 @@ Every length is in mm and every mass in g, as the field names say. `verified` is
 ordering", or "no, from memory, check before ordering".
 """
 
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -194,24 +193,41 @@ class Screw(Row):
 
 
 @dataclass(frozen=True)
-class SetScrew(Row):
-    """A hexagon socket set screw (grub screw).
+class HexScrew(Row):
+    """A hexagon head screw threaded to the head.
 
     Attributes:
         diameter_mm: Thread diameter.
         pitch_mm: Coarse pitch.
-        socket_mm: Key size across flats.
-        socket_depth_mm: Least depth of the socket.
+        across_flats_mm: Width across flats of the head.
+        head_height_mm: Head height.
         tap_drill_mm: Drill for the thread.
         lengths_mm: Stock lengths, ascending.
     """
 
     diameter_mm: float
     pitch_mm: float
-    socket_mm: float
-    socket_depth_mm: float
+    across_flats_mm: float
+    head_height_mm: float
     tap_drill_mm: float
     lengths_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class HexNut(Row):
+    """A hexagon nut.
+
+    Attributes:
+        diameter_mm: Thread diameter.
+        across_flats_mm: Width across flats.
+        height_mm: Height.
+        tap_drill_mm: Core diameter of its thread.
+    """
+
+    diameter_mm: float
+    across_flats_mm: float
+    height_mm: float
+    tap_drill_mm: float
 
 
 @dataclass(frozen=True)

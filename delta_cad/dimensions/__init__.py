@@ -16,7 +16,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
-from delta_cad.dimensions.forearm import ForearmDimensions, forearm_dimensions
+from delta_cad.dimensions.forearm import CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import (
     BaseDimensions,
@@ -28,8 +28,6 @@ from delta_cad.dimensions.rules import MM_PER_M, STOP_MARGIN_RAD, DimensionError
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 __all__ = ["DimensionError", "Dimensions", "dimensions"]
-
-CROSS_BAR_MM = 6.0
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,11 @@ def dimensions(design: Design) -> Dimensions:
         shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, encoder, magnet),
         forearm=forearm,
         platform=platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob),
-        base=base_dimensions(bracket, hardware.base_plate_thickness_mm),
+        base=base_dimensions(
+            bracket,
+            hardware.base_plate_thickness_mm,
+            max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1]),
+        ),
         motor=motor,
         bearing=bearing,
         encoder=encoder,

@@ -12,7 +12,8 @@ from delta_cad.dimensions.rules import RUNNING_GAP_MM, require
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
 STUB_GLUE_MM = 0.05  # diametral: a direct drive's stub is bonded into the arm's bore
-SECTOR_DOWEL_MM = 3.0
+ELBOW_SCREW = "M2.5"
+COUNTERBORE_WALL_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,13 @@ def arm_dimensions(
         f"{length_mm:g} mm leave no beam between the clamps; at least {flange + boss + 30.0:g} mm",
     )
     thickness = layers.arm_mm[1] - layers.arm_mm[0]
+    least = catalogue.screw(ELBOW_SCREW).counterbore_diameter_mm + 2 * COUNTERBORE_WALL_MM
+    require(
+        thickness >= least,
+        "upper_arm",
+        "elbow clamp screw",
+        f"hardware.arm_thickness_mm = {thickness:g} must be at least {least:g} mm around the {ELBOW_SCREW} counterbore",
+    )
     root = 11.0
     slit_x = length_mm - boss - 9.0
     pocket = (flange + 6.0, slit_x - 9.0)

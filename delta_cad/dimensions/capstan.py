@@ -36,7 +36,6 @@ class CapstanDimensions:
     rim_angles_rad: tuple[float, float]
     lug_length_mm: float
     lug_radii_mm: tuple[float, float]
-    rim_depth_mm: float
     slot_radius_mm: float
     slot_width_mm: float
     slot_angles_rad: tuple[float, float]
@@ -131,7 +130,7 @@ def capstan_dimensions(
     )
     play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
     lug_length = 6.0
-    head = 3.0 + 2.0  # screw head and the thread it has come out by
+    head = 2.0 + 1.7 + 3.0  # lock nut, screw head and crimp sleeve
     return CapstanDimensions(
         rim_radius_mm=rim_radius_mm,
         cable_diameter_mm=d,
@@ -147,7 +146,6 @@ def capstan_dimensions(
         rim_angles_rad=rim,
         lug_length_mm=lug_length,
         lug_radii_mm=lug,
-        rim_depth_mm=8.0,
         slot_radius_mm=slot_radius_mm,
         slot_width_mm=slot_width,
         slot_angles_rad=(reach[0] + play, reach[1] - play),

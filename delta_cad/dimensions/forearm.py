@@ -11,6 +11,8 @@ from delta_cad.dimensions.rules import require
 BALL_CLEARANCE_MM = 0.02  # radial, ball in its seat
 TUBE_GLUE_MM = 0.05  # diametral, spigot in the tube
 STUD_THREAD_MM = 6.0
+CROSS_BAR_MM = 6.0
+STUD_CORE_MM = 2.5  # M3
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,12 @@ def forearm_dimensions(
         f"forearm_length_mm = {length_mm:g} must be at least {24.0 + 2 * shoulder:g} mm",
     )
     seat = ball_mm + 2 * BALL_CLEARANCE_MM
+    require(
+        0.425 * ball_mm >= STUD_CORE_MM,
+        "ball_stud",
+        "neck",
+        f"hardware.ball_diameter_mm = {ball_mm:g} must be at least {STUD_CORE_MM / 0.425:.2f} mm: M3 behind the neck",
+    )
     width, neck = 0.5625 * ball_mm, 0.425 * ball_mm  # 4.5 and 3.4 mm on 8 mm: 31 deg of free tilt
     return ForearmDimensions(
         length_mm=length_mm,
@@ -94,7 +102,7 @@ def forearm_dimensions(
         collar_diameter_mm=5.5,
         collar_length_mm=1.2,
         stud_thread_length_mm=STUD_THREAD_MM,
-        bar_diameter_mm=6.0,
+        bar_diameter_mm=CROSS_BAR_MM,
         bar_length_mm=bar,
         bar_thread_depth_mm=min(STUD_THREAD_MM + 2.0, bar / 2 - 1.0),
         socket_outer_mm=outer,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil, hypot
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import BracketDimensions
@@ -11,6 +12,9 @@ from delta_cad.dimensions.rules import require
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
+
+
+BOSS_BEVEL_MM = 1.5  # on the wrist bosses: makes room for the tilted sockets
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,13 @@ def platform_dimensions(
         DimensionError: The bosses of neighbouring chains would run through one another or through the hub.
     """
     boss = forearm.bar_length_mm
+    face = forearm.collar_diameter_mm + 2 * BOSS_BEVEL_MM
+    require(
+        thickness_mm >= face,
+        "platform",
+        "wrist boss",
+        f"hardware.platform_thickness_mm = {thickness_mm:g} must be at least {face:g} mm: stud collar and bevel",
+    )
     hub = 8.0
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
@@ -83,12 +94,13 @@ def platform_dimensions(
     )
 
 
-def base_dimensions(bracket: BracketDimensions, thickness_mm: float) -> BaseDimensions:
+def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_mm: float) -> BaseDimensions:
     """Base plate that carries the brackets' feet with a rim of 4 mm at least.
 
     Args:
         bracket: Brackets, screwed on from below.
         thickness_mm: Thickness of the plate.
+        half_width_mm: How far the brackets reach aside of their chain's plane.
 
     Raises:
         DimensionError: The screws' counterbores leave too little under their heads.
@@ -100,9 +112,7 @@ def base_dimensions(bracket: BracketDimensions, thickness_mm: float) -> BaseDime
         "counterbore",
         f"hardware.base_plate_thickness_mm = {thickness_mm:g} must be at least {least:g} mm",
     )
-    half_width = 14.0
-    reach = (bracket.foot_u_mm[1] ** 2 + half_width**2) ** 0.5
-    radius = round(reach + 4.0)
+    radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + 4.0)
     return BaseDimensions(
         radius_mm=radius,
         thickness_mm=thickness_mm,

@@ -12,7 +12,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import MOTOR_THREAD_MM
 from delta_cad.part import Part
 from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.materials import material
+from delta_cad.solids.materials import material, provenance
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,
@@ -36,7 +36,7 @@ def _bought(number: str, row: Row, shape: cq.Shape, substance: str, mass_g: floa
         mass_g=mass_g,
         standard=row.standard,
         order_code=f"{row.maker} {row.order_code}" if row.maker != "any" else row.order_code,
-        source=row.source,
+        source=provenance(row),
     )
 
 
@@ -125,7 +125,11 @@ def make_foot(d: Dimensions) -> Part:
     if f.stud_length_mm is None:
         if f.hole_diameter_mm is None:
             raise ValueError(f"foot {f.id}: neither stud nor hole")
-        shape = cut(pad, [bore_z(f.hole_diameter_mm, (0.0, 0.0), (-f.height_mm - 1, 1))])
+        row = catalogue.screw(f.thread)
+        seat = row.counterbore_depth_mm - f.height_mm
+        tools = [bore_z(f.hole_diameter_mm, (0.0, 0.0), (-f.height_mm - 1, 1))]
+        tools.append(bore_z(row.counterbore_diameter_mm, (0.0, 0.0), (-f.height_mm - 1, seat)))
+        shape = cut(pad, tools)
     else:
         core = catalogue.screw(f.thread).tap_drill_mm - CORE_PLAY_MM
         shape = fuse(pad, bore_z(core, (0.0, 0.0), (-1.0, f.stud_length_mm)))

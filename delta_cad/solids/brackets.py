@@ -13,6 +13,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BASE_SCREW
+from delta_cad.dimensions.rules import require
 from delta_cad.part import Hole, Part
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import material
@@ -33,6 +34,7 @@ BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
+STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 FOOT_CORNER_MM = 3.0
 
 
@@ -69,6 +71,20 @@ def block_thread_mm(d: Dimensions) -> float:
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
     """How deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels in its middle."""
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
+
+
+def stop_pin_length_mm(d: Dimensions) -> float:
+    """Shortest stock length of a stop pin that reaches into what it stops (sector or arm) deep enough."""
+    top = d.layers.sector_mm[1]  # of the sector, or of the arm where there is none
+    needed = d.layers.motor_cheek_mm[1] - STOP_SUNK_MM - (top - STOP_ENGAGEMENT_MM)
+    stock = catalogue.dowel(f"{d.bracket.stop_pin_mm:g}").lengths_mm
+    require(
+        needed <= stock[-1],
+        "stop_pin",
+        "length",
+        f"{needed:g} mm are needed; the longest in stock has {stock[-1]:g} mm",
+    )
+    return min(length for length in stock if length >= needed)
 
 
 def _foot(d: Dimensions) -> list[Circle]:

@@ -13,7 +13,7 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.part import Hole, Part
 from delta_cad.placement import frames
 from delta_cad.solids.holes import merged
-from delta_cad.solids.materials import material
+from delta_cad.solids.materials import material, provenance
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,
@@ -28,10 +28,12 @@ from delta_cad.solids.primitive import (
 )
 from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
 
-TENSION_SCREW = "M3"
+TENSION_SCREW = "M2.5"
 TENSION_SCREW_LENGTH_MM = 8.0
-TENSION_SCREW_OUT_MM = 2.0  # drawn half way out of its travel
-CABLE_BORE_MM = 1.0
+TENSION_SCREW_OUT_MM = 2.0  # room for the lock nut; drawn with the screw as far in as it goes
+CABLE_BORE_MM = 0.8
+CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeve crimped on the cable
+BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest cut off
 LIGHTENING_MM = 7.0
 
 
@@ -61,9 +63,7 @@ def tension_screw_frame(d: Dimensions, end: int) -> np.ndarray:
     """(4, 4) frame under the head of a tension screw in the arm's frame; z points from shank to head."""
     point, tangent, radial = rim_end(d, end)
     seat = point + (capstan_of(d).lug_length_mm + TENSION_SCREW_OUT_MM) * tangent
-    return (
-        frames(np.cross(radial, tangent), radial, seat) if end == 0 else frames(radial, np.cross(tangent, radial), seat)
-    )
+    return frames(radial, np.cross(tangent, radial), seat)
 
 
 def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
@@ -85,7 +85,7 @@ def make_sector(d: Dimensions) -> Part:
     inner = a.flange_radius_mm - 4.0
     low, high = c.rim_angles_rad
     under = c.lug_length_mm / c.rim_radius_mm  # the plate goes on under the lugs
-    screw = catalogue.screw(TENSION_SCREW)
+    screw = catalogue.hex_screw(TENSION_SCREW)
 
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), y)
@@ -175,7 +175,7 @@ def make_cable(d: Dimensions) -> Part:
     """The cable where it lies on the rim and in the lugs; its turns on the pinion are in the cut length only."""
     number, c = "capstan_cable", capstan_of(d)
     (p0, t0, _), (p1, t1, _) = rim_end(d, 0), rim_end(d, 1)
-    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + 1.0
+    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + catalogue.hex_screw(TENSION_SCREW).head_height_mm + CRIMP_MM[1]
     y = sum(d.layers.sector_mm) / 2
     middle = sum(c.rim_angles_rad) / 2
     top = cq.Vector(c.pitch_radius_mm * cos(middle), y, c.pitch_radius_mm * sin(middle))
@@ -195,20 +195,36 @@ def make_cable(d: Dimensions) -> Part:
     row = d.cable
     return Part(
         number,
-        f"{row.description}, cut {c.cable_length_mm:.0f} mm, ball terminal at both ends",
+        f"{row.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine",
         one_solid(feature(number, "sweep", "hardware.cable", body), number),
         material("stainless-1.4305"),
         False,
         mass_g=row.mass_g_m * c.cable_length_mm / 1000.0,
         standard=row.standard,
         order_code=row.order_code,
-        source=row.source,
+        source=provenance(row),
     )
 
 
 def cable_volume_mm3(d: Dimensions) -> float:
     """Closed form of the drawn cable's volume: section times path (Pappus)."""
     c = capstan_of(d)
-    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + 1.0
+    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + catalogue.hex_screw(TENSION_SCREW).head_height_mm + CRIMP_MM[1]
     path = c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + 2 * beyond
     return pi / 4 * c.cable_diameter_mm**2 * path
+
+
+def make_crimp_sleeve(d: Dimensions) -> Part:
+    """Sleeve crimped on the cable behind a tension screw's head; along z from the head."""
+    c, number = capstan_of(d), "crimp_sleeve"
+    outer, length = CRIMP_MM
+    sleeve = cylinder(outer, (0, 0, 0), (0, 0, length))
+    bore = cylinder(c.cable_diameter_mm, (0, 0, -THROUGH_MM), (0, 0, length + THROUGH_MM))
+    return Part(
+        number,
+        f"copper crimp sleeve {outer:g} x {length:g} for {c.cable_diameter_mm:g} mm cable",
+        one_solid(cut(sleeve, [bore]), number),
+        material("brass"),
+        False,
+        order_code=f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope",
+    )

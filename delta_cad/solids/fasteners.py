@@ -6,7 +6,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.part import Hole, Part
-from delta_cad.solids.materials import material
+from delta_cad.solids.materials import material, provenance
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder, one_solid
 
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter
@@ -35,23 +35,48 @@ def make_cap_screw(size: str, length_mm: float) -> Part:
         False,
         standard=row.standard,
         order_code=f"{row.order_code} x {length_mm:g}",
-        source=row.source,
+        source=provenance(row),
     )
 
 
+def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
+    """Hexagonal prism along z, corners on the x axis."""
+    plane = cq.Workplane("XY", origin=(0, 0, z[0]))
+    return plane.polygon(6, across_flats_mm * 2 / 3**0.5).extrude(z[1] - z[0]).val()  # type: ignore[return-value]
+
+
 def make_tension_screw(size: str, length_mm: float, bore_mm: float) -> Part:
-    """Cap screw drilled through along its axis for the capstan cable, whose ball terminal sits in the socket."""
-    screw, number = make_cap_screw(size, length_mm), "tension_screw"
-    solid = cut(screw.solid, [bore_z(bore_mm, (0.0, 0.0), (-length_mm - THROUGH_MM, 10.0))])
+    """Hexagon head screw drilled through along its axis for the capstan cable, whose sleeve bears on the head."""
+    row, number = catalogue.hex_screw(size), "tension_screw"
+    shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
+    body = _hexagon(row.across_flats_mm, (0.0, row.head_height_mm)).fuse(shank)
+    solid = cut(body, [bore_z(bore_mm, (0.0, 0.0), (-length_mm - THROUGH_MM, row.head_height_mm + THROUGH_MM))])
     return Part(
         number,
-        f"cable tension screw: {screw.order_code}, drilled {bore_mm:g} through",
+        f"cable tension screw: {row.order_code} x {length_mm:g}, drilled {bore_mm:g} through",
         one_solid(solid, number),
-        screw.material,
+        material("stainless-1.4305"),
         True,
         (Hole(bore_mm, 1, f"{bore_mm:g} through along the axis"),),
-        standard=screw.standard,
-        source=screw.source,
+        standard=row.standard,
+        order_code=f"{row.order_code} x {length_mm:g}",
+        source=provenance(row),
+    )
+
+
+def make_lock_nut(size: str) -> Part:
+    """Thin hexagon nut along z from 0 to its height; its thread is drawn as the core."""
+    row, number = catalogue.hex_nut(size), f"nut_{size}"
+    bore = bore_z(row.tap_drill_mm, (0.0, 0.0), (-THROUGH_MM, row.height_mm + THROUGH_MM))
+    return Part(
+        number,
+        row.description,
+        one_solid(cut(_hexagon(row.across_flats_mm, (0.0, row.height_mm)), [bore]), number),
+        material("stainless-1.4305"),
+        False,
+        standard=row.standard,
+        order_code=row.order_code,
+        source=provenance(row),
     )
 
 
@@ -71,7 +96,7 @@ def make_dowel(key: str, length_mm: float) -> Part:
         False,
         standard=row.standard,
         order_code=f"{row.order_code} x {length_mm:g}",
-        source=row.source,
+        source=provenance(row),
     )
 
 

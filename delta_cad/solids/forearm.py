@@ -10,7 +10,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.part import Hole, Part
 from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.materials import BLUE, material
+from delta_cad.solids.materials import BLUE, material, provenance
 from delta_cad.solids.primitive import THROUGH_MM, ball, bore_y, box, cut, cylinder, feature, fuse, one_solid, turned
 
 STUD_THREAD = "M3"
@@ -138,5 +138,5 @@ def make_rod_tube(d: Dimensions) -> Part:
         (Hole(f.tube_bore_mm, 1, f"{f.tube_bore_mm:g} through, as bought"),),
         standard=row.standard,
         order_code=row.order_code,
-        source=row.source,
+        source=provenance(row),
     )

@@ -6,15 +6,17 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.part import Hole, Part
 from delta_cad.placement import CHAINS
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.forearm import STUD_THREAD
-from delta_cad.solids.materials import BLUE, material
+from delta_cad.solids.materials import BLUE, material, provenance
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,
     bore_z,
+    box,
     cut,
     cylinder,
     feature,
@@ -25,8 +27,8 @@ from delta_cad.solids.primitive import (
 )
 
 RIB_MM = 4.0  # width of what stays around a window
-BOSS_BEVEL_MM = 1.5  # makes room for the tilted sockets
 STEM_CORE_DEPTH_MM = 9.0
+STEM_FLATS_MM, STEM_FLATS_HEIGHT_MM = 8.0, 6.0
 
 
 def turned_to_chain(solid: cq.Shape, i: int) -> cq.Shape:
@@ -109,10 +111,13 @@ def make_handle_stem(d: Dimensions) -> Part:
         lathe(core, length + up),
         lathe(0.0, length + up),
     ]
-    solid = turned(profile).rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), 90.0)
+    stem = turned(profile).rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), 90.0)
+    flat, far = (p.stem_diameter_mm - STEM_FLATS_MM) / 2, p.stem_diameter_mm
+    flats = [box((low, -far, 2.0), (low + far, far, 2.0 + STEM_FLATS_HEIGHT_MM)) for low in (r - flat, flat - r - far)]
+    solid = feature(number, "spanner flats", "stem", lambda: cut(stem, flats))
     return Part(
         number,
-        f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends",
+        f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends, flats {STEM_FLATS_MM:g}",
         one_solid(solid, number),
         material("aluminium-6082"),
         True,
@@ -144,5 +149,5 @@ def make_knob(d: Dimensions) -> Part:
         mass_g=row.mass_g,
         standard=row.standard,
         order_code=row.order_code,
-        source=row.source,
+        source=provenance(row),
     )

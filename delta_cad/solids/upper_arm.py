@@ -11,6 +11,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.part import Hole, Part
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import ORANGE, material
@@ -28,7 +29,7 @@ from delta_cad.solids.primitive import (
     one_solid,
 )
 
-SHOULDER_SCREW, ELBOW_SCREW, SECTOR_SCREW = "M3", "M2.5", "M3"
+SHOULDER_SCREW, SECTOR_SCREW = "M3", "M3"
 DOWEL_MM = 3.0
 SHOULDER_SEAT_X_MM = -8.0  # seat of the clamp screw's head; its thread begins behind the slit
 SHOULDER_THREAD_END_X_MM = 10.0
@@ -69,9 +70,9 @@ def make_upper_arm(d: Dimensions) -> Part:
         bore_y(bar, (length, 0.0), through),
         box((-half, through[0], 0.0), (half, through[1], outside)),
         cylinder(clamp.clearance_hole_mm, (-outside, 0, z), (0, 0, z)),
-        cylinder(clamp.counterbore_diameter_mm, (-outside, 0, z), (SHOULDER_SEAT_X_MM, 0, z)),
+        box((-outside, through[0], z - clamp.counterbore_diameter_mm / 2), (SHOULDER_SEAT_X_MM, through[1], outside)),
         cylinder(clamp.tap_drill_mm, (0, 0, z), (SHOULDER_THREAD_END_X_MM, 0, z)),
-        box((a.elbow_slit_x_mm, through[0], -half), (length, through[1], half)),
+        box((a.elbow_slit_x_mm, through[0], -half), (length + a.boss_radius_mm + THROUGH_MM, through[1], half)),
         bore_y(2.5, (a.elbow_slit_x_mm, 0.0), through),
         bore_z(grip.clearance_hole_mm, (x, 0.0), (0.0, a.beam_root_radius_mm)),
         bore_z(grip.counterbore_diameter_mm, (x, 0.0), (ELBOW_SEAT_Z_MM, a.beam_root_radius_mm)),
@@ -83,9 +84,12 @@ def make_upper_arm(d: Dimensions) -> Part:
     tools.append(hull_along_y(pocket, (y[1] - a.pocket_depth_mm, y[1] + THROUGH_MM)))
     holes = [
         Hole(a.shaft_bore_mm, 1, f"{a.shaft_bore_mm:g} H7 through, split 1 mm, shoulder shaft"),
-        Hole(bar, 1, f"{bar:g} H7 through, split 1 mm, cross-bar"),
-        Hole(clamp.clearance_hole_mm, 1, f"{clamp.clearance_hole_mm:g}, shoulder clamp screw"),
-        Hole(clamp.counterbore_diameter_mm, 1, f"counterbore to x = {SHOULDER_SEAT_X_MM:g}"),
+        Hole(bar, 1, f"{bar:g} H7 through, split 1 mm to the end, cross-bar"),
+        Hole(
+            clamp.clearance_hole_mm,
+            1,
+            f"{clamp.clearance_hole_mm:g} from the open seat at x = {SHOULDER_SEAT_X_MM:g}, shoulder clamp",
+        ),
         Hole(clamp.tap_drill_mm, 1, f"{SHOULDER_SCREW} to x = {SHOULDER_THREAD_END_X_MM:g}"),
         Hole(grip.clearance_hole_mm, 1, f"{grip.clearance_hole_mm:g}, elbow clamp screw"),
         Hole(grip.counterbore_diameter_mm, 1, f"counterbore to z = {ELBOW_SEAT_Z_MM:g}"),
