@@ -263,7 +263,10 @@ def _capstan(bench: _Bench, i: int) -> None:
     bench.gap(f"capstan_cable_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
     bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
     for k in range(d.motor.mount_count):
-        bench.gap(f"sector_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
+        for moving in ("sector_{}", "lock_nut_{}_0", "lock_nut_{}_1", "tension_screw_{}_0", "tension_screw_{}_1"):
+            bench.gap(
+                moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design"
+            )
     bench.gap(f"sector_{i}", f"pinion_{i}", 0.6, "capstan gap, 0.8 mm by design, the cable runs in it")
     bench.gap(f"capstan_cable_{i}", f"pinion_{i}", 0.1, "cable leaves the rim for the pinion here")
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
