@@ -105,13 +105,12 @@ def test_bounds_for_all_angles_of_two_arms_are_below_the_distance_at_any() -> No
 
 
 def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:
-    """A ball in the path of a bar that turns: the swept disc holds it, and its surface is far away."""
-    bar = part("bar", box((-80, -6, -3), (80, 6, 3)))
-    arm, (one, other) = MACHINE.placement, space_named("two arms").frames(np.zeros((1, 2)))[0]
-    inside = np.linalg.inv(other) @ one @ at(40, 0, 20)
+    """A ball on its own shoulder axis, in the path of a bar that turns: the swept disc holds it, surfaces far apart."""
+    bar = part("bar", box((-130, -6, -3), (130, 6, 3)))
+    arm, on_axis = MACHINE.placement, 40.0 * np.sqrt(3.0)  # where the other shoulder axis meets the bar's plane
     occurrences = (
         Occurrence("bar", bar, "upper_arm_0", np.eye(4)),
-        Occurrence("core", part("core", ball(2)), "upper_arm_1", at(*inside[:3, 3])),
+        Occurrence("core", part("core", ball(2)), "upper_arm_1", at(0, on_axis, 0)),
     )
     a = Assembly("test", occurrences, (), (), arm, LIMITS.centre_mm)
     pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))
