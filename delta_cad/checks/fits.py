@@ -20,12 +20,13 @@ import numpy as np
 
 from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import Body, DistanceEngine, bodies_of, boxes_gap
+from delta_cad.checks.contacts import contact_positions
 from delta_cad.checks.kernel import located
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import rigid_link
 from delta_cad.checks.pairing import EQUAL_MM
 from delta_cad.checks.report import CheckResult
-from delta_cad.part import Fit, Occurrence, Part
+from delta_cad.part import Occurrence, Part
 from delta_cad.tessellation import MeshLibrary
 
 OVERLAP_MM3 = 0.01  # a 0.2 mm cube: above what booleans leave on coincident faces, below any real clash
@@ -42,7 +43,7 @@ class Touch:
         b: The other.
         b_in_a: (4, 4) frame of part b in the frame of part a, mm.
         limit_mm3: Largest common volume.
-        pose_mm: Handle position, for occurrences on different links.
+        pose_mm: Handle position, for occurrences on different links that were placed by one.
     """
 
     a: Occurrence
@@ -55,7 +56,7 @@ class Touch:
 def check_fits(
     assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None] = lambda _: None
 ) -> list[CheckResult]:
-    """Common volumes of parts on one link, and of contacts across links at the centre and the corners of the cube.
+    """Common volumes of parts on one link, and of contacts across links over the range of their joints.
 
     Args:
         assembly: The machine.
@@ -112,32 +113,12 @@ def _boxes_gap(pairs: list[tuple[Body, Body]]) -> np.ndarray:
 
 
 def _across_links(assembly: Assembly, limits: CheckLimits) -> list[Touch]:
-    """Contacts across links at the cube's centre and where the two parts are turned and tilted most from there.
-
-    Of the three chains' contacts those that are equal at the centre count as one, with the positions of all.
-    """
-    poses = np.concatenate([limits.centre_mm[None], limits.corners_mm])
-    links = assembly.placement(poses)
+    """Contacts across links, at the positions of `contact_positions`."""
     occurrences = {o.name: o for o in assembly.occurrences}
-    turned: dict[tuple[object, ...], list[tuple[Fit, np.ndarray]]] = defaultdict(list)
-    for fit in assembly.fits:
-        a, b = occurrences[fit.a], occurrences[fit.b]
-        if fit.kind != "contact" or rigid_link(a, assembly.placement) == rigid_link(b, assembly.placement):
-            continue
-        relative = np.linalg.inv(links[a.link] @ a.placement) @ (links[b.link] @ b.placement)
-        turned[(fit.overlap_mm3, *_equal(a.part, b.part, relative[0]))].append((fit, relative))
-    found = []
-    for group in turned.values():  # equal parts that stand equally at the centre: their extremes stand for all of them
-        relative = np.stack([r for _, r in group])
-        turn = np.trace(np.swapaxes(relative[:, :1, :3, :3], 2, 3) @ relative[..., :3, :3], axis1=2, axis2=3)
-        tilt = (relative[..., :3, 1] * relative[:, :1, :3, 1]).sum(axis=-1)
-        for k in sorted({0, int(turn.argmin()), int(tilt.argmin())}):
-            member, pose = divmod(k, len(poses))
-            fit = group[member][0]
-            x, y, z = poses[pose].tolist()
-            limit = max(OVERLAP_MM3, fit.overlap_mm3)
-            found.append(Touch(occurrences[fit.a], occurrences[fit.b], relative[member, pose], limit, (x, y, z)))
-    return found
+    return [
+        Touch(occurrences[c.fit.a], occurrences[c.fit.b], c.b_in_a, max(OVERLAP_MM3, c.fit.overlap_mm3), c.pose_mm)
+        for c in contact_positions(assembly, limits)
+    ]
 
 
 def _equal(a: Part, b: Part, b_in_a: np.ndarray) -> tuple[object, ...]:
