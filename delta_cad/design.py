@@ -3,7 +3,6 @@
 A file that is refused says which field, its value and what is allowed, in one line (`DesignError`).
 """
 
-
 from __future__ import annotations
 
 import hashlib

@@ -1,6 +1,5 @@
 """What the drive gives at the joint: for ever, for a moment, and what its cable makes of it."""
 
-
 from __future__ import annotations
 
 from dataclasses import dataclass

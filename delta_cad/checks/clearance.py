@@ -48,7 +48,7 @@ def check_clearance(
     pairs = held_apart(assembly, limits, meshes)
     engine = DistanceEngine()
     progress("clearance: sampling")
-    sampler = Sampler(assembly.placement, limits.poses_mm(), engine)
+    sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine)
     closest = sampler.closest([p for p in pairs if not p.running_gap])
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
     inside = contained(pairs, sampler)

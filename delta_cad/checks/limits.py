@@ -22,6 +22,7 @@ class CheckLimits:
         force_N: Force on the handle in any direction; None: torque is not checked.
         joint_torque_N_m: Torque available at a shoulder; None: torque is not checked.
         grid: Sampled positions along each edge of the cube.
+        clearance_grid: The same where meshes are measured; a proof covers what lies between.
         random_poses: Number of seeded random positions besides the grid.
         seed: Seed of the random positions.
     """
@@ -36,6 +37,7 @@ class CheckLimits:
     force_N: float | None = None
     joint_torque_N_m: float | None = None
     grid: int = 11
+    clearance_grid: int = 7
     random_poses: int = 200
     seed: int = 20180051
 
@@ -52,7 +54,14 @@ class CheckLimits:
 
     def poses_mm(self) -> np.ndarray:
         """(n, 3) corners first, then the grid, then the random positions, mm."""
-        axis = np.linspace(-self.half_side_mm, self.half_side_mm, self.grid)
+        return self._positions(self.grid)
+
+    def clearance_poses_mm(self) -> np.ndarray:
+        """(n, 3) as `poses_mm`, on the grid where meshes are measured, mm."""
+        return self._positions(self.clearance_grid)
+
+    def _positions(self, count: int) -> np.ndarray:
+        axis = np.linspace(-self.half_side_mm, self.half_side_mm, count)
         grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
         random = np.random.default_rng(self.seed).uniform(-self.half_side_mm, self.half_side_mm, (self.random_poses, 3))
         return np.concatenate([self.corners_mm, self.centre_mm + grid, self.centre_mm + random])
