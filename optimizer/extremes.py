@@ -47,6 +47,8 @@ def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict
     faces = [grid[:, axis] == side for axis, side in FACES]
     faces.append(np.ones(len(grid), dtype=bool))
     names = list(values)
+    if not names:
+        return {}
     starts = [int(np.argmin(np.where(face, values[name], np.inf))) for name in names for face in faces]
     best = grid[starts]
     cost = np.concatenate([values[name][starts[k * len(faces) :][: len(faces)]] for k, name in enumerate(names)])

@@ -1,0 +1,76 @@
+"""Which constraints cannot be met together: a deletion filter over feasibility searches."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from optimizer.problem import CONSTRAINTS, Problem, step_problem
+from optimizer.program import SLACK
+from optimizer.requirements import Requirements
+from optimizer.sqp import Search, exchange, start_points
+
+STARTS = 4
+"""Of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more."""
+
+
+class InfeasibleError(ValueError):
+    """A step whose constraints cannot be met together.
+
+    Attributes:
+        step: 1, 2 or 3.
+        conflict: Names of constraints, of `CONSTRAINTS`, none of which can be spared from the contradiction.
+        shortfall: How far the best design found stays below the worst margin of all constraints, without unit.
+    """
+
+    def __init__(self, step: int, conflict: tuple[str, ...], words: tuple[str, ...], shortfall: float) -> None:
+        self.step, self.conflict, self.shortfall = step, conflict, shortfall
+        what = " and ".join(words)
+        verb = "cannot be met together" if len(words) > 1 else "cannot be met"
+        super().__init__(
+            f"step {step}: {what} {verb} within bounds_mm; the nearest design found lacks {shortfall:.3g} of a margin"
+        )
+
+
+def best_level(problem: Problem, seed: int) -> float:
+    """The largest worst margin that a search from several starts reaches; it ends once that shows feasibility.
+
+    Args:
+        problem: The step.
+        seed: Of the starts.
+
+    Returns:
+        The level, without unit; >= 0, to `SLACK`, where all constraints are met.
+    """
+    level = -np.inf
+    for start in start_points(problem, seed, STARTS):
+        level = max(level, exchange(problem, "feasibility", start, Search()).level)
+        if level >= -SLACK:
+            break
+    return float(level)
+
+
+def explain(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError | None:
+    """The smallest contradiction, by deletion: what can be left out without making the rest feasible is left out.
+
+    The set is irreducible: without any one of its members the rest can be met. Feasibility is decided by local searches
+    from several starts.
+
+    Args:
+        given: What the customer gave.
+        problem: The step that failed.
+        reached_mm: Half side that the step before reached, as `step_problem` takes it.
+        seed: Of the starts.
+
+    Returns:
+        The error that names the contradiction; None if the step is feasible after all.
+    """
+    shortfall = best_level(problem, seed)
+    if shortfall >= -SLACK:
+        return None
+    without: frozenset[str] = frozenset()
+    for name in problem.constraints:
+        trial = without | {name}
+        if best_level(step_problem(given, problem.step, reached_mm, trial), seed) < -SLACK:
+            without = trial
+    conflict = tuple(name for name in CONSTRAINTS if name in problem.constraints and name not in without)
+    return InfeasibleError(problem.step, conflict, tuple(problem.describe(name) for name in conflict), -shortfall)
