@@ -1,0 +1,325 @@
+"""`python -m optimizer synthesize`: what it writes, prints and refuses; interrupted and killed runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import DesignError, load_design
+from optimizer import cli
+from optimizer.checkpoint import Checkpoint, CheckpointError
+from optimizer.genetic import Generation
+from optimizer.output import design_of, write_design
+from optimizer.requirements import load_requirements, requirements_hash
+from optimizer.three_step import METHODS, Run
+
+JOYSTICK = Path(__file__).parents[2] / "joystick.toml"
+SMALL = ["--population", "12", "--generations", "4"]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """The committed requirements solved once, as a user would, with a small GA."""
+    out = tmp_path_factory.mktemp("synthesis") / "new" / "best.json"
+    command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--seed", "1", "--json", *SMALL]
+    run = subprocess.run([*command, "--out", str(out)], capture_output=True, text=True)
+    assert (run.returncode, run.stderr) == (0, "")
+    return out, json.loads(run.stdout)
+
+
+def call(*arguments: str | Path) -> int:
+    return cli.main([str(argument) for argument in arguments])
+
+
+def test_design_file_is_the_last_step_and_passes_its_own_limits(done: tuple[Path, dict[str, Any]]) -> None:
+    out, told = done
+    design = load_design(out)
+    variables = told["steps"][2]["variables"]
+    assert design.cube.half_side_mm == variables["half_side_mm"]
+    assert design.mechanism.forearm_length_mm == variables["forearm_length_mm"]
+    assert design.mechanism.parallelogram_width_mm == 54.0
+    assert design.requirements.kappa_max == 2.27
+    assert design.requirements.lean_max_deg == 28.0
+    assert design.provenance["seed"] == 1
+    assert design.provenance["method"] == "ga+sqp"
+    assert design.provenance["requirements_sha256"] == requirements_hash(load_requirements(JOYSTICK))
+    assert [f.name for f in out.parent.iterdir()] == ["best.json"]
+
+
+def test_joystick_has_a_cube_of_84_mm_at_the_published_conditioning(done: tuple[Path, dict[str, Any]]) -> None:
+    _, told = done
+    last = told["steps"][2]
+    assert 2.0 * last["variables"]["half_side_mm"] >= 84.0
+    assert last["max_kappa"] <= 2.27
+    assert last["max_torque_N_m"] <= 0.8 - 0.11
+
+
+def test_json_has_the_contracts_names(done: tuple[Path, dict[str, Any]]) -> None:
+    _, told = done
+    assert [step["step"] for step in told["steps"]] == [1, 2, 3]
+    for step in told["steps"]:
+        assert {"method", "objective", "variables", "max_torque_N_m", "max_kappa", "proven_bound", "gap"} <= set(step)
+    assert told["steps"][0]["objective"] == told["steps"][0]["variables"]["half_side_mm"]
+
+
+def test_text_says_step_lengths_and_ending(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("synthesize", JOYSTICK, "--method", "sqp", "--steps", "1", "--out", tmp_path / "b.json") == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("step 1 sqp: half side 68.301 mm at L_A 82, L_B 180, R 40, r 40, H 98, L 68.3 mm; ")
+    assert "converged: a local optimum" in out
+    assert err == ""
+
+
+def requirements(tmp_path: Path, **replaced: str) -> Path:
+    text = JOYSTICK.read_text()
+    for name, value in replaced.items():
+        text, count = re.subn(rf"(?m)^{name} = .*$", f"{name} = {value}", text)
+        assert count == 1
+    path = tmp_path / "task.toml"
+    path.write_text(text)
+    return path
+
+
+def test_contradiction_exits_1_and_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    task = requirements(tmp_path, half_side="[75, 100]")
+    assert call("synthesize", task, "--method", "sqp", "--out", tmp_path / "b.json") == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("task.toml: step 1: reach of the whole cube and bounds_mm.half_side >= 75 mm cannot be met")
+    assert err.count("\n") == 1
+    assert [f.name for f in tmp_path.iterdir()] == ["task.toml"]
+
+
+def test_ga_that_ends_outside_its_constraints_exits_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    task = requirements(tmp_path, kappa_max="1.9", half_side="[30, 100]")
+    code = call(
+        "synthesize", task, "--method", "ga", "--steps", "2", "--out", tmp_path / "b.json", "--population", "4",
+        "--generations", "1",
+    )  # fmt: skip
+    assert code == 1
+    out, err = capsys.readouterr()
+    assert "step 2 ga: half side" in out
+    assert re.match(r"task\.toml: b\.json was not written: step 2 misses .* by .*; the GA met no feasible design", err)
+
+
+def test_lengths_that_the_design_file_refuses_exit_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    task = requirements(tmp_path, parallelogram_width_mm="100", clearance_min_mm="0", joint_diameter_mm="0.5")
+    code = call("synthesize", task, "--method", "sqp", "--steps", "1", "--out", tmp_path / "b.json")
+    assert code in (0, 1)
+    task = requirements(tmp_path, parallelogram_width_mm="400", clearance_min_mm="0", joint_diameter_mm="0.5")
+    assert call("synthesize", task, "--method", "sqp", "--steps", "1", "--out", tmp_path / "c.json") == 1
+    assert (
+        "c.json was not written: c.json: mechanism.parallelogram_width_mm = 400.0: must be" in capsys.readouterr().err
+    )
+    assert not (tmp_path / "c.json").exists()
+
+
+REFUSED = [
+    (["synthesize", "none.toml"], "none.toml: cannot be read: No such file or directory"),
+    (["synthesize"], "python -m optimizer synthesize: the following arguments are required: REQ.toml"),
+    (["synthesize", "x", "--method", "magic"], "python -m optimizer synthesize: argument --method: invalid choice"),
+    (["synthesize", "x", "--seed", "-1"], "python -m optimizer synthesize: argument --seed: invalid whole number"),
+    (["synthesize", "x", "--seed", "a"], "python -m optimizer synthesize: argument --seed: invalid whole number"),
+    (["synthesize", "x", "--steps", "3,1"], "python -m optimizer synthesize: argument --steps: invalid list of steps"),
+    (["synthesize", "x", "--steps", "4"], "python -m optimizer synthesize: argument --steps: invalid list of steps"),
+    ([], "python -m optimizer: the following arguments are required: COMMAND"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "words"), REFUSED, ids=[" ".join(a) or "nothing" for a, _ in REFUSED])
+def test_wrong_usage_exits_2_in_one_line(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    try:
+        code = cli.main(arguments)
+    except SystemExit as error:
+        code = error.code
+    assert code == 2
+    err = capsys.readouterr().err
+    assert err.startswith(words)
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--steps", "3"], "joystick.toml: step 3 needs step_3.half_side_mm or what step 2 reached"),
+        (["--population", "2"], "joystick.toml: 4 free variables, 2 individuals, 100 generations: at least 1, 4 and 1"),
+    ],
+)
+def test_runs_that_make_no_sense_exit_2(
+    tmp_path: Path, more: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call("synthesize", JOYSTICK, "--out", tmp_path / "b.json", *more) == 2
+    assert capsys.readouterr().err.startswith(words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_cannot_be_written_exits_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("")
+    assert call("synthesize", JOYSTICK, "--out", tmp_path / "file" / "b.json") == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    (tmp_path / "b.json").mkdir()
+    code = call("synthesize", JOYSTICK, "--method", "sqp", "--steps", "1", "--out", tmp_path / "b.json")
+    assert code == 2
+    assert "b.json: Is a directory" in capsys.readouterr().err
+
+
+def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
+    tmp_path: Path,
+    done: tuple[Path, dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole, told = done
+    out = tmp_path / "best.json"
+    shown = []
+
+    def show(_line: object, at: object) -> None:
+        shown.append(at)
+        if len(shown) == 8:  # in step 2
+            os.kill(os.getpid(), signal.SIGINT)
+
+    command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
+    with monkeypatch.context() as patch:
+        patch.setattr(cli._Line, "show", show)
+        assert call(*command) == cli.INTERRUPTED
+    text, err = capsys.readouterr()
+    assert re.fullmatch(r"interrupted; best so far in .*best\.json; run again with --resume to go on\n", err)
+    assert [step["status"] for step in json.loads(text)["steps"]] == ["converged", "interrupted"]
+    assert load_design(out).provenance["steps"][-1]["status"] == "interrupted"  # type: ignore[index, call-overload]
+    assert call(*command, "--resume") == 0
+    assert json.loads(capsys.readouterr().out) == told
+    assert out.read_bytes() == whole.read_bytes()
+    assert [f.name for f in tmp_path.iterdir()] == ["best.json"]
+
+
+def test_a_killed_run_is_taken_up_to_the_same_file(tmp_path: Path, done: tuple[Path, dict[str, Any]]) -> None:
+    """SIGKILL as soon as the checkpoint holds three generations; its last line is then torn by hand as well."""
+    whole, _ = done
+    out = tmp_path / "best.json"
+    command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--seed", "1", *SMALL, "--out", str(out)]
+    lines = tmp_path / "best.json.checkpoint.jsonl"
+    run = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    while run.poll() is None and (not lines.exists() or lines.read_bytes().count(b"\n") < 4):
+        pass
+    run.kill()
+    assert run.wait() == -signal.SIGKILL
+    lines.write_bytes(lines.read_bytes()[:-20])
+    assert subprocess.run([*command, "--resume"], capture_output=True).returncode == 0
+    assert out.read_bytes() == whole.read_bytes()
+
+
+def test_a_second_ctrl_c_interrupts_at_once() -> None:
+    with cli._Interrupt() as asked:
+        assert not asked()
+        os.kill(os.getpid(), signal.SIGINT)
+        assert asked()
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_an_interrupt_before_the_search_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_synthesize", interrupt)
+    assert call("synthesize", JOYSTICK) == cli.INTERRUPTED
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+    command = f"'{sys.executable}' -m optimizer synthesize '{JOYSTICK}' --method sqp --steps 1 --out b.json | true"
+    run = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=tmp_path, capture_output=True, text=True)
+    assert (run.returncode, run.stderr) == (0, "")
+
+
+def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--method", "sqp", "--steps", "1"]
+    ours, theirs = pty.openpty()
+    with os.fdopen(ours, "rb", buffering=0) as terminal:
+        run = subprocess.run([*command, "--out", str(tmp_path / "b.json")], stdout=subprocess.DEVNULL, stderr=theirs)
+        os.close(theirs)
+        shown = b""
+        try:
+            while piece := terminal.read(4096):
+                shown += piece
+        except OSError:  # the other end is closed: all was read
+            pass
+    assert run.returncode == 0
+    assert b"step 1 sqp 6/6: half side 68.301" in shown
+    assert shown.endswith(b"\r\x1b[K")
+
+
+KEY = {"seed": 1, "steps": (1, 2)}
+GENERATION = Generation(np.array([0.1, 1.0 / 3.0]), np.array([[1e-300, -2.0], [np.pi, 0.0]]))
+
+
+def test_checkpoint_gives_back_every_bit(tmp_path: Path) -> None:
+    path = tmp_path / "c.jsonl"
+    store = Checkpoint(path, KEY, resume=True)
+    store.keep("1/ga", GENERATION)
+    store.finish("1/ga", {"design_mm": [1.0 / 3.0]})
+    store.close()
+    again = Checkpoint(path, KEY, resume=True)
+    (back,) = again.generations("1/ga")
+    np.testing.assert_array_equal(back.objective, GENERATION.objective)
+    np.testing.assert_array_equal(back.margins, GENERATION.margins)
+    assert again.finished("1/ga") == {"design_mm": [1.0 / 3.0]}
+    assert again.finished("1/sqp") is None
+    again.close()
+    anew = Checkpoint(path, KEY, resume=False)
+    assert anew.generations("1/ga") == []
+    anew.remove()
+    assert not path.exists()
+
+
+def test_checkpoint_of_another_run_or_no_checkpoint_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "b.json.checkpoint.jsonl"
+    Checkpoint(path, KEY, resume=False).close()
+    with pytest.raises(CheckpointError, match="is of another run"):
+        Checkpoint(path, KEY | {"seed": 2}, resume=True)
+    assert call("synthesize", JOYSTICK, "--out", tmp_path / "b.json", "--resume") == 2
+    assert capsys.readouterr().err.startswith("b.json.checkpoint.jsonl: is of another run: requirements, method, seed")
+    for text in ("nonsense\n", "[]\n", '{"key":{"seed":1,"steps":[1,2]}}\n{"phase":"1/ga"}\n'):
+        path.write_text(text)
+        with pytest.raises(CheckpointError, match="is not a checkpoint"):
+            Checkpoint(path, KEY, resume=True)
+
+
+def test_design_of_a_result_carries_the_limits_and_refuses_what_the_design_file_refuses(tmp_path: Path) -> None:
+    task = load_requirements(requirements(tmp_path, lean_max_deg="28\nshoulder_deg = [-60, 85]"))
+    results = Run(task, "sqp", steps=(1,)).results()
+    design = design_of(task, results, "sqp", 0, "b.json")
+    assert (design.requirements.shoulder_min_deg, design.requirements.shoulder_max_deg) == (-60.0, 85.0)
+    write_design(design, tmp_path / "b.json")
+    assert load_design(tmp_path / "b.json") == design
+    wide = load_requirements(requirements(tmp_path, parallelogram_width_mm="400"))
+    with pytest.raises(DesignError, match=r"^b\.json: mechanism\.parallelogram_width_mm = 400\.0"):
+        design_of(wide, results, "sqp", 0, "b.json")
+
+
+def test_methods_on_the_command_line_are_those_of_the_library() -> None:
+    assert cli.METHODS == METHODS
+
+
+def test_help_loads_no_solver_and_no_cad() -> None:
+    code = (
+        "import sys\nfrom optimizer.cli import main\ntry:\n    main(['synthesize', '--help'])\nexcept SystemExit:\n"
+        "    print([m for m in ('numpy', 'scipy', 'pymoo', 'numba', 'pydantic', 'cadquery') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "[]"
+    assert "exit codes: 0 done" in run.stdout
