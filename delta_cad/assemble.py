@@ -101,8 +101,8 @@ class _Bench:
     def touch(self, a: str, b: str, reason: str) -> None:
         self.fits.append(Fit(a, b, "contact", overlap_mm3=CONTACT_MM3, reason=reason))
 
-    def gap(self, a: str, b: str, gap_mm: float, reason: str) -> None:
-        self.fits.append(Fit(a, b, "running gap", gap_mm=gap_mm, reason=reason))
+    def gap(self, a: str, b: str, gap_mm: float, reason: str, gap_max_mm: float | None = None) -> None:
+        self.fits.append(Fit(a, b, "running gap", gap_mm=gap_mm, reason=reason, gap_max_mm=gap_max_mm))
 
 
 def _base(bench: _Bench) -> None:
@@ -205,7 +205,8 @@ def _arm(bench: _Bench, i: int) -> None:
         turned = HALF_TURN if j else np.eye(4)
         bench.put(f"ball_stud_{i}_{j}_elbow", stud, link, at(a.length_mm, side) @ turned)
     bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
-    bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
+    nearest, widest = d.encoder.air_gap_min_mm, d.encoder.air_gap_max_mm
+    bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", nearest, "air gap of the encoder", widest)
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
 
 

@@ -121,6 +121,7 @@ class Fit:
             "contact": they touch by design (bearing on shaft, ball in socket); their common volume must not
             exceed `overlap_mm3` at any checked pose.
         gap_mm: Smallest distance of a running gap, mm.
+        gap_max_mm: Largest distance of a running gap that must not get wider either, mm; None: not limited.
         overlap_mm3: Largest common volume of a contact, mm^3.
         reason: Why the two may be this close, a few words.
     """
@@ -131,3 +132,4 @@ class Fit:
     gap_mm: float = 0.0
     overlap_mm3: float = 0.0
     reason: str = ""
+    gap_max_mm: float | None = None

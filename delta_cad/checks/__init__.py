@@ -11,6 +11,7 @@ from delta_cad.assembly import Assembly
 from delta_cad.checks.clearance import check_clearance
 from delta_cad.checks.envelope import check_envelope
 from delta_cad.checks.fits import check_fits
+from delta_cad.checks.gaps import check_largest_gaps
 from delta_cad.checks.joint_axes import check_joint_axes
 from delta_cad.checks.joints import check_joints
 from delta_cad.checks.limits import CheckLimits
@@ -51,6 +52,7 @@ def run_checks(
     results += check_joints(assembly, limits)
     results.append(check_joint_axes(assembly))
     results += check_fits(assembly, limits, meshes, progress)
+    results += check_largest_gaps(assembly, limits, meshes)
     progress("outline")
     results += check_envelope(assembly, limits, meshes)
     results += check_clearance(assembly, limits, meshes, progress)
