@@ -6,7 +6,8 @@ A point is given in the coordinates of its cube, c in [-1, 1]^3, and moves with 
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +51,38 @@ class Figures(NamedTuple):
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True) -> Figures:
-    """The figures of every design at every point.
+    """The figures of every design at every point, compiled where numba is installed.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
+        conditioning: Whether `quality` is wanted; it is the dearest, and all ones without.
+
+    Returns:
+        The figures, each (D, K).
+    """
+    compiled = _compiled()
+    if compiled is None:
+        return figures_numpy(designs, points, conditioning)
+    points = points if points.ndim == 3 else points[None]
+    out = np.empty((6, len(designs), points.shape[1]))
+    compiled(designs, points, conditioning, out)
+    return Figures(*out)
+
+
+@cache
+def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, np.ndarray], None] | None:
+    try:
+        from optimizer.compiled import figures_compiled
+    except ModuleNotFoundError as error:
+        if error.name != "numba":
+            raise
+        return None
+    return figures_compiled
+
+
+def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True) -> Figures:
+    """The figures in NumPy: the formulas to read, and what the compiled ones are tested against.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,8 @@ from delta_cad.mechanism import (
     joint_angles,
     worst_joint_torque,
 )
-from optimizer.evaluator import Figures, figures, fold_points, half_surface, sample_points
+from optimizer import evaluator
+from optimizer.evaluator import Figures, figures, figures_numpy, fold_points, half_surface, sample_points
 
 DESIGNS = np.array([[82, 112.079, 40, 30, 57.112, 35], [82, 130, 40, 30, 48, 60], [70, 120, 45, 50, 60, 30]]) / 1000.0
 
@@ -100,3 +103,42 @@ def test_reach_on_the_coarsest_sample_is_that_of_the_finest() -> None:
     fine = figures(designs, half_surface(25), conditioning=False).closure.min(axis=1)
     assert ((coarse >= 0) <= (fine >= 0)).all()
     assert 50 < (coarse >= 0).sum() < 450
+
+
+@pytest.mark.parametrize("conditioning", [True, False])
+def test_compiled_figures_are_those_of_numpy(conditioning: bool) -> None:
+    """Random designs, well placed, out of reach, folded and with the platform below its elbows."""
+    rng = np.random.default_rng(8)
+    low, high = np.array([40, 40, 30, 20, 5, 0]), np.array([120, 200, 60, 60, 150, 80])
+    designs = np.concatenate([(low + (high - low) * rng.random((60, 6))) / 1000.0, DESIGNS])
+    points = sample_points(designs, 5)
+    a, b = figures(designs, points, conditioning), figures_numpy(designs, points, conditioning)
+    assert (b.closure < 0).any()
+    assert (b.determinant < 0).any()
+    for name, x, y in zip(a._fields, a, b, strict=True):
+        # sums of the same terms in another order; eigenvalues by another method: 1e-15 of the largest, square rooted
+        # where the smallest is about 0
+        close = np.isclose(x, y, rtol=1e-12, atol=1e-13 if name != "quality" else 1e-7)
+        assert close.all(), (name, np.abs(x - y)[~close])
+
+
+def test_without_numba_numpy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.delitem(sys.modules, "optimizer.compiled", raising=False)
+    monkeypatch.delitem(sys.modules, "delta_cad.mechanism.kernel", raising=False)
+    evaluator._compiled.cache_clear()
+    try:
+        f, g = figures(DESIGNS, half_surface(3)), figures_numpy(DESIGNS, half_surface(3))
+        assert all(np.array_equal(a, b) for a, b in zip(f, g, strict=True))
+    finally:
+        evaluator._compiled.cache_clear()
+
+
+def test_another_missing_module_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "optimizer.compiled", None)
+    evaluator._compiled.cache_clear()
+    try:
+        with pytest.raises(ModuleNotFoundError, match=r"optimizer\.compiled"):
+            figures(DESIGNS, half_surface(3))
+    finally:
+        evaluator._compiled.cache_clear()
