@@ -90,3 +90,39 @@ def test_nothing_is_said_where_a_chain_is_open():
     assert (table[:3, HIGH] < 0.0).all()
     assert np.isnan(table[3:11]).all()
     assert np.isfinite(table[11:, LOW]).all()
+
+
+def test_kappa_is_proved_just_above_and_never_just_below_its_value():
+    rng = np.random.default_rng(13)
+    by_second = 0
+    for g, box in boxes(rng, 0.0, 400):
+        kappa = float(conditioning(g, box[:3]))
+        if not 1.001 < kappa < 1e3:
+            continue
+        # the NumPy value is good to a rounding times kappa
+        for size, near in ((0.0, 1e-10 * kappa), (1e-6, 1e-3), (1e-5, 3e-2)):
+            box[3:6] = size
+            below = bounds(g, Limits(kappa_max=kappa * (1 - 1e-12 * kappa)), box)[7, LOW]
+            assert below < 0.0
+            above = bounds(g, Limits(kappa_max=kappa * (1 + near)), box)[7, LOW]
+            assert above >= 0.0 or size > 0.0
+            by_second += above == 0.0
+    assert by_second > 10  # README (34) is at work near direct singularities
+
+
+def test_kappa_is_not_proved_below_what_a_sample_of_the_box_has():
+    rng = np.random.default_rng(17)
+    hidden = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266)
+    level = DeltaGeometry(0.0625, 0.125, 0.0625, 0.125)
+    axis = [(hidden, z) for z in np.linspace(0.0252, 0.03, 6)] + [(level, z) for z in np.linspace(0.128, 0.15, 6)]
+    axis += [(PUBLISHED, z) for z in np.linspace(0.06, 0.13, 6)]
+    # two eigenvalues meet on the axis: there the bounds live by their second-order terms
+    cases = [(g, np.array([0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0])) for g, z in axis] + list(boxes(rng, 0.0, 60))
+    for g, box in cases:
+        for size in (1e-5, 1e-4, 1e-3):
+            box[3:6] = size * rng.uniform(0.2, 1.0, 3)
+            kappa = conditioning(g, samples(box, rng, 200))
+            if not np.isfinite(kappa).all() or kappa.max() > 1e4:
+                continue
+            limits = Limits(kappa_max=float(kappa.max() * (1 - 1e-14 * kappa.max())))
+            assert not bounds(g, limits, box)[7, LOW] >= 0.0, (g, box)
