@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optimizer.evaluator import figures, fold_points
 from optimizer.problem import Problem
 
 DIFFERENCE = 1e-5
@@ -144,7 +145,18 @@ class Program:
             for k, item in enumerate(self.active):
                 columns.append(found[item.name][:, k])
                 weights.append(1.0 if self.kind == "feasibility" or item.name == "quality" else 0.0)
-        for margin in self.problem.design_margins(designs).values():
+        for margin in self._whole(designs):
             columns.append(margin)
             weights.append(1.0 if self.kind == "feasibility" else 0.0)
         return np.column_stack(columns) if columns else np.ones((len(x), 0)), np.array(weights)
+
+    def _whole(self, designs: np.ndarray) -> list[np.ndarray]:
+        """Margins of whole designs: (D,) each.
+
+        The point of the bottom face where a chain folds first moves with R - r: exchanged for ever newer points it is
+        met in the limit only, followed as it moves it is one smooth row.
+        """
+        margins = list(self.problem.design_margins(designs).values())
+        if "reach" in self.problem.constraints:
+            margins += list(figures(designs, fold_points(designs), conditioning=False).closure.T)
+        return margins
