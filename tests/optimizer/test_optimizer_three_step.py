@@ -13,12 +13,15 @@ import pytest
 from optimizer_tasks import task
 
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_extremes
-from optimizer.genetic import Generation
+from optimizer import three_step
+from optimizer.extremes import design_worst
+from optimizer.genetic import Generation, Population, evolve
 from optimizer.infeasible import InfeasibleError, explain
-from optimizer.problem import ProblemError, step_problem
+from optimizer.problem import Problem, ProblemError, step_problem
 from optimizer.requirements import Requirements
 from optimizer.result import ADVICE, Result
-from optimizer.three_step import METHODS, Progress, Run
+from optimizer.sqp import Ending, Search
+from optimizer.three_step import METHODS, Progress, Run, presentable
 
 PAPER = task(platform_radius=(30, 45), half_side_mm=35)
 OPTIMA = (64.2015, 62.0154, 1.76687)
@@ -201,3 +204,46 @@ def test_a_ga_that_meets_no_feasible_design_says_what_to_do() -> None:
 def test_runs_that_make_no_sense_are_refused(other: dict[str, Any], words: str) -> None:
     with pytest.raises(ProblemError, match=words):
         run(**other)
+
+
+def test_a_ga_that_fails_between_its_samples_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The best of the sample, made 10 % larger, stands for one that is too large between the samples."""
+    given = task((82, 140), (30, 45), limits={"kappa_max": 2.27})
+
+    def too_large(problem: Problem, last: Population) -> np.ndarray:
+        return last.x[0] * np.where(np.array(problem.free) == "half_side", 1.1, 1.0)
+
+    monkeypatch.setattr(three_step, "presentable", too_large)
+    result = run(given, "ga", steps=(2,), generations=12)[0]
+    assert result.status == "between the samples"
+    assert result.violations["conditioning"] > 1e-6
+
+
+def test_what_is_too_large_between_the_samples_is_made_smaller_until_it_holds() -> None:
+    problem = step_problem(task((82, 140), (30, 45), limits={"kappa_max": 2.27}), 2)
+    last = evolve(problem, 0, 16, 12)
+    k = problem.free.index("half_side")
+    x = last.x[:1].copy()
+    x[0, k] *= 1.02
+    found = presentable(problem, replace(last, x=x))
+    np.testing.assert_array_equal(np.delete(found, k), np.delete(x[0], k))
+    worst = design_worst(problem, problem.designs(found[None])[0], 41)["conditioning"].values[0]
+    # it holds, and a cube 1e-5 larger would not, or the whole of it held
+    assert worst >= -1e-9
+    assert found[k] == x[0, k] or worst < 1e-5
+    x[0, k] *= 2.0
+    np.testing.assert_array_equal(presentable(problem, replace(last, x=x)), x[0])
+
+
+def test_an_sqp_that_finds_nothing_better_keeps_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    alone = run(method="ga", steps=(3,))[0]
+
+    def fail(_: object, starts: np.ndarray, *__: object) -> Search:
+        return Search([Ending(tuple(x), tuple(x * 0.0), 0.1, False, "made to fail", (0.1,)) for x in starts], 1)
+
+    monkeypatch.setattr(three_step.sqp, "search", fail)
+    both = run(steps=(3,))[0]
+    assert both.design_mm == alone.design_mm
+    assert both.status == "not improved"
+    assert both.record()["starts"][0]["reason"] == "made to fail"
+    assert both.advice == ADVICE["not improved"]
