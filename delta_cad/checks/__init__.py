@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from delta_cad.assembly import Assembly
+from delta_cad.checks.attachment import check_attachment
 from delta_cad.checks.clearance import check_clearance
 from delta_cad.checks.envelope import check_envelope
 from delta_cad.checks.fits import check_fits
@@ -17,6 +18,7 @@ from delta_cad.checks.joints import check_joints
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.checks.screws import check_screws
 from delta_cad.checks.solidity import check_solidity
 from delta_cad.tessellation import MeshLibrary
 
@@ -53,6 +55,9 @@ def run_checks(
     results.append(check_joint_axes(assembly))
     results += check_fits(assembly, limits, meshes, progress)
     results += check_largest_gaps(assembly, limits, meshes)
+    progress("parts attached")
+    results.append(check_attachment(assembly, meshes))
+    results += check_screws(assembly, meshes)
     progress("outline")
     results += check_envelope(assembly, limits, meshes)
     results += check_clearance(assembly, limits, meshes, progress)

@@ -69,6 +69,12 @@ def parts() -> dict[str, Part]:
     bracket = box((30, -22, -64), (50, -15, 12)).cut(rod(8, (40, -23, 0), (40, -14, 0)))
     arm = box((9, -4, -6), (77, 4, 6)).fuse(rod(11, (0, -4, 0), (0, 4, 0))).cut(rod(4, (0, -5, 0), (0, 5, 0)))
     sector = rod(34, (0, 5, 0), (0, 10, 0)).cut(box((-40, 4, -3), (40, 11, 40))).cut(rod(12, (0, 4, 0), (0, 11, 0)))
+    sector = sector.fuse(box((15, 4, -6), (30, 5.5, -3.5)))  # seat on the arm
+    motor = rod(15, (0, 14, 0), (0, 60, 0)).fuse(box((-5, 16, -20.5), (5, 24, -5)))  # stands on the plate
+    elbow_bar = rod(3, (L_A, -WIDTH / 2 + 9.75, 0), (L_A, WIDTH / 2 - 9.75, 0))
+    wrist_bar = rod(3, (RADIUS_PLATFORM, -WIDTH / 2 + 9.75, 0), (RADIUS_PLATFORM, WIDTH / 2 - 9.75, 0))
+    elbow_bar = elbow_bar.fuse(box((77, -3, -2), (L_A, 3, 2)))
+    wrist_bar = wrist_bar.fuse(box((24, -3, -2), (RADIUS_PLATFORM, 3, 2)))
     socket = rod(5.5, (-4, 0, 0), (12, 0, 0)).cut(ball(4.05))
     for side in (-1, 1):  # open for the stud's neck to 30 degrees
         socket = socket.cut(rod(5, (0, side * 2.2, 0), (0, side * 6, 0)))
@@ -84,13 +90,13 @@ def parts() -> dict[str, Part]:
             part("shaft", rod(4, (0, -22, 0), (0, 22, 0))),
             part("bearing", rod(8, (0, -22, 0), (0, -15, 0)).cut(rod(4, (0, -23, 0), (0, -14, 0)))),
             part("pinion", rod(7.6, (0, 4, 0), (0, 11, 0)).fuse(rod(3, (0, -2, 0), (0, 4, 0)))),
-            part("motor", rod(15, (0, 14, 0), (0, 60, 0))),
-            part("elbow_bar", rod(3, (L_A, -WIDTH / 2 + 9.75, 0), (L_A, WIDTH / 2 - 9.75, 0))),
+            part("motor", motor),
+            part("elbow_bar", elbow_bar),
             part("socket", socket),
             part("stud", stud),
             part("tube", tube),
             part("platform", rod(24, (0, 0, -5), (0, 0, 5))),
-            part("wrist_bar", rod(3, (RADIUS_PLATFORM, -WIDTH / 2 + 9.75, 0), (RADIUS_PLATFORM, WIDTH / 2 - 9.75, 0))),
+            part("wrist_bar", wrist_bar),
             part("screw", rod(1.25, (0, 0, 0), (0, 0, 8)).fuse(rod(2.75, (0, 0, -3), (0, 0, 0)))),
         )
     }
