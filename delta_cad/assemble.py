@@ -68,8 +68,19 @@ def longest(size: str, available_mm: float) -> float:
 
 
 def longest_dowel(key: str, available_mm: float) -> float:
-    """Longest stock length of a dowel that does not exceed what is available."""
-    return max(length for length in catalogue.dowel(key).lengths_mm if length <= available_mm)
+    """Longest stock length of a dowel that does not exceed what is available.
+
+    Args:
+        key: Dowel of the catalogue, such as "3".
+        available_mm: Depth of its bores together.
+
+    Raises:
+        DimensionError: The shortest one is longer.
+    """
+    lengths = catalogue.dowel(key).lengths_mm
+    shortest = f"{available_mm:.2f} mm are available; the shortest has {min(lengths):g} mm"
+    require(min(lengths) <= available_mm + ROUNDING_MM, f"dowel_{key}", "length", shortest)
+    return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
 
 
 class _Bench:
@@ -329,7 +340,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
 
     Raises:
         BuildError: A solid could not be built (part, feature, parameter).
-        DimensionError: No stock screw is short enough.
+        DimensionError: No stock screw or dowel is short enough, or no stop pin long enough.
     """
     bench = _Bench(d, progress)
     _base(bench)

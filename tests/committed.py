@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 import json
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 BEST = Path(__file__).parents[1] / "best.json"
+DATA: dict[str, Any] = json.loads(BEST.read_text())
+
+
+def changed(**values: Any) -> dict[str, Any]:
+    """The committed design's data with some of them changed, as "section__field" or "section"."""
+    data = deepcopy(DATA)
+    for name, value in values.items():
+        section, _, field = name.partition("__")
+        if field:
+            data[section][field] = value
+        else:
+            data[section] = value
+    return data
 
 
 @dataclass(frozen=True)

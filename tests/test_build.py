@@ -16,6 +16,7 @@ import pytest
 from committed import BEST, Built
 
 from delta_cad import build as pipeline
+from delta_cad import catalogue
 from delta_cad.build import Machine, Outcome, check_limits, check_machine, make_machine
 from delta_cad.checks.report import CheckResult
 from delta_cad.cli import main
@@ -190,6 +191,22 @@ def test_progress_tells_every_phase(machine: Machine, best: Design, monkeypatch:
     for part in machine.assembly.parts:
         assert f"mesh {part.number}" in told
     assert sum(phase.startswith("solid ") for phase in told) == len(machine.assembly.parts)
+
+
+def test_bought_parts_whose_data_are_not_all_verified_are_named(quick: Quick, machine: Machine, best: Design) -> None:
+    """The oracle is the catalogue: a part's source is that of one row, word for word."""
+    rows = [row for family in catalogue.FAMILIES for row in catalogue.family(family).values()]
+    known = {f"{row.source}; verified: {row.verified}": row.verified.partition(":")[0] == "yes" for row in rows}
+    parts = machine.assembly.parts
+    for part in parts:
+        assert not part.source or part.source in known or part.number == "crimp_sleeve", part.number
+        if not part.make:
+            assert "; verified: " in part.source, part.number
+    quick([GOOD])
+    outcome = pipeline.check(best)
+    expected = [p.number for p in parts if p.source and not known.get(p.source, False)]
+    assert list(outcome.unverified) == outcome.record()["unverified_parts"] == expected
+    assert "motor" in expected
 
 
 def asked(**requirements: Any) -> Design:

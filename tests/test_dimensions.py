@@ -7,7 +7,7 @@ import re
 from copy import deepcopy
 from dataclasses import replace
 from itertools import product
-from math import cos, degrees, hypot, pi, radians, sin
+from math import cos, degrees, hypot, pi, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -59,9 +59,9 @@ REFUSED = {
         1,
     ),
     "bosses": (
-        SMALL_CUBE | {"platform_thickness_mm": 30.0, "ball_diameter_mm": 4.0, "parallelogram_width_mm": 70.0},
+        SMALL_CUBE | {"platform_thickness_mm": 20.0, "ball_diameter_mm": 6.0, "parallelogram_width_mm": 70.0},
         "platform_radius_mm",
-        26.0,
+        24.5,
         "platform",
         "wrist boss",
         "at least",
@@ -79,6 +79,9 @@ REFUSED = {
         1,
     ),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
+    "grip": ({}, "arm_thickness_mm", 7.0, "upper_arm", "elbow clamp screw", "at least", 1),
+    "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
+    "neck": ({}, "ball_diameter_mm", 5.0, "ball_stud", "neck", "at least", 1),
 }
 
 
@@ -106,6 +109,47 @@ def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
         DimensionError, match=r"^shoulder_shaft, magnet seat: .* 8 mm needs .* at least 9\.9 mm, not 8 mm$"
     ):
         edited(magnet="ndfeb-8x2.5-diametric")
+
+
+def test_the_least_thicknesses_are_what_the_features_in_them_need() -> None:
+    """By hand: 1 mm on both sides of an M2.5 counterbore; a collar of 5.5 mm inside two bevels; M3's core as neck."""
+    for field, least in (
+        ("arm_thickness_mm", catalogue.screw("M2.5").counterbore_diameter_mm + 2.0),
+        ("platform_thickness_mm", 5.5 + 2 * 1.5),
+        ("ball_diameter_mm", catalogue.screw("M3").tap_drill_mm / 0.425),
+    ):
+        edited(**{field: least * (1 + 1e-12)})  # on the bound, but for its last digit
+        with pytest.raises(DimensionError, match=rf"hardware\.{field} = "):
+            edited(**{field: least * (1 - 1e-9)})
+
+
+def test_a_stop_pin_longer_than_any_in_stock_is_refused(best_dimensions: Dimensions) -> None:
+    """Half a millimetre sunk outside and 3 mm into the sector: a pin of 40 mm spans 36.5 mm between the two faces."""
+    from delta_cad.solids.brackets import stop_pin_length_mm
+
+    layers, longest = best_dimensions.layers, max(catalogue.dowel("4").lengths_mm)
+
+    def pin(outside: float) -> float:
+        moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
+        return stop_pin_length_mm(replace(best_dimensions, layers=moved))
+
+    face = layers.sector_mm[1] + longest - 2.5
+    assert pin(face - 1e-9) == longest
+    with pytest.raises(DimensionError, match=r"^stop_pin, length: .* mm are needed; the longest in stock has 40 mm$"):
+        pin(face + 1e-6)
+
+
+@pytest.mark.parametrize("outside", [18.0, 20.5, 22.4])
+def test_the_stop_pin_is_the_shortest_in_stock_that_reaches_3_mm_deep(
+    best_dimensions: Dimensions, outside: float
+) -> None:
+    from delta_cad.solids.brackets import stop_pin_length_mm
+
+    layers, stock = best_dimensions.layers, catalogue.dowel("4").lengths_mm
+    moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
+    length = stop_pin_length_mm(replace(best_dimensions, layers=moved))
+    deep = [layers.sector_mm[1] - (outside - 0.5 - v) for v in stock]
+    assert length == min(v for v, into in zip(stock, deep, strict=True) if into >= 3.0 - 1e-9)
 
 
 def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.Motor) -> CapstanDimensions:
@@ -218,7 +262,7 @@ def test_pinion_and_sector_wind_equal_lengths_of_cable_and_keep_their_gap(best_d
     np.testing.assert_allclose(shoulder + c.pinion_axis_mm, best_dimensions.bracket.motor_axis_mm)
     turns = 3 * 2 * pi * c.pinion_pitch_radius_mm
     rim = h.sector_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0])
-    assert c.cable_length_mm == pytest.approx(rim + turns + 2 * (c.lug_length_mm + 5.0))
+    assert c.cable_length_mm == pytest.approx(rim + turns + 2 * (6.0 + 2.0 + 1.7 + 3.0))  # lug, nut, head, sleeve
 
 
 def test_the_rim_covers_the_pinion_and_the_lugs_stay_off_it_up_to_the_stops(best_dimensions: Dimensions) -> None:
@@ -242,12 +286,13 @@ def test_the_rim_covers_the_pinion_and_the_lugs_stay_off_it_up_to_the_stops(best
     assert min(nearest) == pytest.approx(1.0, abs=1e-6)  # the running gap, reached exactly at a stop
 
 
-def test_the_keep_out_radius_contains_lugs_and_tension_screws(best_dimensions: Dimensions) -> None:
+def test_the_keep_out_radius_contains_lugs_screws_nuts_and_sleeves(best_dimensions: Dimensions) -> None:
     c = capstan(best_dimensions)
     assert c.keep_out_radius_mm >= hypot(c.lug_radii_mm[1], c.lug_length_mm)
-    head = catalogue.screw("M3")
+    head = catalogue.hex_screw("M2.5")
     out = c.lug_length_mm + 2.0 + head.head_height_mm
-    assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm + head.head_diameter_mm / 2, out) - 1e-9
+    assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm + head.across_flats_mm / sqrt(3.0), out)
+    assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm + 0.9, out + 3.0)
 
 
 @pytest.mark.parametrize(
@@ -327,7 +372,9 @@ def test_the_beam_tapers_from_root_to_boss(best_dimensions: Dimensions) -> None:
 
 def test_the_base_plate_carries_the_feet_and_its_holes(best_dimensions: Dimensions) -> None:
     b, k = best_dimensions.base, best_dimensions.bracket
-    corner = hypot(k.foot_u_mm[1], 14.0)
-    assert corner + 3.5 <= b.radius_mm <= corner + 4.5
+    layers = best_dimensions.layers
+    corner = max(hypot(k.foot_u_mm[1], y) for y in (*layers.encoder_cheek_mm, *layers.motor_cheek_mm))
+    assert corner + 4.0 <= b.radius_mm < corner + 5.0  # a whole number of millimetres, for a rim of 4 mm
+    assert b.radius_mm == round(b.radius_mm)
     assert b.mount_circle_mm / 2 + b.mount_hole_mm / 2 < b.radius_mm - 2.0
     assert b.centre_hole_mm / 2 < k.foot_u_mm[0]

@@ -222,9 +222,10 @@ def make_crimp_sleeve(d: Dimensions) -> Part:
     bore = cylinder(c.cable_diameter_mm, (0, 0, -THROUGH_MM), (0, 0, length + THROUGH_MM))
     return Part(
         number,
-        f"copper crimp sleeve {outer:g} x {length:g} for {c.cable_diameter_mm:g} mm cable",
+        f"crimp sleeve {outer:g} x {length:g} for {c.cable_diameter_mm:g} mm cable",
         one_solid(cut(sleeve, [bore]), number),
         material("brass"),
         False,
         order_code=f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope",
+        source="usual size for wire rope as thin; verified: no, from memory, check before ordering",
     )

@@ -211,7 +211,7 @@ SHANKS: dict[str, list[tuple[str, float, float]]] = {
     "elbow_clamp": [("upper_arm", M25.tap_drill_mm, 2.5), ("upper_arm", M25.clearance_hole_mm, 2.5)],
     "sector_screw": [("sector", M3.tap_drill_mm, 3.0), ("upper_arm", M3.clearance_hole_mm, 3.0)],
     "sector_dowel": [("sector", 3.0, 3.0), ("upper_arm", 3.0, 3.0)],
-    "tension_screw": [("sector", M3.tap_drill_mm, 3.0)],
+    "tension_screw": [("sector", M25.tap_drill_mm, 3.0), ("nut_M2.5", M25.tap_drill_mm, 1.6 - 1e-9)],  # the whole nut
     "foot": [("base_plate", M4.tap_drill_mm, 4.0)],
 }
 

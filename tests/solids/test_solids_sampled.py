@@ -68,9 +68,9 @@ def upper_arm(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.nda
     empty |= (np.abs(x) < a.slit_mm / 2) & (z > 0)
     clamp = np.hypot(y, z - a.shoulder_clamp_z_mm)
     empty |= (x < 0) & (clamp < m3.clearance_hole_mm / 2)
-    empty |= (x < -8) & (clamp < m3.counterbore_diameter_mm / 2)
+    empty |= (x < -8) & (z > a.shoulder_clamp_z_mm - m3.counterbore_diameter_mm / 2)  # milled seat, open above
     empty |= (x > 0) & (x < 10) & (clamp < m3.tap_drill_mm / 2)
-    empty |= (x > a.elbow_slit_x_mm) & (x < length) & (np.abs(z) < a.slit_mm / 2)
+    empty |= (x > a.elbow_slit_x_mm) & (np.abs(z) < a.slit_mm / 2)  # through the boss
     empty |= within(x, z, (a.elbow_slit_x_mm, 0), 2.5)
     grip = np.hypot(x - a.elbow_clamp_x_mm, y)
     empty |= (z > 0) & (grip < m25.clearance_hole_mm / 2)
@@ -90,7 +90,7 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     c, a, (y0, y1) = d.capstan, d.arm, d.layers.sector_mm
     assert c is not None
     low, high = c.rim_angles_rad
-    m3 = catalogue.screw("M3")
+    m3, tension = catalogue.screw("M3"), catalogue.screw("M2.5")
     radius, middle = np.hypot(x, z), (low + high) / 2
     angle = (np.arctan2(z, x) - middle + np.pi) % (2 * np.pi) - np.pi  # from the sector's middle
     half = (high - low) / 2
@@ -104,7 +104,7 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
         out = x * np.cos(end) + z * np.sin(end)
         along = sense * (-x * np.sin(end) + z * np.cos(end))
         flat |= (out >= c.lug_radii_mm[0]) & (out <= c.lug_radii_mm[1]) & (along >= 0) & (along <= c.lug_length_mm)
-        empty |= (np.hypot(out - c.pitch_radius_mm, y - (y0 + y1) / 2) < m3.tap_drill_mm / 2) & (along > -0.5)
+        empty |= (np.hypot(out - c.pitch_radius_mm, y - (y0 + y1) / 2) < tension.tap_drill_mm / 2) & (along > -0.5)
     collar = (y >= y1) & (y <= d.layers.motor_cheek_mm[0]) & within(x, z, (0, 0), a.collar_diameter_mm)
     for at in on_circle(a.sector_screw_circle_mm / 2, [-150, -90, -30]):
         empty |= within(x, z, at, m3.tap_drill_mm)

@@ -14,7 +14,7 @@ from delta_cad import catalogue
 from delta_cad.assembly import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.part import Part
-from delta_cad.solids.capstan import TENSION_SCREW_OUT_MM, cable_volume_mm3
+from delta_cad.solids.capstan import cable_volume_mm3
 
 KERNEL = 1e-9  # relative; the kernel integrates planes, cylinders and spheres to rounding
 HULL = 2e-7  # relative; outlines as polygons of 4000 points a circle: 1 - sin(x)/x of half a step, and its square
@@ -117,16 +117,28 @@ def base_plate(d: Dimensions) -> float:
 def screw(part: Part) -> float:
     size, _, length = part.number.removeprefix("screw_").partition("x")
     row = catalogue.screw(size)
-    key = sqrt(3) / 2 * row.socket_mm**2 * row.socket_depth_mm
+    key = hexagon(row.socket_mm, row.socket_depth_mm)
     core = cyl(row.tap_drill_mm - 0.04, float(length))
     return cyl(row.head_diameter_mm, row.head_height_mm) + core - key
 
 
+def hexagon(across_flats: float, height: float) -> float:
+    return sqrt(3) / 2 * across_flats**2 * height
+
+
 def tension_screw(_: Dimensions) -> float:
-    row = catalogue.screw("M3")
-    key = sqrt(3) / 2 * row.socket_mm**2 * row.socket_depth_mm
-    head = cyl(row.head_diameter_mm, row.head_height_mm) - key
-    return head + cyl(row.tap_drill_mm - 0.04, 8.0) - cyl(1.0, 8.0 + row.head_height_mm - row.socket_depth_mm)
+    row = catalogue.hex_screw("M2.5")
+    head = hexagon(row.across_flats_mm, row.head_height_mm)
+    return head + cyl(row.tap_drill_mm - 0.04, 8.0) - cyl(0.8, 8.0 + row.head_height_mm)
+
+
+def lock_nut(_: Dimensions) -> float:
+    row = catalogue.hex_nut("M2.5")
+    return hexagon(row.across_flats_mm, row.height_mm) - cyl(row.tap_drill_mm, row.height_mm)
+
+
+def crimp_sleeve(d: Dimensions) -> float:
+    return cyl(1.8, 3.0) - cyl(d.cable.diameter_mm, 3.0)
 
 
 def dowel(part: Part) -> float:
@@ -172,7 +184,8 @@ def cable(d: Dimensions) -> float:
     c = d.capstan
     assert c is not None
     wound = d.design.hardware.sector_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0])
-    return cyl(d.cable.diameter_mm, wound + 2 * (c.lug_length_mm + TENSION_SCREW_OUT_MM + 1.0))
+    beyond = c.lug_length_mm + 2.0 + catalogue.hex_screw("M2.5").head_height_mm + 3.0  # lug, nut, head, sleeve
+    return cyl(d.cable.diameter_mm, wound + 2 * beyond)
 
 
 def motor(d: Dimensions) -> float:
@@ -215,7 +228,8 @@ def knob(d: Dimensions) -> float:
 
 def handle_stem(d: Dimensions) -> float:
     core = catalogue.screw(d.knob.thread).tap_drill_mm - 0.04
-    return cyl(10.0, 25.0) + cyl(core, 9.0) + cyl(core, d.knob.thread_depth_mm - 1.0)
+    flats = 2 * segment(5.0, 4.0) * 6.0  # 8 mm across, 6 mm high
+    return cyl(10.0, 25.0) - flats + cyl(core, 9.0) + cyl(core, d.knob.thread_depth_mm - 1.0)
 
 
 def rod_tube(d: Dimensions) -> float:
@@ -251,6 +265,8 @@ CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "pinion": (pinion, KERNEL),
     "capstan_cable": (cable, 1e-6),  # swept surfaces are splines, integrated numerically
     "tension_screw": (tension_screw, KERNEL),
+    "nut_M2.5": (lock_nut, KERNEL),
+    "crimp_sleeve": (crimp_sleeve, KERNEL),
     "rod_tube": (rod_tube, KERNEL),
     "board_spacer": (spacer, KERNEL),
     "handle_stem": (handle_stem, KERNEL),
