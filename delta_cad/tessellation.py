@@ -42,11 +42,13 @@ class Mesh:
         vertices: (n, 3) points, mm, each once.
         faces: (m, 3) vertex indices, counter-clockwise seen from outside.
         deviation_mm: Bound on the Hausdorff distance between the mesh and the exact surface.
+        layer_mm3: Bound on the difference of volume between mesh and exact solid, face by face; None: not known.
     """
 
     vertices: np.ndarray
     faces: np.ndarray
     deviation_mm: float
+    layer_mm3: float | None = None
 
     @cached_property
     def triangles(self) -> np.ndarray:
@@ -140,7 +142,7 @@ def tessellate(solid: cq.Shape, linear_mm: float, angular_rad: float) -> Mesh:
     BRepMesh_IncrementalMesh(shape, linear_mm, False, angular_rad, True)
     points: list[np.ndarray] = []
     corners: list[np.ndarray] = []
-    deviation, count = 0.0, 0
+    deviation, layer, count = 0.0, 0.0, 0
     explorer = TopExp_Explorer(shape, TopAbs_FACE)
     while explorer.More():
         face = TopoDS.Face_s(explorer.Current())
@@ -150,10 +152,12 @@ def tessellate(solid: cq.Shape, linear_mm: float, angular_rad: float) -> Mesh:
         if triangulation is None:
             raise ValueError("a face of the solid could not be triangulated")
         nodes, uv, triangles = _arrays(triangulation, location)
-        deviation = max(
-            deviation,
-            _face_deviation(face, nodes, uv, triangles, linear_mm) + _edges_deviation(face, triangulation, location),
+        inside, along = (
+            _face_deviation(face, nodes, uv, triangles, linear_mm),
+            _edges_deviation(face, triangulation, location),
         )
+        deviation = max(deviation, inside + along)
+        layer += _layer(nodes, triangles, inside, along)
         points.append(nodes)
         reverse = face.Orientation() == TopAbs_REVERSED
         corners.append((triangles[:, ::-1] if reverse else triangles) + count)
@@ -161,7 +165,24 @@ def tessellate(solid: cq.Shape, linear_mm: float, angular_rad: float) -> Mesh:
     if not points:
         raise ValueError("the shape has no faces to triangulate")
     vertices, faces = _merged(np.concatenate(points), np.concatenate(corners))
-    return Mesh(vertices, faces, deviation + MERGE_MM)
+    return Mesh(vertices, faces, deviation + MERGE_MM, layer)
+
+
+def _layer(nodes: np.ndarray, triangles: np.ndarray, inside_mm: float, along_mm: float) -> float:
+    """Bound on the volume between a face and its triangles, mm^3.
+
+    Moved straight onto the face's surface the triangles stay within the face's deviation d, on either side: 2 d area; a
+    plane leaves none. From there to the exact edges they slide within the surface, which encloses nothing. Where two
+    faces meet, what one slides and the other is moved lies within both deviations of the edges' polygons.
+    """
+    q = nodes[triangles]
+    area = np.linalg.norm(np.cross(q[:, 1] - q[:, 0], q[:, 2] - q[:, 0]), axis=1).sum() / 2.0
+    sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    sides, count = np.unique(sides, axis=0, return_counts=True)
+    rim = sides[count == 1]
+    length = np.linalg.norm(nodes[rim[:, 0]] - nodes[rim[:, 1]], axis=1).sum()
+    d = inside_mm + along_mm
+    return float(2.0 * inside_mm * area + np.pi * d**2 * length + 4.0 / 3.0 * np.pi * d**3 * len(rim))
 
 
 def _arrays(triangulation: Any, location: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.checks.features import features
 from delta_cad.checks.report import CheckResult
 from delta_cad.part import Part
 from delta_cad.tessellation import Mesh, MeshLibrary
 
 AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
+ON_SURFACE_MM = 1e-4  # nodes lie on their surfaces to the tolerance of the edges there, 1e-5 mm at worst
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
 
 
@@ -27,7 +29,8 @@ def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResu
 
     Returns:
         Results named `solid <part number>`; the value is the difference between mesh and exact volume, the limit the
-        volume of a layer of the mesh's deviation over its surface.
+        volume of a layer of each face's own deviation. A bore too small for that is missed by its vertices: they lie
+        on the exact surfaces.
     """
     return [_checked(part, meshes) for part in parts]
 
@@ -40,10 +43,13 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
         mesh = meshes[part.number]
         volume = float(part.solid.Volume())
         value, limit = abs(mesh.volume_mm3 - volume), layer_volume(mesh)
+        bare = bare_cylinders(part, mesh)
         if not mesh.is_watertight:
             faults.append("its mesh is not watertight")
         elif value > limit:
             faults.append(f"its mesh holds {mesh.volume_mm3:.3f} mm^3, the solid {volume:.3f}")
+        elif bare:
+            faults.append(f"its mesh has no points on {len(bare)} cylinders, the first of {bare[0]:g} mm diameter")
         found = bore_counts(part.solid)
         hole_faults, undeclared = compared_bores(part, found)
         faults += hole_faults
@@ -66,10 +72,33 @@ def layer_volume(mesh: Mesh) -> float:
     Returns:
         Volume, mm^3.
     """
+    if mesh.layer_mm3 is not None:
+        return mesh.layer_mm3
     d = mesh.deviation_mm
     a, b, c = np.moveaxis(mesh.triangles, 1, 0)
     edges = sum(float(np.linalg.norm(q - p, axis=1).sum()) for p, q in ((a, b), (b, c), (c, a))) / 2.0
     return 2.0 * d * mesh.area_mm2 + np.pi * d**2 * edges + 4.0 / 3.0 * np.pi * d**3 * len(mesh.vertices)
+
+
+def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
+    """Diameters of the cylindrical faces on which a mesh has fewer than three vertices, mm.
+
+    Args:
+        part: The part.
+        mesh: Its mesh.
+
+    Returns:
+        Diameters; empty where the mesh touches every cylinder of the solid.
+    """
+    bare = []
+    for c in features(part).cylinders:
+        apart = mesh.vertices - c.point
+        along = apart @ c.direction
+        off = np.abs(np.linalg.norm(apart - along[:, None] * c.direction, axis=1) - c.radius_mm)
+        between = (along >= c.start_mm - ON_SURFACE_MM) & (along <= c.end_mm + ON_SURFACE_MM)
+        if ((off <= ON_SURFACE_MM) & between).sum() < 3:
+            bare.append(2.0 * c.radius_mm)
+    return bare
 
 
 def solid_faults(shape: Any) -> list[str]:

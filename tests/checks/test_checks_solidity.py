@@ -67,10 +67,26 @@ def test_a_mesh_that_does_not_hold_the_volume_is_refused() -> None:
     p = part("cylinder", rod(8, (0, 0, 0), (0, 0, 20)))
     library = MeshLibrary([p], 2.0, 1.5)
     coarse = library["cylinder"]
-    library._meshes["cylinder"] = replace(coarse, deviation_mm=1e-3)
+    library._meshes["cylinder"] = replace(coarse, deviation_mm=1e-3, layer_mm3=None)
     (result,) = check_solidity([p], library)
     assert not result.passed
     assert "mm^3" in result.detail
+
+
+@pytest.mark.parametrize(("radius", "told"), [(15.0, "mm^3"), (1.5, "no points on 1 cylinders, the first of 3 mm")])
+def test_a_mesh_without_a_bore_of_its_plate_is_refused(radius: float, told: str) -> None:
+    plain = rod(130, (0, 0, 0), (0, 0, 8))
+    p = part("plate", plain.cut(rod(radius, (50, 0, -1), (50, 0, 9))))
+    library = MeshLibrary([p])
+    (good,) = check_solidity([p], library)
+    assert good.passed
+    assert good.limit is not None
+    assert good.limit < 0.004 * p.solid.Volume()
+    filled = MeshLibrary([part("plate", plain)])["plate"]
+    library._meshes["plate"] = filled
+    (bad,) = check_solidity([p], library)
+    assert not bad.passed
+    assert told in bad.detail
 
 
 def test_a_leaking_mesh_is_refused() -> None:
