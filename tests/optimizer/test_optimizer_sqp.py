@@ -171,6 +171,16 @@ def test_exchange_leaves_no_point_of_a_fine_surface_worse() -> None:
     assert 1.0 / f.quality.min() <= kappa * (1.0 + 1e-9)
 
 
+def test_points_that_become_worse_on_the_way_are_exchanged_until_none_is() -> None:
+    """The worst kappa of the start is in a top corner, that of the optimum on the bottom face near an edge as well."""
+    problem = step_problem(task((80, 180), (30, 45), (20, 150), limits={"kappa_max": 2.27, "lean_max_deg": 28}), 2)
+    ending = sqp.descend(problem, np.full(4, 0.5), sqp.Search())
+    assert ending.converged
+    assert len(ending.history) > 1
+    # each exchange adds constraints, so that the level can only fall
+    assert (np.diff(ending.history) < 1e-9).all()
+
+
 def test_starts_are_seeded_and_begin_in_the_middle() -> None:
     problem = step_problem(task(), 1)
     first = sqp.start_points(problem, 5, 4)
