@@ -54,9 +54,22 @@ def figures(g: DeltaGeometry, p: ArrayLike) -> Figures:
     Returns:
         The figures; the last two are NaN where a chain cannot be closed, all are NaN where a position is.
     """
-    p = np.ascontiguousarray(np.atleast_2d(positions(p)).T)
-    out = np.empty((5, p.shape[1]))
-    x, y, z = p
+    coordinates = np.ascontiguousarray(np.atleast_2d(positions(p)).T)
+    return figures_into(g, coordinates, np.empty((5, coordinates.shape[1])))
+
+
+def figures_into(g: DeltaGeometry, coordinates: np.ndarray, out: np.ndarray) -> Figures:
+    """The same for loops over designs: nothing is copied and no memory asked for, which takes longer than to compute.
+
+    Args:
+        g: The mechanism.
+        coordinates: (3, n) x, y, z of the platform centres, m, contiguous.
+        out: (5, n) room, contiguous.
+
+    Returns:
+        The figures, views of `out`.
+    """
+    x, y, z = coordinates
     closure, arm1, arm2, arm3, kappa = out
     _figures(x, y, z, g.radius_difference, g.upper_arm_length, g.forearm_length, closure, arm1, arm2, arm3, kappa)
     return Figures(closure, out[1:4].T, kappa)

@@ -17,7 +17,7 @@ from delta_cad.mechanism import (
     rod_lean,
     worst_joint_torque,
 )
-from delta_cad.mechanism.kernel import angle_margins, figures
+from delta_cad.mechanism.kernel import angle_margins, figures, figures_into
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -53,6 +53,15 @@ def test_no_digit_is_lost_where_two_eigenvalues_meet():
         np.testing.assert_allclose(figures(PUBLISHED, p).kappa, conditioning(PUBLISHED, p), rtol=1e-14)
     # kappa is 1 somewhere on the axis of this mechanism: all three meet
     assert figures(PUBLISHED, [[0.0, 0.0, 0.0571]]).kappa[0] < 1.01
+
+
+def test_room_that_is_used_again_gives_the_same():
+    room = np.full((5, 20_000), np.nan)
+    for g, p in mechanisms(2):
+        ours, fresh = figures_into(g, np.ascontiguousarray(p.T), room), figures(g, p)
+        assert all(np.shares_memory(figure, room) for figure in ours)
+        for again, figure in zip(ours, fresh, strict=True):
+            np.testing.assert_array_equal(again, figure)
 
 
 def test_the_fold():

@@ -13,7 +13,8 @@ from delta_cad.mechanism import (
     worst_joint_torque,
 )
 from delta_cad.mechanism.limits import Limits
-from optimizer.replay import breaks, linear_margins, pose, proves, replay
+from optimizer.interval import Interval, exactly
+from optimizer.replay import _definite, breaks, linear_margins, pose, proves, replay
 
 LIMITS = Limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)
 PUBLISHED = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
@@ -86,6 +87,26 @@ def test_kappa_is_proved_above_the_samples_and_never_below(size):
         assert not proves(g, short, 1.0, p_box, "kappa")[0]
         proved += bool(proves(g, Limits(kappa_max=float(kappa.max()) * 1.2), 1.0, p_box, "kappa")[0])
     assert proved > 30
+
+
+def test_definite_matrices():
+    rng = np.random.default_rng(2)
+    m = rng.uniform(-1.0, 1.0, (400, 3, 3))
+    m = m + m.transpose(0, 2, 1) + 1.5 * np.eye(3)
+    entries = {(i, j): exactly(m[:, i, j]) for i in range(3) for j in range(i, 3)}
+    smallest = np.linalg.eigvalsh(m)[:, 0]
+    assert 50 < (smallest > 0.0).sum() < 350
+    for order in ((0, 1, 2), (2, 1, 0), (1, 2, 0)):
+        np.testing.assert_array_equal(_definite(entries, order), smallest > 0.0)
+    wide = {key: Interval(x.lo - 0.05, x.hi + 0.05) for key, x in entries.items()}
+    sure = _definite(wide, (0, 1, 2))
+    # a symmetric change of at most 0.05 an entry moves an eigenvalue by at most 0.15
+    assert (smallest[sure] > 0.0).all()
+    for _ in range(50):
+        change = rng.choice([-0.05, 0.05], (400, 3, 3))
+        change = np.triu(change) + np.triu(change, 1).transpose(0, 2, 1)
+        assert (np.linalg.eigvalsh(m + change)[sure, 0] > 0.0).all()
+    assert sure.any()
 
 
 def test_points_break_a_condition_just_below_its_figure_and_not_just_above():
