@@ -80,7 +80,7 @@ class Limits(_Record):
     """What the hardware asks beyond the paper; all optional: table `[limits]`."""
 
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
-    parallelogram_width_mm: float = Field(default=54.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
+    parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
     kappa_max: float | None = Field(default=None, ge=1, le=1e6, description="largest condition number in the cube")
     lean_max_deg: float | None = Field(default=None, gt=0, lt=90, description="largest lean of a rod")

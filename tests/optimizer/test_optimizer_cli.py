@@ -323,3 +323,37 @@ def test_help_loads_no_solver_and_no_cad() -> None:
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "[]"
     assert "exit codes: 0 done" in run.stdout
+
+
+CONTRACT = """
+name = "dashboard-joystick"
+[requirements]
+envelope_width_mm = 270.0
+envelope_depth_mm = 220.0
+force_N = 3.0
+joint_torque_N_m = 0.8
+[bounds_mm]
+upper_arm_length = [82, 82]
+forearm_length = [40, 130]
+base_radius = [40, 40]
+platform_radius = [20, 45]
+bottom_height = [40, 100]
+half_side = [0, 100]
+[limits]
+outline_radius_max_mm = 122
+kappa_max = 3.0
+lean_max_deg = 28
+shoulder_deg = [-45, 80]
+[step_3]
+half_side_mm = 35.0
+"""
+
+
+def test_example_of_the_contract_ends_in_a_design(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "req.toml").write_text(CONTRACT)
+    out = tmp_path / "best.json"
+    assert call("synthesize", tmp_path / "req.toml", "--method", "sqp", "--json", "--out", out) == 0
+    steps = json.loads(capsys.readouterr().out)["steps"]
+    assert steps[0]["objective"] == pytest.approx(64.2, rel=3e-3)  # table 4
+    assert steps[2]["variables"]["half_side_mm"] == load_design(out).cube.half_side_mm == 35.0
+    assert steps[2]["max_kappa"] < 1.767  # what r >= 30 allows

@@ -83,7 +83,7 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
         "kappa_max": e.kappa_max.value,
         "lean_max_deg": math.degrees(e.lean_max.value),
         "shoulder_deg": [math.degrees(e.shoulder_min.value), math.degrees(e.shoulder_max.value)],
-        "clearance_min_mm": math.sqrt(3.0) * 30.0 - 27.0 - 8.0,
+        "clearance_min_mm": math.sqrt(3.0) * 30.0 - 24.0 - 8.0,
         "gravity_torque_N_m": 0.1,
     }
     problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1), 2)
