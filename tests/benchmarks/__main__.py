@@ -13,7 +13,15 @@ from tests.benchmarks.machine import machine
 from tests.benchmarks.page import page, record
 from tests.benchmarks.timing import ROOT
 
-SUBJECTS = ("start_time", "mechanism_time", "build_time", "clearance_sweep", "clearance_growth")
+SUBJECTS = (
+    "start_time",
+    "mechanism_time",
+    "build_time",
+    "clearance_sweep",
+    "clearance_growth",
+    "kernel",
+    "certificates",
+)
 
 
 def main() -> int:
