@@ -10,6 +10,7 @@ from delta_cad import catalogue
 from delta_cad.assembly import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
+from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.rules import require
 from delta_cad.part import Fit, Joint, Occurrence, Part
 from delta_cad.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
@@ -141,13 +142,13 @@ def _bracket(bench: _Bench, i: int) -> None:
     ):
         bench.put(f"{number}_{i}", bench.once(number, lambda make=make: make(d)), "base", shoulder)
 
-    depth = brackets.block_thread_mm(d)
     into = brackets.cheek_dowel_depth_mm(d)
     for side, outwards, (inside, outside) in (("m", 1.0, motor_side), ("e", -1.0, encoder_side[::-1])):
         thickness = abs(outside - inside)
-        screw = bench.screw(brackets.BLOCK_SCREW, longest(brackets.BLOCK_SCREW, thickness + depth))
+        screw = bench.screw(brackets.BLOCK_SCREW, brackets.cheek_screw_length_mm(d, thickness))
+        under_head = outside - outwards * brackets.cheek_screw_sink_mm(d, thickness)
         for k, (x, z) in enumerate(brackets.cheek_screw_positions(d)):
-            seat = pointing((0, outwards, 0), x, outside, z)
+            seat = pointing((0, outwards, 0), x, under_head, z)
             bench.put(f"cheek_screw_{i}_{side}{k}", screw, "base", shoulder @ seat)
         pin = bench.dowel("3", longest_dowel("3", into + thickness))
         for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
@@ -178,7 +179,7 @@ def _bracket(bench: _Bench, i: int) -> None:
     screw = catalogue.screw(d.motor.mount_thread)
     face = motor_side[0] + screw.counterbore_depth_mm
     fixing = bench.screw(
-        d.motor.mount_thread, longest(d.motor.mount_thread, motor_side[1] - face + bought.MOTOR_THREAD_MM)
+        d.motor.mount_thread, longest(d.motor.mount_thread, motor_side[1] - face + motor_thread_mm(d.motor))
     )
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))

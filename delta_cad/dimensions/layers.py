@@ -11,8 +11,13 @@ SECTOR_THICKNESS_MM = 6.0  # takes the M3 tension screws (head 5.5 mm) in its ed
 ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
 STUB_DEPTH_MM = 3.0  # of a direct drive's magnet stub in the arm; the motor's shaft has the rest of the bore
 SHAFT_ENDS_GAP_MM = 0.5
-MOTOR_THREAD_MM = 3.5  # least usable thread behind the face of the motors in the catalogue
+MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
+
+
+def motor_thread_mm(motor: catalogue.Motor) -> float:
+    """Usable depth of the mounting threads behind a motor's face, mm."""
+    return MOTOR_THREAD_DIAMETERS * catalogue.screw(motor.mount_thread).diameter_mm
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,9 @@ def layers(
     encoder_inside = -half - RUNNING_GAP_MM
     motor_inside = sector[1] + RUNNING_GAP_MM
     fixing = catalogue.screw(motor.mount_thread)  # sunk; the shortest must not bottom in the motor
-    motor_face = motor_inside + max(cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - MOTOR_THREAD_MM)
+    motor_face = motor_inside + max(
+        cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - motor_thread_mm(motor)
+    )
     if drive == "direct":
         motor_face = max(motor_face, STUB_DEPTH_MM + SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
         clamped = half - (motor_face - motor.shaft_length_mm)

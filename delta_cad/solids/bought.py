@@ -9,7 +9,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.catalogue import Row
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.layers import MOTOR_THREAD_MM
+from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.part import Part
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.materials import material, provenance
@@ -62,7 +62,7 @@ def make_motor(d: Dimensions) -> Part:
     tools = []
     for angle in d.bracket.motor_screw_angles_rad:
         at = (m.mount_circle_mm / 2 * cos(angle), m.mount_circle_mm / 2 * sin(angle))
-        tools.append(bore_y(drill, at, (-THROUGH_MM, MOTOR_THREAD_MM)))
+        tools.append(bore_y(drill, at, (-THROUGH_MM, motor_thread_mm(m))))
     shape = feature("motor", "body", "hardware.motor", lambda: cut(fuse(body, shaft), tools))
     return _bought("motor", m, shape, "aluminium-black", m.mass_g)
 

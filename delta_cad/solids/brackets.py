@@ -35,6 +35,7 @@ BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
+BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
 
 
@@ -66,6 +67,20 @@ def cheek_dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
 def block_thread_mm(d: Dimensions) -> float:
     """Depth of the foot block's threads from either side: they do not meet."""
     return min(BLOCK_THREAD_MM, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 0.5)
+
+
+def cheek_screw_length_mm(d: Dimensions, thickness_mm: float) -> float:
+    """Longest stock screw through a cheek that stays in its half of the foot block."""
+    lengths = catalogue.screw(BLOCK_SCREW).lengths_mm
+    return max(length for length in lengths if length <= thickness_mm + block_thread_mm(d))
+
+
+def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
+    """How deep the heads are sunk into a cheek: nothing, unless the stock length would leave too little thread."""
+    length, row = cheek_screw_length_mm(d, thickness_mm), catalogue.screw(BLOCK_SCREW)
+    if length - thickness_mm >= BLOCK_ENGAGEMENT_DIAMETERS * row.diameter_mm:
+        return 0.0
+    return thickness_mm + block_thread_mm(d) - length
 
 
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
@@ -122,6 +137,10 @@ def make_motor_cheek(d: Dimensions) -> Part:
     tools += [bore_y(screw.counterbore_diameter_mm, at, (through[0], inside + seat_depth)) for at in motor_screws]
     tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
     tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
+    sink = cheek_screw_sink_mm(d, outside - inside)
+    if sink > 0.0:
+        sunk = (outside - sink, through[1])
+        tools += [bore_y(block.counterbore_diameter_mm, at, sunk) for at in cheek_screw_positions(d)]
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
     tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
     holes = [
@@ -132,6 +151,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
         ),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
+        *([Hole(block.counterbore_diameter_mm, 2, f"counterbore {sink:g} deep from the motor's side")] if sink else []),
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
     if d.capstan is not None:

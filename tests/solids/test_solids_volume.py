@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull
 from delta_cad import catalogue
 from delta_cad.assembly import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.part import Part
 from delta_cad.solids.capstan import cable_volume_mm3
 
@@ -194,7 +195,7 @@ def motor(d: Dimensions) -> float:
     body = cyl(m.diameter_mm, m.length_mm - tail) - broken(m.diameter_mm, 0.5) + cyl(m.diameter_mm - 4.0, tail)
     pilot = cyl(m.pilot_diameter_mm, m.pilot_height_mm)
     shaft = cyl(m.shaft_diameter_mm, m.shaft_length_mm - m.pilot_height_mm)
-    return body + pilot + shaft - m.mount_count * cyl(catalogue.screw(m.mount_thread).tap_drill_mm, 3.5)
+    return body + pilot + shaft - m.mount_count * cyl(catalogue.screw(m.mount_thread).tap_drill_mm, motor_thread_mm(m))
 
 
 def bearing(d: Dimensions) -> float:
