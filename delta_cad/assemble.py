@@ -170,7 +170,7 @@ def _bracket(bench: _Bench, i: int) -> None:
 
     stop = bench.dowel("4", brackets.stop_pin_length_mm(d))
     for k, (u, z) in enumerate(b.stop_pins_mm):
-        placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - 0.5, z)
+        placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
         bench.put(f"stop_pin_{i}_{k}", stop, "base", placed)
 
     motor = bench.once("motor", lambda: bought.make_motor(d))

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from delta_cad.inspection import Row
 
 FIGURES = 5  # significant digits of a value in a table
+TOLD = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
 
 
 @contextmanager
@@ -105,6 +106,9 @@ def print_outcome(outcome: Outcome) -> None:
         if not result.passed:
             at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
             console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
+    for result in outcome.results:
+        if result.passed and result.name in TOLD:
+            console.print(f"{result.name}: {result.detail}", highlight=False, soft_wrap=True)
     total, moving = outcome.masses["total_mass_kg"], outcome.masses["moving_mass_kg"]
     console.print(f"mass {total * 1000:.0f} g, of it moving {moving * 1000:.0f} g", highlight=False)
     if outcome.unverified:
