@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 from delta_cad.design import DesignError, load_design
-from optimizer import cli
+from optimizer import cli, console
 from optimizer.checkpoint import Checkpoint, CheckpointError
+from optimizer.commands import synthesize
 from optimizer.genetic import Generation
 from optimizer.output import design_of, write_design
 from optimizer.requirements import load_requirements, requirements_hash
@@ -190,8 +191,8 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
 
     command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
     with monkeypatch.context() as patch:
-        patch.setattr(cli._Line, "show", show)
-        assert call(*command) == cli.INTERRUPTED
+        patch.setattr(console.Line, "show", show)
+        assert call(*command) == console.INTERRUPTED
     text, err = capsys.readouterr()
     assert re.fullmatch(r"interrupted; best so far in .*best\.json; run again with --resume to go on\n", err)
     assert [step["status"] for step in json.loads(text)["steps"]] == ["converged", "interrupted"]
@@ -219,7 +220,7 @@ def test_a_killed_run_is_taken_up_to_the_same_file(tmp_path: Path, done: tuple[P
 
 
 def test_a_second_ctrl_c_interrupts_at_once() -> None:
-    with cli._Interrupt() as asked:
+    with console.Interrupt() as asked:
         assert not asked()
         os.kill(os.getpid(), signal.SIGINT)
         assert asked()
@@ -233,8 +234,8 @@ def test_an_interrupt_before_the_search_is_one_line(
     def interrupt(_: object) -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "_synthesize", interrupt)
-    assert call("synthesize", JOYSTICK) == cli.INTERRUPTED
+    monkeypatch.setattr(synthesize, "run", interrupt)
+    assert call("synthesize", JOYSTICK) == console.INTERRUPTED
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
 
 
@@ -312,7 +313,7 @@ def test_design_of_a_result_carries_the_limits_and_refuses_what_the_design_file_
 
 
 def test_methods_on_the_command_line_are_those_of_the_library() -> None:
-    assert cli.METHODS == METHODS
+    assert synthesize.METHODS == METHODS
 
 
 def test_help_loads_no_solver_and_no_cad() -> None:

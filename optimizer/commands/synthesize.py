@@ -1,0 +1,138 @@
+"""`synthesize`: the three steps from a requirements file to a design file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from optimizer.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+
+if TYPE_CHECKING:
+    from optimizer.requirements import Requirements
+    from optimizer.result import Result
+    from optimizer.three_step import Progress
+
+NAME = "synthesize"
+TEXT = "the three steps of dimensional synthesis; writes the last step's design file"
+METHODS = ("ga", "sqp", "ga+sqp")
+
+
+def _steps(text: str) -> tuple[int, ...]:
+    steps = tuple(int(part) for part in text.split(","))
+    if not set(steps) <= {1, 2, 3} or list(steps) != sorted(set(steps)):
+        raise ValueError(text)
+    return steps
+
+
+_steps.__name__ = "list of steps such as 1,2,3:"  # as argparse names it
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("requirements", type=Path, metavar="REQ.toml", help="requirements file")
+    command.add_argument("--method", choices=METHODS, default="ga+sqp", help="default: ga+sqp")
+    command.add_argument("--seed", type=natural, default=0, metavar="N", help="of everything random; default: 0")
+    command.add_argument("--steps", type=_steps, default=(1, 2, 3), metavar="1,2,3", help="which steps; default: all")
+    command.add_argument("--out", type=Path, default=Path("best.json"), metavar="FILE", help="default: best.json")
+    command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: 100, 220, 220 by step")
+    command.add_argument("--generations", type=natural, default=100, metavar="N", help="of the GA; default: 100")
+    command.add_argument("--json", action="store_true", help="the results as JSON on stdout")
+    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left beside FILE")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    from optimizer.requirements import RequirementsError, load_requirements, requirements_hash
+
+    try:
+        task = load_requirements(given.requirements)
+    except RequirementsError as error:
+        return refuse(str(error), BAD_INPUT)
+    from optimizer.checkpoint import Checkpoint, CheckpointError
+    from optimizer.genetic import GeneticError
+    from optimizer.infeasible import InfeasibleError
+    from optimizer.problem import ProblemError
+    from optimizer.three_step import Run
+
+    key = {
+        "checkpoint": 1,
+        "requirements": requirements_hash(task),
+        **{name: getattr(given, name) for name in ("method", "seed", "steps", "population", "generations")},
+    }
+    try:
+        store = Checkpoint(given.out.with_name(given.out.name + ".checkpoint.jsonl"), key, given.resume)
+    except CheckpointError as error:
+        return refuse(str(error), BAD_INPUT)
+    except OSError as error:
+        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    sizes = {"population": given.population, "generations": given.generations}
+    with Interrupt() as asked, Line() as line:
+        try:
+            run = Run(
+                task,
+                given.method,
+                given.seed,
+                given.steps,
+                **sizes,
+                report=lambda at: line.show(_told(at)),
+                stop=asked,
+                store=store,
+            )
+            results = run.results()
+        except (ProblemError, GeneticError) as error:
+            store.remove()
+            return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
+        except InfeasibleError as error:
+            store.remove()
+            return refuse(f"{given.requirements.name}: {error}", NOT_MET)
+    return _deliver(task, given, results, store)
+
+
+def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any) -> int:
+    """Writes the design of the last step, prints the results, and says how it went."""
+    from delta_cad.design import DesignError
+    from optimizer.output import design_of, write_design
+
+    last, interrupted = results[-1], results[-1].status == "interrupted"
+    store.close() if interrupted else store.remove()
+    problem = ""
+    if last.feasible:
+        try:
+            write_design(design_of(task, results, given.method, given.seed, given.out.name), given.out)
+        except DesignError as error:
+            problem = f"{given.out.name} was not written: {error}"
+        except OSError as error:
+            return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    else:
+        lacking = ", ".join(f"{name} by {value:.3g}" for name, value in last.violations.items() if value > 0.0)
+        problem = f"{given.out.name} was not written: step {last.problem.step} misses {lacking}; {last.advice}"
+    if given.json:
+        print(json.dumps({"name": task.name, "steps": [result.record() for result in results]}, indent=1))
+    else:
+        for result in results:
+            print(_summary(result))
+    if interrupted:
+        kept = problem or f"best so far in {given.out}"
+        return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
+    return refuse(f"{given.requirements.name}: {problem}", NOT_MET) if problem else DONE
+
+
+def _summary(result: Result) -> str:
+    lengths = ", ".join(
+        f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=True)
+    )
+    goal = "worst kappa" if result.problem.step == 3 else "half side"
+    unit = "" if result.problem.step == 3 else " mm"
+    return (
+        f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths} mm; "
+        f"torque {result.max_torque:.4g} N m, kappa {result.max_kappa:.4g}; {result.status}: {result.advice}"
+    )
+
+
+def _told(at: Progress) -> str:
+    what = "kappa" if at.step == 3 else "half side"
+    best = "none feasible yet" if math.isnan(at.best) else f"{what} {at.best:.5g}"
+    return f"step {at.step} {at.phase} {at.done}/{at.total}: {best}"
