@@ -40,6 +40,8 @@ class Figures(NamedTuple):
         quality: 1 / kappa with the sign of the determinant; 0 on both singularities, the closure where negative.
         shoulder_min: Smallest shoulder angle of the chains, rad.
         shoulder_max: Largest shoulder angle of the chains, rad.
+
+    What was not asked for holds a constant: 1 as `quality`, 0 as angles.
     """
 
     closure: np.ndarray
@@ -50,28 +52,29 @@ class Figures(NamedTuple):
     shoulder_max: np.ndarray
 
 
-def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True) -> Figures:
+def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
     """The figures of every design at every point, compiled where numba is installed.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
         points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
-        conditioning: Whether `quality` is wanted; it is the dearest, and all ones without.
+        conditioning: Whether `quality` is wanted; as dear as the first three together.
+        angles: Whether the shoulder angles are wanted; they are the dearest.
 
     Returns:
         The figures, each (D, K).
     """
     compiled = _compiled()
     if compiled is None:
-        return figures_numpy(designs, points, conditioning)
+        return figures_numpy(designs, points, conditioning, angles)
     points = points if points.ndim == 3 else points[None]
-    out = np.empty((6, len(designs), points.shape[1]))
-    compiled(designs, points, conditioning, out)
-    return Figures(*out)
+    out = np.empty((len(designs), 6, points.shape[1]))
+    compiled(designs, points, conditioning, angles, out)
+    return Figures(*np.swapaxes(out, 0, 1))
 
 
 @cache
-def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, np.ndarray], None] | None:
+def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, bool, np.ndarray], None] | None:
     try:
         from optimizer.compiled import figures_compiled
     except ModuleNotFoundError as error:
@@ -81,13 +84,14 @@ def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, np.ndarray], None] | 
     return figures_compiled
 
 
-def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True) -> Figures:
+def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
     """The figures in NumPy: the formulas to read, and what the compiled ones are tested against.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
         points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
-        conditioning: Whether `quality` is wanted; it is the dearest, and all ones without.
+        conditioning: Whether `quality` is wanted.
+        angles: Whether the shoulder angles are wanted.
 
     Returns:
         The figures, each (D, K).
@@ -113,7 +117,7 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
     determinant = (s[..., 0, :] * faces[..., 0, :]).sum(axis=-1)
     moment = (L_A * w / L_B * np.sqrt((faces * faces).sum(axis=-1))).max(axis=-1)
     closure = (w2 / (L_B * L_B)).min(axis=-1)
-    theta = np.arctan2(sin, cos)
+    theta = np.arctan2(sin, cos) if angles else np.zeros_like(q)
     quality = _quality(s, w / L_B, determinant, closure) if conditioning else np.ones_like(closure)
     return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1))
 

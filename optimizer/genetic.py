@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm on a fixed sample of the cube's surface, asked and told one generation at a time.
+"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, asked and told by generations.
 
 [RCIM2018] table 2: population 100, 220, 220 in the three steps, crossover fraction 0.8, 100 generations. Its migration
 fraction of 0.2 moves individuals between islands; there is one island here. Designs that meet all constraints beat
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -92,11 +92,7 @@ def evolve(
     Raises:
         GeneticError: Nothing is free, fewer than 4 individuals or 1 generation, or the record is not of this search.
     """
-    from pymoo.algorithms.soo.nonconvex.ga import GA
-    from pymoo.core.evaluator import Evaluator
-    from pymoo.core.problem import Problem as PymooProblem
-    from pymoo.operators.crossover.sbx import SBX
-    from pymoo.problems.static import StaticProblem
+    from optimizer.breeding import Breeder  # loads pymoo
 
     size, n = population or POPULATIONS[problem.step], len(problem.free)
     if n == 0 or size < 4 or generations < 1:
@@ -107,25 +103,20 @@ def evolve(
     if known is not None:
         first[: len(known)] = known[:size]
     count = sampled(problem, first[:1], SEARCH_GRID)[1].shape[1]
-    posed = PymooProblem(n_var=n, n_obj=1, n_ieq_constr=count, xl=np.zeros(n), xu=np.ones(n))
-    sampling: Any = first  # declared as one class, taken as an array too
-    algorithm: Any = GA(pop_size=size, sampling=sampling, crossover=SBX(prob=CROSSOVER))
-    algorithm.setup(posed, termination=("n_gen", generations), seed=seed, verbose=False)
+    breeder = Breeder(first, seed, CROSSOVER)
     history, evaluations, best = [], 0, np.nan
     records = _records(record, count)
     for number in range(generations):
-        asked: Any = algorithm.ask()
-        if asked is None or len(asked) == 0:  # no offspring that is not there already: the population has converged
+        x = breeder.ask()
+        if len(x) == 0:  # no offspring that is not there already: the population has converged
             break
-        x = np.clip(asked.get("X").astype(float), 0.0, 1.0)
         told = next(records, None)
         fresh = told is None
         if told is None:
             told = Generation(*sampled(problem, x, SEARCH_GRID))
         if told.objective.shape != (len(x),) or told.margins.shape != (len(x), count):
             raise GeneticError(f"generation {number + 1} of the record is not of this search")
-        Evaluator().eval(StaticProblem(posed, F=told.objective[:, None], G=-told.margins), asked)
-        algorithm.tell(infills=asked)
+        breeder.tell(x, told.objective, told.margins)
         evaluations += len(x)
         good = told.objective[(told.margins >= 0.0).all(axis=1)]
         best = float(np.fmin(best, good.min())) if len(good) else best
@@ -136,12 +127,9 @@ def evolve(
             report(number + 1, generations, best)
         if stop():
             break
-    last = algorithm.pop
-    objective, margins = last.get("F")[:, 0].astype(float), -last.get("G").astype(float)
-    violation = np.maximum(0.0, -margins).sum(axis=1)
-    order = np.lexsort((objective, violation))
-    x = np.clip(last.get("X").astype(float), 0.0, 1.0)
-    return Population(x[order], objective[order], violation[order], tuple(history), evaluations)
+    violation = np.maximum(0.0, -breeder.margins).sum(axis=1)
+    order = np.lexsort((breeder.objective, violation))
+    return Population(breeder.x[order], breeder.objective[order], violation[order], tuple(history), evaluations)
 
 
 def _records(record: Sequence[Generation], count: int) -> Iterator[Generation]:

@@ -100,8 +100,8 @@ class Problem:
         return np.clip((np.asarray(design_mm)[index] - lower[index]) / (upper - lower)[index], 0.0, 1.0)
 
     def figures(self, designs: np.ndarray, points: np.ndarray) -> Figures:
-        """The figures this step needs; `quality` is left out where no constraint or objective asks for it."""
-        return figures(designs, points, self.needs_quality)
+        """The figures this step needs; `quality` and the angles are left out where nothing asks for them."""
+        return figures(designs, points, self.needs_quality, "shoulder" in self.constraints)
 
     def point_margins(self, f: Figures) -> dict[str, np.ndarray]:
         """Margins that hold in a point of the cube.
@@ -170,6 +170,25 @@ class Problem:
         }[name].strip()
 
 
+def outline_size(given: Requirements, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rectangle that a mechanism takes.
+
+    Args:
+        given: The requirements, for the parallelogram's width and the hardware's overhead.
+        reach: (...) R + L_A, mm.
+
+    Returns:
+        (...) width and (...) depth, mm.
+
+    Source:
+        [RCIM2018] eq. (1), plus the overhead of the real hardware where it is given.
+    """
+    limits, reach = given.limits, np.asarray(reach)
+    width = limits.parallelogram_width_mm * 0.5 + math.sqrt(3.0) * reach + limits.outline_overhead_mm[0]
+    depth = limits.parallelogram_width_mm * math.sqrt(3.0) / 4.0 + 1.5 * reach + limits.outline_overhead_mm[1]
+    return width, depth
+
+
 def outline_margin(given: Requirements, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far the outline is inside what is allowed, as a share of it.
 
@@ -181,13 +200,11 @@ def outline_margin(given: Requirements, reach: np.ndarray) -> tuple[np.ndarray, 
         (...) margin; (...) whether the rectangle is turned: eq. (1)'s W along the requirements' depth.
 
     Source:
-        [RCIM2018] eq. (1), plus the overhead of the real hardware where it is given.
+        [RCIM2018] eq. (1), by `outline_size`.
     """
     limits, task = given.limits, given.requirements
-    reach = np.asarray(reach)
-    width = limits.parallelogram_width_mm * 0.5 + math.sqrt(3.0) * reach + limits.outline_overhead_mm[0]
-    depth = limits.parallelogram_width_mm * math.sqrt(3.0) / 4.0 + 1.5 * reach + limits.outline_overhead_mm[1]
-    W, D = task.envelope_width_mm, task.envelope_depth_mm
+    width, depth = outline_size(given, reach)
+    reach, W, D = np.asarray(reach), task.envelope_width_mm, task.envelope_depth_mm
     straight = np.minimum((W - width) / W, (D - depth) / D)
     turned = np.minimum((D - width) / D, (W - depth) / W)
     if limits.outline_radius_max_mm is not None:

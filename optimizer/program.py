@@ -158,5 +158,5 @@ class Program:
         """
         margins = list(self.problem.design_margins(designs).values())
         if "reach" in self.problem.constraints:
-            margins += list(figures(designs, fold_points(designs), conditioning=False).closure.T)
+            margins += list(figures(designs, fold_points(designs), False, False).closure.T)
         return margins

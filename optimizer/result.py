@@ -94,7 +94,7 @@ class Result:
         row = np.array(self.design_mm)[None] / 1000.0
 
         def values(points: np.ndarray) -> dict[str, np.ndarray]:
-            f = figures(row, points)
+            f = figures(row, points, angles=False)
             floor = np.maximum(f.determinant[0], np.finfo(float).tiny)
             return {
                 "quality": f.quality[0],

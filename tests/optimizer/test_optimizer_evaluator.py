@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -50,6 +51,16 @@ def test_quality_carries_the_sign_of_the_determinant_and_can_be_left_out() -> No
     assert (f.determinant < 0).any()
     assert (np.sign(f.quality)[f.closure > 0] == np.sign(f.determinant)[f.closure > 0]).all()
     assert (figures(design, half_surface(9), conditioning=False).quality == 1.0).all()
+
+
+@pytest.mark.parametrize("way", [figures, figures_numpy])
+@pytest.mark.parametrize("conditioning", [True, False])
+def test_angles_can_be_left_out_and_nothing_else_changes(way: Callable[..., Figures], conditioning: bool) -> None:
+    points = sample_points(DESIGNS, 5)
+    whole, some = way(DESIGNS, points, conditioning), way(DESIGNS, points, conditioning, angles=False)
+    assert all(np.array_equal(a, b) for a, b in zip(whole[:4], some[:4], strict=True))
+    assert (some.shoulder_min == 0.0).all()
+    assert (some.shoulder_max == 0.0).all()
 
 
 def test_half_the_surface_has_every_value_of_the_whole() -> None:
