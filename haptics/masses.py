@@ -1,0 +1,226 @@
+"""Masses of the moving bodies as the dynamics sees them: read from the solids, or lumped as the paper does.
+
+A rod that keeps its two ends' velocities u (elbow) and v (wrist) has the kinetic energy
+`(m_uu |u|^2 + 2 m_uv u.v + m_vv |v|^2) / 2`, whatever its distribution along its length: with c the place of its
+centre between 0 at the elbow and 1 at the wrist and I its transverse inertia about the centre,
+`m_uu = m (1 - c)^2 + I / L_B^2`, `m_uv = m c (1 - c) - I / L_B^2`, `m_vv = m c^2 + I / L_B^2`. Both rods of a chain
+move alike. What a rod's turning about itself adds (1.6e-8 kg m^2) is left out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SCHEMA = "delta-mass-properties/1"
+CHAINS = range(3)
+ALIKE = 1e-6
+"""Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding."""
+SLENDER = 1e-2
+"""Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do."""
+
+
+class MassError(ValueError):
+    """Masses that are refused; the message names file, field, value and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Masses:
+    """Mass of the moving bodies, the same for the three chains.
+
+    Attributes:
+        platform: Platform with all it carries, kg.
+        arm_along: First moment of an upper arm about its shoulder along the arm, kg m.
+        arm_across: First moment of an upper arm along the elbow's direction of motion, kg m.
+        arm_inertia: Inertia of an upper arm about its shoulder axis, kg m^2.
+        rod_elbow: m_uu of both rods of a chain, kg.
+        rod_cross: m_uv of both, kg.
+        rod_wrist: m_vv of both, kg.
+        rotor_inertia: Rotor and pinion seen through the drive at the joint, kg m^2.
+
+    Raises:
+        MassError: A figure is not finite, or one that must not be negative is.
+    """
+
+    platform: float
+    arm_along: float
+    arm_across: float
+    arm_inertia: float
+    rod_elbow: float
+    rod_cross: float
+    rod_wrist: float
+    rotor_inertia: float = 0.0
+
+    def __post_init__(self) -> None:
+        signed = ("arm_along", "arm_across", "rod_cross")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not math.isfinite(value) or (field.name not in signed and value < 0.0):
+                rule = "finite" if field.name in signed else "finite and not negative"
+                raise MassError(f"{field.name} is {value!r}; it must be {rule}")
+
+    @property
+    def at_wrists(self) -> float:
+        """Mass that hangs on the platform, kg: the platform and each rod's share at its wrist."""
+        return self.platform + 3.0 * (self.rod_cross + self.rod_wrist)
+
+    @property
+    def at_elbow(self) -> float:
+        """Mass of one chain's rods that hangs on its elbow, kg."""
+        return self.rod_elbow + self.rod_cross
+
+
+@dataclass(frozen=True)
+class PointMasses:
+    """The paper's masses: half of each link at each of its ends.
+
+    Attributes:
+        platform: m1, kg.
+        upper_arm: m2, one upper arm, kg.
+        forearm: m3, both rods of a chain, kg.
+
+    Source:
+        [RCIM2018] eqs. (17)-(22).
+    """
+
+    platform: float
+    upper_arm: float
+    forearm: float
+
+    def masses(self, upper_arm_length: float, rotor_inertia: float = 0.0) -> Masses:
+        """As the dynamics takes them.
+
+        Args:
+            upper_arm_length: L_A, m.
+            rotor_inertia: At the joint, kg m^2.
+
+        Returns:
+            The masses; exact for gravity. The kinetic energy of a rod with its mass at its ends is larger than that
+            of an even rod: for the same velocities at both ends they agree, for opposite ones it is three times that.
+        """
+        half = self.upper_arm / 2.0 * upper_arm_length
+        return Masses(
+            platform=self.platform,
+            arm_along=half,
+            arm_across=0.0,
+            arm_inertia=half * upper_arm_length,
+            rod_elbow=self.forearm / 2.0,
+            rod_cross=0.0,
+            rod_wrist=self.forearm / 2.0,
+            rotor_inertia=rotor_inertia,
+        )
+
+
+def rod_masses(mass: float, centre: float, inertia: float, length: float) -> tuple[float, float, float]:
+    """m_uu, m_uv and m_vv of one rigid rod, kg.
+
+    Args:
+        mass: kg.
+        centre: Distance of its centre from the elbow, m.
+        inertia: About the centre, square to the rod, kg m^2.
+        length: L_B, m.
+    """
+    c, turning = centre / length, inertia / length**2
+    return mass * (1.0 - c) ** 2 + turning, mass * c * (1.0 - c) - turning, mass * c**2 + turning
+
+
+def load_masses(path: str | Path, forearm_length: float, rotor_inertia: float) -> Masses:
+    """Reads `mass_properties.json` of a build.
+
+    Args:
+        path: The file.
+        forearm_length: L_B, m.
+        rotor_inertia: Of the rotor through the drive, at the joint, kg m^2; the pinion is not in it.
+
+    Returns:
+        The masses, without the pinion's own inertia, which the caller knows the ratio of (`with_pinion`).
+
+    Raises:
+        MassError: Unreadable, not of this schema, a body that is missing or malformed, or chains that differ.
+    """
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MassError(f"{path.name}: cannot be read: {error.strerror or error}") from None
+    except (ValueError, RecursionError):
+        raise MassError(f"{path.name}: is not JSON") from None
+    return masses_from_dict(data, forearm_length, rotor_inertia, path.name)
+
+
+def masses_from_dict(data: object, forearm_length: float, rotor_inertia: float, file: str = "masses") -> Masses:
+    """The same from what the file holds; see `load_masses`."""
+    if not isinstance(data, Mapping) or data.get("schema") != SCHEMA:
+        raise MassError(f"{file}: schema must be {SCHEMA}")
+    arms = [_body(data, f"upper_arm_{i}", file) for i in CHAINS]
+    rods = [_body(data, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]
+    platform = _body(data, "platform", file)
+    _require_alike(arms, "upper_arm", file)
+    _require_alike(rods, "rod", file)
+    mass, centre, inertia = arms[0]
+    about_shoulder = inertia[1, 1] + mass * (centre[0] ** 2 + centre[2] ** 2)
+    rod_mass, rod_centre, rod_inertia = rods[0]
+    transverse = (rod_inertia[1, 1] + rod_inertia[2, 2]) / 2.0
+    if abs(rod_inertia[1, 1] - rod_inertia[2, 2]) > SLENDER * transverse:
+        raise MassError(f"{file}: bodies.rod_0_0.inertia_kg_m2: its two transverse inertias differ by more than 1 %")
+    uu, uv, vv = rod_masses(rod_mass, float(rod_centre[0]), float(transverse), forearm_length)
+    return Masses(
+        platform=platform[0],
+        arm_along=mass * float(centre[0]),
+        arm_across=mass * float(centre[2]),
+        arm_inertia=float(about_shoulder),
+        rod_elbow=2.0 * uu,
+        rod_cross=2.0 * uv,
+        rod_wrist=2.0 * vv,
+        rotor_inertia=rotor_inertia,
+    )
+
+
+def pinion_inertia(data: object, file: str = "masses") -> float:
+    """Inertia of a pinion about its axis, kg m^2; 0 where the machine has none (direct drive).
+
+    Raises:
+        MassError: The body is malformed.
+    """
+    if not isinstance(data, Mapping) or "pinion_0" not in data.get("bodies", {}):
+        return 0.0
+    return float(_body(data, "pinion_0", file)[2][1, 1])
+
+
+def _body(data: Mapping[str, Any], name: str, file: str) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mass, centre (3,) and inertia (3, 3) of a body in its own frame."""
+    bodies = data.get("bodies")
+    body = bodies.get(name) if isinstance(bodies, Mapping) else None
+    if not isinstance(body, Mapping):
+        raise MassError(f"{file}: bodies.{name}: is missing")
+    try:
+        mass = float(body["mass_kg"])
+        centre = np.array(body["centre_m"], dtype=float)
+        inertia = np.array(body["inertia_kg_m2"], dtype=float)
+    except (KeyError, TypeError, ValueError):
+        raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers") from None
+    shaped = centre.shape == (3,) and inertia.shape == (3, 3)
+    if not shaped or not (math.isfinite(mass) and np.isfinite(centre).all() and np.isfinite(inertia).all()):
+        raise MassError(f"{file}: bodies.{name}: must be finite, with a (3) centre and a (3, 3) inertia")
+    if not mass > 0.0:
+        raise MassError(f"{file}: bodies.{name}.mass_kg is {mass!r}; it must be > 0 kg")
+    return mass, centre, inertia
+
+
+def _require_alike(bodies: list[tuple[float, np.ndarray, np.ndarray]], kind: str, file: str) -> None:
+    mass, centre, inertia = bodies[0]
+    size = float(np.sqrt(np.trace(inertia) / mass)) + float(np.linalg.norm(centre))
+    for other in bodies[1:]:
+        differs = (
+            abs(other[0] - mass) > ALIKE * mass
+            or np.abs(other[1] - centre).max() > ALIKE * size
+            or np.abs(other[2] - inertia).max() > ALIKE * mass * size**2
+        )
+        if differs:
+            raise MassError(f"{file}: bodies.{kind}_*: the chains differ; the dynamics takes three alike")
