@@ -154,6 +154,21 @@ def half_surface(n: int) -> np.ndarray:
     return grid
 
 
+@lru_cache(maxsize=16)
+def shared_points(n: int) -> np.ndarray:
+    """The surface grid and the centre: what of `sample_points` is the same for every design.
+
+    Args:
+        n: Grid points along an edge.
+
+    Returns:
+        (K, 3) points in the coordinates of the cube; not writeable.
+    """
+    points = np.concatenate([half_surface(n), CENTRE])
+    points.flags.writeable = False
+    return points
+
+
 def sample_points(designs: np.ndarray, n: int) -> np.ndarray:
     """The surface grid, the centre, and the points of the bottom face nearest to the shoulder axes.
 
@@ -167,9 +182,8 @@ def sample_points(designs: np.ndarray, n: int) -> np.ndarray:
     Returns:
         (D, K, 3) points in the coordinates of each cube.
     """
-    fixed = np.concatenate([half_surface(n), CENTRE])
-    fold = fold_points(designs)
-    return np.concatenate([np.broadcast_to(fixed, (len(designs), *fixed.shape)), fold], axis=1)
+    fixed = shared_points(n)
+    return np.concatenate([np.broadcast_to(fixed, (len(designs), *fixed.shape)), fold_points(designs)], axis=1)
 
 
 def fold_points(designs: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
-from optimizer.evaluator import sample_points
+from optimizer.evaluator import fold_points, shared_points
 from optimizer.extremes import Worst, design_worst
 from optimizer.problem import Problem
 from optimizer.program import ROUNDING, SLACK, Active, Program
@@ -239,12 +239,14 @@ def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.nda
         smallest over the grid.
     """
     designs = problem.designs(x)
-    f = problem.figures(designs, sample_points(designs, n))
-    columns = [margin.min(axis=1) for margin in problem.point_margins(f).values()]
+    # the grid is the same for all designs: not copied for each of them
+    parts = [problem.figures(designs, points) for points in (shared_points(n), fold_points(designs))]
+    margins = [problem.point_margins(f) for f in parts]
+    columns = [np.minimum(*(margin[name].min(axis=1) for margin in margins)) for name in margins[0]]
     columns += list(problem.design_margins(designs).values())
     objective = np.zeros(len(x))
     if problem.step == 3:
-        objective = -f.quality.min(axis=1)
+        objective = -np.minimum(*(f.quality.min(axis=1) for f in parts))
     elif "half_side" in problem.free:
         objective = -x[:, problem.free.index("half_side")]
     return objective, np.stack(columns, axis=1) if columns else np.zeros((len(x), 1))

@@ -248,3 +248,18 @@ def test_every_published_start_converges_those_without_result_too(step: int, row
     # what others printed with three digits, 64.4 where 64.2 is the most there is
     assert found >= (row["result"][5] if row["result"] else 0.0) * (1.0 - 3.2e-3)
     assert len(ending.history) <= 6
+
+
+@pytest.mark.parametrize("step", [1, 2, 3])
+def test_objective_and_margins_are_the_worst_over_grid_and_fold_points(step: int) -> None:
+    problem = step_problem(task((90, 130), (20, 45), limits={"kappa_max": 2.5, "shoulder_deg": [-45, 80]}), step, 40.0)
+    x = np.random.default_rng(2).random((30, len(problem.free)))
+    objective, margins = sqp.sampled(problem, x, 5)
+    designs = problem.designs(x)
+    f = problem.figures(designs, sample_points(designs, 5))
+    expected = list(problem.point_margins(f).values())
+    for k, margin in enumerate(expected):
+        np.testing.assert_array_equal(margins[:, k], margin.min(axis=1))
+    for k, margin in enumerate(problem.design_margins(designs).values()):
+        np.testing.assert_array_equal(margins[:, len(expected) + k], margin)
+    np.testing.assert_array_equal(objective, -f.quality.min(axis=1) if step == 3 else -x[:, -1])
