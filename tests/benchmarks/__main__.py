@@ -21,6 +21,7 @@ SUBJECTS = (
     "clearance_growth",
     "kernel",
     "certificates",
+    "synthesis",
 )
 
 
