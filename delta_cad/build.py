@@ -28,6 +28,7 @@ from delta_cad.export.glb import write_glb
 from delta_cad.export.manifest import write_manifest
 from delta_cad.export.mass_properties import mass_report, write_mass_properties
 from delta_cad.export.meshes import write_3mf, write_stl
+from delta_cad.export.mjcf import twin, write_twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views import Stage
 from delta_cad.mechanism import conditioning
@@ -245,6 +246,9 @@ def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Prog
     write_bom(bill_of_materials(assembly, unit_mass), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
     write_mass_properties(machine.masses, folder / "mass_properties.json")
+    d = machine.dimensions
+    gravity = d.design.requirements.gravity_m_s2
+    write_twin(twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity), folder / "twin.xml")
     text = json.dumps(outcome.record(), indent=1) + "\n"
     (folder / "checks.json").write_text(text, encoding="utf-8")
 
