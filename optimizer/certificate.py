@@ -16,8 +16,9 @@ import numpy as np
 
 from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
-from delta_cad.mechanism.findings import Finding, Verdict
+from delta_cad.mechanism.findings import Finding, Verdict, limit_of
 from delta_cad.mechanism.limits import Limits
+from optimizer.certificate_gravity import GravityShare
 from optimizer.replay import breaks, replay
 from optimizer.tiling import Cell, TilingError, check_tiling, corners
 
@@ -29,6 +30,10 @@ class CertificateError(ValueError):
     """A certificate that is not one, or does not prove what it says; the message says what."""
 
 
+class UnreadableError(CertificateError):
+    """What was given is no certificate at all."""
+
+
 @dataclass(frozen=True)
 class Certificate:
     """What was asked of every point of a cube, and what came of it.
@@ -38,13 +43,14 @@ class Certificate:
         design_hash: SHA-256 of the design file's content.
         geometry: The mechanism; its doubles, in metres, are what the proof is about.
         cube: The cube; likewise.
-        limits: The conditions.
+        limits: The conditions, room for gravity left by them.
         findings: One for each condition.
         sign: Sign of det S at `reference`.
         reference: Position at which the sign is certain, m.
         leaves: (n, 6) boxes that cover the half y >= 0 of the cube, `delta_cad.mechanism.proof`; empty where nothing is
             proved.
         boxes: Boxes that the prover examined.
+        gravity: What of the torque was left for gravity; None if nothing was.
     """
 
     design: str
@@ -57,6 +63,7 @@ class Certificate:
     reference: tuple[float, float, float]
     leaves: np.ndarray
     boxes: int
+    gravity: GravityShare | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -117,23 +124,32 @@ def _radians(degrees: float, towards: float) -> float:
 
 
 def certify(
-    design: Design, limits: Limits | None = None, *, max_boxes: int = 5_000_000, progress: Progress | None = None
+    design: Design,
+    limits: Limits | None = None,
+    *,
+    gravity: GravityShare | None = None,
+    max_boxes: int = 5_000_000,
+    progress: Progress | None = None,
 ) -> Certificate:
     """Decides each condition for every point of the design's cube.
 
     Args:
         design: The design.
-        limits: The conditions; None takes those of its requirements.
+        limits: The conditions, with room for gravity already left; None takes those of its requirements, less the room.
+        gravity: What of the torque is left for gravity; None leaves nothing.
         max_boxes: Boxes after which what is open is undecided.
         progress: Called now and then with the boxes examined and the share of the cube that is done.
 
     Returns:
         The certificate, whatever the verdict.
+
+    Raises:
+        GravityError: Gravity takes all the torque.
     """
     from delta_cad.mechanism.proof import prove
 
     geometry, cube = design.geometry, cube_of(design)
-    asked = limits_of(design) if limits is None else limits
+    asked = asked_of(design, gravity) if limits is None else limits
     proof = prove(geometry, cube, asked, max_boxes=max_boxes, progress=progress)
     complete = any(finding.verdict == "proved" for finding in proof.findings)
     return Certificate(
@@ -147,7 +163,17 @@ def certify(
         reference=proof.reference,
         leaves=proof.leaves if complete else proof.leaves[:0],
         boxes=proof.boxes,
+        gravity=gravity,
     )
+
+
+def asked_of(design: Design, gravity: GravityShare | None) -> Limits:
+    """The conditions of a design's requirements, less the room that gravity needs.
+
+    Raises:
+        GravityError: Gravity takes all the torque.
+    """
+    return limits_of(design) if gravity is None else gravity.limits(limits_of(design))
 
 
 def cube_of(design: Design) -> Cube:
@@ -167,15 +193,22 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
         What held.
 
     Raises:
-        CertificateError: It is about another design; its conditions are not those of its limits; its boxes do not tile
-            the cube; a condition cannot be proved again over a box; or a point does not break the condition it should.
+        CertificateError: It is about another design, or asks less than the design does; it leaves less room for gravity
+            than it says; its conditions are not those of its limits; its boxes do not tile the cube; a condition cannot
+            be proved again over a box; or a point does not break the condition it should.
     """
-    if design is not None:
-        _same_design(certificate, design)
     c = certificate
+    fault = c.gravity.fault(c.limits) if c.gravity is not None else None
+    if fault is not None:
+        raise CertificateError(f"torque: {fault}")
+    if design is not None:
+        _same_design(c, design)
     names = tuple(finding.condition for finding in c.findings)
     if names != c.limits.asked:
         raise CertificateError(f"its findings are {', '.join(names)}; its limits ask {', '.join(c.limits.asked)}")
+    for finding in c.findings:
+        if finding.limit != limit_of(c.limits, finding.condition):
+            raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
     sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
     if "singularity" in sorted_["proved"] + sorted_["refuted"]:
         _check_reference(c)
@@ -192,6 +225,45 @@ def _same_design(c: Certificate, design: Design) -> None:
     if c.design_hash != design_hash(design):
         found = design_hash(design)
         raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {found[:12]}")
+    r, share = design.requirements, c.gravity
+    if share is not None and (share.force, share.torque) != (r.force_N, r.joint_torque_N_m):
+        raise CertificateError("torque: gravity is taken off another force or torque than the design's")
+    if share is not None and share.masses is not None and share.masses.acceleration != r.gravity_m_s2:
+        raise CertificateError("torque: gravity is another than the design's gravity_m_s2")
+    lax = laxer(c.limits, asked_of(design, share))
+    if lax is not None:
+        raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
+
+
+def laxer(limits: Limits, asked: Limits) -> str | None:
+    """The first condition that some limits put less strictly than others do, compared in exact fractions.
+
+    Args:
+        limits: What was proved, say.
+        asked: What should have been.
+
+    Returns:
+        Name of the condition; None if all that is asked is contained.
+    """
+
+    def above(mine: float | None, yours: float | None) -> bool:
+        return yours is not None and (mine is None or mine > yours)
+
+    low, high = limits.shoulder or (-math.inf, math.inf)
+    least, most = asked.shoulder or (-math.inf, math.inf)
+    torque = asked.torque_max is not None
+    if torque and limits.torque_max is not None:  # what counts is the torque of a unit force
+        mine = Fraction(limits.torque_max) * Fraction(asked.force or 0.0)
+        torque = mine > Fraction(asked.torque_max or 0.0) * Fraction(limits.force or 0.0)
+    worse = {
+        "reach": limits.elbow_arm_min < asked.elbow_arm_min,
+        "singularity": asked.singularity and not limits.singularity,
+        "torque": torque,
+        "kappa": above(limits.kappa_max, asked.kappa_max),
+        "shoulder": low < least or high > most,
+        "lean": above(limits.lean_max, asked.lean_max),
+    }
+    return next((name for name, is_worse in worse.items() if is_worse), None)
 
 
 def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:

@@ -15,14 +15,16 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from delta_cad.mechanism import Cube, DeltaGeometry, MechanismError
 from delta_cad.mechanism.findings import Finding, Verdict
 from delta_cad.mechanism.limits import CONDITIONS, Limits
-from optimizer.certificate import Certificate, CertificateError
+from optimizer.certificate import Certificate, CertificateError, UnreadableError
+from optimizer.certificate_gravity import GravityShare, Masses
 
 SCHEMA = "delta-certificate/1"
 STATEMENT = (
     "For every point (x, y, z) with x and y in [-half_side, half_side] and z in [bottom_height, top_height] each "
     "condition with the verdict proved holds, with the lengths and limits below taken as exact numbers. A leaf "
     "[kx, ix, ky, iy, kz, iz] is the box [i, i + 1] / 2^k of each edge of the half y >= 0; the other half is its "
-    "mirror image."
+    "mirror image. Where gravity is not null, force and torque of the limits are those asked, less room for the weight "
+    "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
 )
 Point = tuple[float, float, float]
 _Index = Annotated[int, Field(ge=0, lt=2**60)]  # as fine as `check_tiling` looks; fits 64 bits
@@ -55,6 +57,21 @@ class _Limits(_Record):
     lean_max_rad: float | None
 
 
+class _Masses(_Record):
+    acceleration_m_s2: Point
+    carried_mass_kg: float
+    arm_moment_kg_m: float
+    file_sha256: str
+
+
+class _Gravity(_Record):
+    force_N: float
+    joint_torque_N_m: float
+    weight_N: float
+    reserve_N_m: float
+    masses: _Masses | None
+
+
 class _Finding(_Record):
     condition: Literal["reach", "singularity", "torque", "kappa", "shoulder", "lean"]
     verdict: Verdict
@@ -78,6 +95,7 @@ class _File(_Record):
     geometry: _Geometry
     cube: _Cube
     limits: _Limits
+    gravity: _Gravity | None
     findings: list[_Finding]
     determinant: _Determinant
     boxes: int
@@ -119,12 +137,40 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
             "shoulder_rad": limits.shoulder,
             "lean_max_rad": limits.lean_max,
         },
+        "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
         "findings": findings,
         "determinant": {"sign": certificate.sign, "reference_m": certificate.reference},
         "boxes": certificate.boxes,
         "leaves": certificate.leaves.tolist(),
     }
     return data | {"digest": _digest(data)}
+
+
+def _gravity_to_dict(share: GravityShare) -> dict[str, Any]:
+    m = share.masses
+    masses = None
+    if m is not None:
+        masses = {
+            "acceleration_m_s2": m.acceleration,
+            "carried_mass_kg": m.carried_mass,
+            "arm_moment_kg_m": m.arm_moment,
+            "file_sha256": m.sha256,
+        }
+    return {
+        "force_N": share.force,
+        "joint_torque_N_m": share.torque,
+        "weight_N": share.weight,
+        "reserve_N_m": share.reserve,
+        "masses": masses,
+    }
+
+
+def _gravity(read: _Gravity) -> GravityShare:
+    m = read.masses
+    masses = None
+    if m is not None:
+        masses = Masses(m.acceleration_m_s2, m.carried_mass_kg, m.arm_moment_kg_m, m.file_sha256)
+    return GravityShare(read.force_N, read.joint_torque_N_m, read.weight_N, read.reserve_N_m, masses)
 
 
 def _digest(data: dict[str, Any]) -> str:
@@ -145,8 +191,8 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         The certificate.
 
     Raises:
-        CertificateError: A field is missing, unknown or of the wrong kind, the digest is not that of the content, or
-            verdict and top height do not follow from the rest.
+        UnreadableError: A field is missing, unknown or of the wrong kind, or no mechanism or limit can have its value.
+        CertificateError: The digest is not that of the content, or verdict and top height do not follow from the rest.
     """
     try:
         read = _File.model_validate(data)
@@ -157,9 +203,9 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise CertificateError(f"{file}: {where}: {first['msg']}") from None
+        raise UnreadableError(f"{file}: {where}: {first['msg']}") from None
     except MechanismError as error:
-        raise CertificateError(f"{file}: {error}") from None
+        raise UnreadableError(f"{file}: {error}") from None
     if certificate.verdict != read.verdict:
         raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
     if float(certificate.cube.upper[2]) != read.cube.top_height_m:
@@ -192,6 +238,7 @@ def _certificate(read: _File) -> Certificate:
         reference=read.determinant.reference_m,
         leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
         boxes=read.boxes,
+        gravity=None if read.gravity is None else _gravity(read.gravity),
     )
 
 
@@ -207,9 +254,26 @@ def write_certificate(certificate: Certificate, path: str | Path) -> None:
     leaves = data.pop("leaves")
     text = json.dumps(data, indent=1, allow_nan=False)
     lines = ",\n".join("  " + json.dumps(leaf, separators=(",", ":")) for leaf in leaves)
+    write_whole(path, text[:-2] + ',\n "leaves": [\n' + lines + "\n ]\n}\n")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Writes a text file whole or not at all: beside its place, then renamed.
+
+    Args:
+        path: Where to; replaced if it is there, its directory made if it is not.
+        text: The content.
+
+    Raises:
+        OSError: It cannot be written; nothing is left beside its place.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f".{path.name}.{os.getpid()}")
-    beside.write_text(text[:-2] + ',\n "leaves": [\n' + lines + "\n ]\n}\n", encoding="ascii")
-    beside.replace(path)
+    try:
+        beside.write_text(text, encoding="utf-8")
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def read_certificate(path: str | Path) -> Certificate:
@@ -222,13 +286,14 @@ def read_certificate(path: str | Path) -> Certificate:
         The certificate.
 
     Raises:
-        CertificateError: It cannot be read, is not JSON, or `certificate_from_dict` refuses it.
+        UnreadableError: It cannot be read, is not JSON, or has not the fields of a certificate.
+        CertificateError: `certificate_from_dict` finds that it was changed.
     """
     path = Path(path)
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise CertificateError(f"{path.name}: cannot be read: {error.strerror or error}") from None
+        raise UnreadableError(f"{path.name}: cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:
-        raise CertificateError(f"{path.name}: is not JSON we can read: {error}") from None
+        raise UnreadableError(f"{path.name}: is not JSON we can read: {error}") from None
     return certificate_from_dict(data, path.name)

@@ -6,10 +6,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from optimizer.commands import synthesize
+from optimizer.commands import certify, synthesize, verify
 from optimizer.console import DONE, EXIT_CODES, INTERRUPTED, Parser, refuse
 
-COMMANDS = (synthesize,)
+COMMANDS = (synthesize, certify, verify)
 
 
 def parser() -> Parser:

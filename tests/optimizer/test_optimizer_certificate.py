@@ -10,8 +10,9 @@ import pytest
 
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
+from delta_cad.mechanism.findings import limit_of
 from delta_cad.mechanism.limits import Limits
-from optimizer.certificate import CertificateError, certify, cube_of, limits_of, verify
+from optimizer.certificate import CertificateError, UnreadableError, certify, cube_of, laxer, limits_of, verify
 from optimizer.certificate_file import (
     certificate_from_dict,
     certificate_to_dict,
@@ -101,9 +102,9 @@ def test_reach_refuted(design, tight):
 def test_the_hidden_singularity():
     mechanism = {"base_radius_mm": 46.122, "platform_radius_mm": 30.0, "forearm_length_mm": 94.266}
     hidden = design_of(mechanism, {"bottom_height_mm": 22.648, "half_side_mm": 43.363})
-    certificate = certify(hidden, Limits(kappa_max=7.0))
+    certificate = certify(hidden, Limits(force=3.0, torque_max=0.8, kappa_max=7.0))
     replay = verify(certificate, hidden)
-    assert replay.refuted == ("singularity", "kappa")
+    assert replay.refuted == ("singularity", "torque", "kappa")
     assert replay.proved == ("reach",)
     other = replace(certificate, sign=-1.0)
     with pytest.raises(CertificateError, match=r"the sign -1 of det S at .* is not confirmed"):
@@ -159,6 +160,12 @@ def _tuples(data):
     return data
 
 
+def about(certificate, limits):
+    """A forgery that says it is about other limits, and is consistent in that."""
+    findings = tuple(replace(f, limit=limit_of(limits, f.condition)) for f in certificate.findings)
+    return replace(certificate, limits=limits, findings=findings)
+
+
 def test_a_changed_threshold_is_noticed(proved, refuted, tight):
     e = proved.limits
     for limits, name in (
@@ -169,7 +176,7 @@ def test_a_changed_threshold_is_noticed(proved, refuted, tight):
         (replace(e, elbow_arm_min=e.elbow_arm_min * 1.003), "reach"),
     ):
         with pytest.raises(CertificateError, match=f"{name}: it could not be proved again in the box"):
-            verify(replace(proved, limits=limits))
+            verify(about(proved, limits))
     for limits, name in (
         (replace(refuted.limits, kappa_max=2.5), "kappa"),
         (replace(refuted.limits, torque_max=0.8), "torque"),
@@ -177,7 +184,7 @@ def test_a_changed_threshold_is_noticed(proved, refuted, tight):
         (replace(refuted.limits, shoulder=(-1.0, 1.4)), "shoulder"),
     ):
         with pytest.raises(CertificateError, match=f"{name}: the point .* does not break it"):
-            verify(replace(refuted, limits=limits))
+            verify(about(refuted, limits))
     with pytest.raises(CertificateError, match="its limits ask reach, singularity, torque, shoulder, lean"):
         verify(replace(proved, limits=replace(tight, kappa_max=None)))
 
@@ -212,6 +219,32 @@ def test_another_design_is_noticed(proved):
         verify(proved, design_of(force_N=4.0))
 
 
+def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
+    strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
+    asked = limits_of(strict)
+    verify(certify(strict, replace(asked, kappa_max=2.4, force=6.0, torque_max=1.6)), strict)
+    for less, name in (
+        (replace(asked, singularity=False), "singularity"),
+        (replace(asked, force=None, torque_max=None), "torque"),
+        (replace(asked, force=3.0 - 1e-15), "torque"),
+        (replace(asked, torque_max=0.8 + 1e-15), "torque"),
+        (replace(asked, kappa_max=None), "kappa"),
+        (replace(asked, kappa_max=2.5 + 1e-15), "kappa"),
+        (replace(asked, shoulder=None), "shoulder"),
+        (replace(asked, shoulder=(asked.shoulder[0] - 1e-15, asked.shoulder[1])), "shoulder"),
+        (replace(asked, shoulder=(asked.shoulder[0], asked.shoulder[1] + 1e-15)), "shoulder"),
+        (replace(asked, lean_max=None), "lean"),
+        (replace(asked, lean_max=asked.lean_max + 1e-15), "lean"),
+    ):
+        certificate = certify(strict, less)
+        assert certificate.verdict == "proved"
+        verify(certificate)
+        with pytest.raises(CertificateError, match=f'^{name}: design "published" asks for more'):
+            verify(certificate, strict)
+    assert laxer(asked, replace(asked, elbow_arm_min=1e-3)) == "reach"
+    assert laxer(replace(asked, elbow_arm_min=1e-3), asked) is None
+
+
 def test_a_wrong_verdict_is_noticed(proved, refuted):
     flipped = tuple(replace(f, verdict="proved") if f.condition == "kappa" else f for f in refuted.findings)
     with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
@@ -239,8 +272,9 @@ def test_a_file_that_was_changed_is_refused(tmp_path, proved):
         ([], "the file: Input should be"),
     ]
     for case, message in cases:
-        with pytest.raises(CertificateError, match=message):
+        with pytest.raises(CertificateError, match=message) as caught:
             certificate_from_dict(case)
+        assert isinstance(caught.value, UnreadableError) == ("digest" not in message)
     for change, message in (
         ({"verdict": "refuted"}, "verdict is refuted; its findings make it proved"),
         ({"cube": data["cube"] | {"top_height_m": 0.2}}, "top_height_m is not bottom_height_m plus twice"),
@@ -250,9 +284,9 @@ def test_a_file_that_was_changed_is_refused(tmp_path, proved):
             certificate_from_dict(redigested(data | change))
     path = tmp_path / "c.json"
     path.write_text("{")
-    with pytest.raises(CertificateError, match=r"c\.json: is not JSON we can read"):
+    with pytest.raises(UnreadableError, match=r"c\.json: is not JSON we can read"):
         read_certificate(path)
-    with pytest.raises(CertificateError, match=r"none\.json: cannot be read: No such file"):
+    with pytest.raises(UnreadableError, match=r"none\.json: cannot be read: No such file"):
         read_certificate(tmp_path / "none.json")
 
 
@@ -267,7 +301,11 @@ def redigested(data):
 
 def test_a_forged_file_with_a_fitting_digest_is_read_but_does_not_verify(proved):
     data = json.loads(json.dumps(certificate_to_dict(proved)))
-    forged = certificate_from_dict(redigested(data | {"limits": data["limits"] | {"kappa_max": 2.2}}))
+    limits = data | {"limits": data["limits"] | {"kappa_max": 2.2}}
+    with pytest.raises(CertificateError, match="kappa: the limit of its finding is not the one proved"):
+        verify(certificate_from_dict(redigested(limits)))
+    findings = [f | {"limit": 2.2} if f["condition"] == "kappa" else f for f in data["findings"]]
+    forged = certificate_from_dict(redigested(limits | {"findings": findings}))
     with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
         verify(forged)
 

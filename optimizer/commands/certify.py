@@ -1,0 +1,132 @@
+"""`certify`: proof of a design over every point of its cube, and the certificate of it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from optimizer.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+    from optimizer.certificate_gravity import GravityShare
+
+NAME = "certify"
+TEXT = "proof over every point of the cube that a design keeps its limits; writes a certificate that `verify` replays"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file")
+    command.add_argument(
+        "--out", type=Path, default=Path("certificate.json"), metavar="FILE", help="default: certificate.json"
+    )
+    gravity = command.add_mutually_exclusive_group()
+    gravity.add_argument(
+        "--mass-properties",
+        type=Path,
+        metavar="FILE",
+        help="mass_properties.json of a build: the weight of what moves is taken off the torque",
+    )
+    gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
+    command.add_argument(
+        "--tight", action="store_true", help="certify the tightest limits that can be proved, not only those asked"
+    )
+    command.add_argument(
+        "--max-boxes", type=natural, default=5_000_000, metavar="N", help="then undecided; default: 5000000"
+    )
+    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    from delta_cad.design import DesignError, load_design
+    from delta_cad.mechanism import GeometryError
+    from optimizer.certificate_gravity import GravityError
+
+    try:
+        design = load_design(given.design)
+        return _certify(given, design, share_of(design, given.mass_properties, given.gravity_torque))
+    except (DesignError, GravityError) as error:
+        return refuse(str(error), BAD_INPUT)
+    except GeometryError as error:
+        return refuse(f"{given.design.name}: {error}", BAD_INPUT)
+
+
+def share_of(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:
+    """What is taken off for gravity.
+
+    Args:
+        design: The design.
+        masses: `mass_properties.json` of its build, if given.
+        reserve: Torque given by hand, N m, if given.
+
+    Returns:
+        The share, or None.
+
+    Raises:
+        GravityError: The file or the number is refused.
+    """
+    from optimizer.certificate_gravity import given_share, read_masses, share_of_masses
+
+    if masses is not None:
+        return share_of_masses(design, read_masses(masses, design))
+    return None if reserve is None else given_share(design, reserve)
+
+
+def _certify(given: argparse.Namespace, design: Design, share: GravityShare | None) -> int:
+    from delta_cad.mechanism import UnreachableError, cube_extremes
+    from optimizer.certificate import asked_of, certify, cube_of
+    from optimizer.certificate_bounds import bounds, tightened
+    from optimizer.certificate_file import write_certificate
+    from optimizer.certificate_report import broken, facts, gravity_words, report_rows, shortfall, table
+
+    geometry, cube, force = design.geometry, cube_of(design), design.requirements.force_N
+    limits = asked_of(design, share)
+    with Line() as line:
+        line.show("searching the cube")
+        try:
+            extremes = cube_extremes(geometry, cube, force)
+        except UnreachableError:
+            extremes = None
+        line.show("loading the prover; it is compiled once on a machine, in some 20 s")
+        certificate = certify(
+            design, limits, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "the limits asked")
+        )
+        found = ()
+        if extremes is not None:
+            found = bounds(geometry, cube, force, extremes, _told(line, "the tightest limits"))
+        written = certificate
+        if given.tight and certificate.verdict == "proved":
+            tight = tightened(limits, force, found)
+            written = certify(
+                design, tight, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "all of them together")
+            )
+            written = written if written.verdict == "proved" else certificate
+    rows = report_rows(certificate, extremes, found)
+    try:
+        write_certificate(written, given.out)
+    except OSError as error:
+        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    if given.json:
+        told = facts(certificate, rows, found) | {"certificate": str(given.out), "tight": written is not certificate}
+        print(json.dumps(told, indent=1))
+    else:
+        side, low = 2.0 * design.cube.half_side_mm, design.cube.bottom_height_mm
+        verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
+        print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
+        print(table(rows))
+        print(gravity_words(certificate, found))
+        about = "the limits asked" if written is certificate else "the column `proved`"
+        print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
+    if certificate.verdict == "proved":
+        return DONE
+    reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
+    return refuse(f"{given.design.name}: {'; '.join(reasons)}", NOT_MET)
+
+
+def _told(line: Line, what: str) -> Callable[[int, float], None]:
+    return lambda boxes, share: line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")
