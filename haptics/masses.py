@@ -14,9 +14,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+
+from delta_cad.drive import DriveReport
 
 SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
@@ -130,16 +131,16 @@ def rod_masses(mass: float, centre: float, inertia: float, length: float) -> tup
     return mass * (1.0 - c) ** 2 + turning, mass * c * (1.0 - c) - turning, mass * c**2 + turning
 
 
-def load_masses(path: str | Path, forearm_length: float, rotor_inertia: float) -> Masses:
+def load_masses(path: str | Path, forearm_length: float, drive: DriveReport | None = None) -> Masses:
     """Reads `mass_properties.json` of a build.
 
     Args:
         path: The file.
         forearm_length: L_B, m.
-        rotor_inertia: Of the rotor through the drive, at the joint, kg m^2; the pinion is not in it.
+        drive: Whose rotor and pinion turn with the joint; None for none.
 
     Returns:
-        The masses, without the pinion's own inertia, which the caller knows the ratio of (`with_pinion`).
+        The masses.
 
     Raises:
         MassError: Unreadable, not of this schema, a body that is missing or malformed, or chains that differ.
@@ -151,16 +152,19 @@ def load_masses(path: str | Path, forearm_length: float, rotor_inertia: float) -
         raise MassError(f"{path.name}: cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError):
         raise MassError(f"{path.name}: is not JSON") from None
-    return masses_from_dict(data, forearm_length, rotor_inertia, path.name)
+    return masses_from_dict(data, forearm_length, drive, path.name)
 
 
-def masses_from_dict(data: object, forearm_length: float, rotor_inertia: float, file: str = "masses") -> Masses:
+def masses_from_dict(
+    data: object, forearm_length: float, drive: DriveReport | None = None, file: str = "masses"
+) -> Masses:
     """The same from what the file holds; see `load_masses`."""
     if not isinstance(data, Mapping) or data.get("schema") != SCHEMA:
         raise MassError(f"{file}: schema must be {SCHEMA}")
-    arms = [_body(data, f"upper_arm_{i}", file) for i in CHAINS]
-    rods = [_body(data, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]
-    platform = _body(data, "platform", file)
+    bodies = data.get("bodies")
+    arms = [_body(bodies, f"upper_arm_{i}", file) for i in CHAINS]
+    rods = [_body(bodies, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]
+    platform = _body(bodies, "platform", file)
     _require_alike(arms, "upper_arm", file)
     _require_alike(rods, "rod", file)
     mass, centre, inertia = arms[0]
@@ -178,24 +182,20 @@ def masses_from_dict(data: object, forearm_length: float, rotor_inertia: float, 
         rod_elbow=2.0 * uu,
         rod_cross=2.0 * uv,
         rod_wrist=2.0 * vv,
-        rotor_inertia=rotor_inertia,
+        rotor_inertia=0.0 if drive is None else _rotor_inertia(bodies, drive, file),
     )
 
 
-def pinion_inertia(data: object, file: str = "masses") -> float:
-    """Inertia of a pinion about its axis, kg m^2; 0 where the machine has none (direct drive).
-
-    Raises:
-        MassError: The body is malformed.
-    """
-    if not isinstance(data, Mapping) or "pinion_0" not in data.get("bodies", {}):
-        return 0.0
-    return float(_body(data, "pinion_0", file)[2][1, 1])
+def _rotor_inertia(bodies: object, drive: DriveReport, file: str) -> float:
+    """Rotor and pinion at the joint, kg m^2; a direct drive has no pinion."""
+    if not isinstance(bodies, Mapping) or "pinion_0" not in bodies:
+        return drive.reflected_inertia_kg_m2
+    pinion = float(_body(bodies, "pinion_0", file)[2][1, 1])
+    return drive.reflected_inertia_kg_m2 + drive.ratio**2 * pinion
 
 
-def _body(data: Mapping[str, Any], name: str, file: str) -> tuple[float, np.ndarray, np.ndarray]:
+def _body(bodies: object, name: str, file: str) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass, centre (3,) and inertia (3, 3) of a body in its own frame."""
-    bodies = data.get("bodies")
     body = bodies.get(name) if isinstance(bodies, Mapping) else None
     if not isinstance(body, Mapping):
         raise MassError(f"{file}: bodies.{name}: is missing")

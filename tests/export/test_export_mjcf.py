@@ -23,7 +23,7 @@ from delta_cad.export.mjcf import twin, write_twin
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.placement import LINKS
 from haptics.gravity import gravity_torque
-from haptics.masses import masses_from_dict, pinion_inertia
+from haptics.masses import masses_from_dict
 from haptics.plant import FREE, STATES, Plant, advance, motion, plant
 
 GRAVITY = (1.0, -2.0, -9.0)  # tilted, so that no symmetry hides an error
@@ -51,8 +51,7 @@ def model(text: str, tmp_path_factory: pytest.TempPathFactory) -> Any:
 @pytest.fixture(scope="module")
 def ours(best: Design, masses: dict[str, Any]) -> tuple[DeltaGeometry, Any, Plant]:
     drive = drive_torque(best)
-    rotor = drive.reflected_inertia_kg_m2 + drive.ratio**2 * pinion_inertia(masses)
-    known = masses_from_dict(masses, best.geometry.forearm_length, rotor)
+    known = masses_from_dict(masses, best.geometry.forearm_length, drive)
     return best.geometry, known, plant(best.geometry, known, GRAVITY)
 
 

@@ -33,7 +33,7 @@ def test_it_is_the_gradient_of_the_potential_energy(p: tuple[float, ...], g: tup
 
 def test_it_is_what_the_solids_ask_for(best_assembly: Assembly) -> None:
     geometry = best_assembly.placement.geometry
-    masses = masses_from_dict(mass_report(best_assembly), geometry.forearm_length, 0.0)
+    masses = masses_from_dict(mass_report(best_assembly), geometry.forearm_length)
     bodies = {
         link: (body.mass_kg, body.centre_m * 1000.0)
         for link, body in link_mass_properties(best_assembly).items()

@@ -7,12 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from committed import BEST
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptics.masses import MassError, Masses, PointMasses, load_masses, masses_from_dict, pinion_inertia, rod_masses
+from delta_cad.design import load_design
+from delta_cad.drive import drive_torque
+from haptics.masses import MassError, Masses, PointMasses, load_masses, masses_from_dict, rod_masses
 
 LENGTH = 0.112
+DRIVE = drive_torque(load_design(BEST))
 
 
 def data(**bodies: Any) -> dict[str, Any]:
@@ -42,7 +46,7 @@ def test_a_rods_energy_is_that_of_its_particles(particles: list[tuple[float, flo
 
 
 def test_what_the_file_says_is_what_the_dynamics_gets() -> None:
-    masses = masses_from_dict(data(), LENGTH, 3e-4)
+    masses = masses_from_dict(data(), LENGTH, DRIVE)
     assert masses.platform == 0.07
     assert masses.arm_along == pytest.approx(0.1 * 0.013)
     assert masses.arm_across == pytest.approx(-0.1 * 0.004)
@@ -52,9 +56,12 @@ def test_what_the_file_says_is_what_the_dynamics_gets() -> None:
     assert total == pytest.approx(2.0 * 0.003)
     assert (masses.rod_cross + masses.rod_wrist) * LENGTH == pytest.approx(2.0 * 0.003 * 0.05)
     assert masses.rod_wrist * LENGTH**2 == pytest.approx(2.0 * (4e-6 + 0.003 * 0.05**2))
-    assert masses.rotor_inertia == 3e-4
-    assert pinion_inertia(data()) == 1.9e-8
-    assert pinion_inertia({"bodies": {}}) == 0.0
+    assert masses.rotor_inertia == pytest.approx(DRIVE.ratio**2 * (3.33e-6 + 1.9e-8))  # RE 30 and a pinion
+    bare = data()
+    for i in range(3):
+        del bare["bodies"][f"pinion_{i}"]
+    assert masses_from_dict(bare, LENGTH, DRIVE).rotor_inertia == DRIVE.reflected_inertia_kg_m2
+    assert masses_from_dict(bare, LENGTH).rotor_inertia == 0.0
 
 
 def test_lumped_rods_weigh_the_same_and_resist_a_turn_three_times_as_much() -> None:
@@ -92,18 +99,18 @@ def bad(body: str, key: str, value: Any) -> dict[str, Any]:
 )
 def test_masses_that_are_refused(given_data: object, message: str) -> None:
     with pytest.raises(MassError, match=message):
-        masses_from_dict(given_data, LENGTH, 0.0)
+        masses_from_dict(given_data, LENGTH)
 
 
 def test_a_rod_that_is_no_rod_is_refused() -> None:
     flat = {"mass_kg": 0.003, "centre_m": [0.05, 0.0, 0.0], "inertia_kg_m2": np.diag([1e-8, 4e-6, 5e-6]).tolist()}
     with pytest.raises(MassError, match="transverse inertias differ"):
-        masses_from_dict(data(**{f"rod_{i}_{j}": flat for i in range(3) for j in range(2)}), LENGTH, 0.0)
+        masses_from_dict(data(**{f"rod_{i}_{j}": flat for i in range(3) for j in range(2)}), LENGTH)
 
 
 def test_a_malformed_pinion_is_refused() -> None:
     with pytest.raises(MassError, match="pinion_0"):
-        pinion_inertia(bad("pinion_0", "mass_kg", []))
+        masses_from_dict(bad("pinion_0", "mass_kg", []), LENGTH, DRIVE)
 
 
 @pytest.mark.parametrize("value", [float("nan"), -1e-9])
@@ -116,10 +123,10 @@ def test_masses_must_be_finite_and_not_negative(value: float) -> None:
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(MassError, match=r"none\.json: cannot be read"):
-        load_masses(tmp_path / "none.json", LENGTH, 0.0)
+        load_masses(tmp_path / "none.json", LENGTH)
     file = tmp_path / "half.json"
     file.write_text("{")
     with pytest.raises(MassError, match=r"half\.json: is not JSON"):
-        load_masses(file, LENGTH, 0.0)
+        load_masses(file, LENGTH)
     file.write_text(json.dumps(data()))
-    assert load_masses(file, LENGTH, 0.0) == masses_from_dict(data(), LENGTH, 0.0)
+    assert load_masses(file, LENGTH) == masses_from_dict(data(), LENGTH)

@@ -1,0 +1,107 @@
+"""What every command of every package shares: exit codes, one-line errors, Ctrl-C, a line of progress; loads nothing
+heavy.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any
+
+DONE, NOT_MET, BAD_INPUT = 0, 1, 2
+INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+EXIT_CODES = "exit codes: 0 done; 1 the requirements cannot be met, or were not; 2 the input or the usage is wrong"
+
+
+class Parser(argparse.ArgumentParser):
+    """Usage errors in one line, as all other errors."""
+
+    def error(self, message: str) -> Any:
+        """Ends the program with one line."""
+        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def with_negatives(arguments: Sequence[str]) -> list[str]:
+    """Command line in which a value such as `-10,5,90` stays with its option instead of being taken for one.
+
+    Args:
+        arguments: As typed, `--at -10,5,90`.
+
+    Returns:
+        The same with `--at=-10,5,90`.
+    """
+    joined: list[str] = []
+    for argument in arguments:
+        if joined and joined[-1].startswith("--") and "=" not in joined[-1] and re.match(r"-[\d.]+,", argument):
+            joined[-1] += "=" + argument
+        else:
+            joined.append(argument)
+    return joined
+
+
+def natural(text: str) -> int:
+    """A whole number of the command line, for argparse."""
+    value = int(text)
+    if value < 0:
+        raise ValueError(text)
+    return value
+
+
+natural.__name__ = "whole number"  # as argparse names it
+
+
+def refuse(message: str, code: int) -> int:
+    """Tells what is wrong in one line on stderr.
+
+    Args:
+        message: What; its line breaks are lost.
+        code: The exit code.
+
+    Returns:
+        The code.
+    """
+    print(" ".join(message.split()), file=sys.stderr)
+    return code
+
+
+class Interrupt:
+    """Whether Ctrl-C was pressed; a second one interrupts at once."""
+
+    def __init__(self) -> None:
+        self._asked = False
+        self._before: Any = None
+
+    def __enter__(self) -> Callable[[], bool]:
+        self._before = signal.signal(signal.SIGINT, self._take)
+        return lambda: self._asked
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _take(self, _number: int, _frame: FrameType | None) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
+        self._asked = True
+
+
+class Line:
+    """One line of progress on stderr, on a terminal only."""
+
+    def __init__(self) -> None:
+        self._wanted = sys.stderr.isatty()
+
+    def __enter__(self) -> Line:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._wanted:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+    def show(self, text: str) -> None:
+        """Replaces what the line said."""
+        if self._wanted:
+            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,137 @@
+"""`gravity`: the torques that hold the handle at a position."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from delta_cad.console import BAD_INPUT, DONE, NOT_MET, refuse
+
+NAME = "gravity"
+TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
+MM_PER_M = 1000.0
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("--design", type=Path, metavar="FILE", help="design file, delta-design/1")
+    command.add_argument("--at", type=_position, metavar="X,Y,Z", help="mm in the base frame; default: cube's centre")
+    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    command.add_argument(
+        "--point-masses", type=_masses, metavar="G,G,G", help="the paper's m1, m2, m3 in g instead of the solids'"
+    )
+    command.add_argument("--published", action="store_true", help="fit the paper's torques; needs no design")
+    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    if given.published:
+        return _published(given.json)
+    if given.design is None:
+        return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
+    from delta_cad.design import DesignError
+    from delta_cad.mechanism import MechanismError
+    from haptics.masses import MassError
+
+    try:
+        facts = _facts(given)
+    except (DesignError, MassError) as error:
+        return refuse(str(error), BAD_INPUT)
+    except MechanismError as error:
+        return refuse(f"--at {','.join(f'{x:g}' for x in given.at)}: {error}", BAD_INPUT)
+    if given.json:
+        print(json.dumps(facts, indent=1))
+    else:
+        x, y, z = facts["position_mm"]
+        print(f"{facts['name']} at {x:g}, {y:g}, {z:g} mm, masses: {facts['masses']}")
+        for i, torque in enumerate(facts["holding_torque_N_m"]):
+            print(f"  joint {i}: {torque:9.5f} N m")
+        print(f"  of {facts['continuous_torque_N_m']:.3f} N m that the drive gives for ever")
+    return DONE if max(map(abs, facts["holding_torque_N_m"])) <= facts["continuous_torque_N_m"] else NOT_MET
+
+
+def _facts(given: argparse.Namespace) -> dict[str, Any]:
+    import numpy as np
+
+    from delta_cad.design import load_design
+    from delta_cad.drive import drive_torque
+    from haptics.gravity import gravity_torque
+    from haptics.machine import load_machine
+    from haptics.masses import PointMasses
+
+    if given.point_masses is not None:
+        design = load_design(given.design)
+        masses, source = PointMasses(*(mass / 1000.0 for mass in given.point_masses)), "point masses as given"
+    else:
+        machine = load_machine(given.design, given.masses)
+        design, masses, source = machine.design, machine.masses, "from the solids"
+    if given.at is None:
+        given.at = (0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm)
+    gravity = design.requirements.gravity_m_s2
+    torque = gravity_torque(design.geometry, masses, np.array(given.at) / MM_PER_M, gravity)
+    return {
+        "name": design.name,
+        "position_mm": list(given.at),
+        "gravity_m_s2": list(gravity),
+        "masses": source,
+        "holding_torque_N_m": torque.tolist(),
+        "continuous_torque_N_m": drive_torque(design).continuous_torque_N_m,
+    }
+
+
+def _published(as_json: bool) -> int:
+    from haptics.identify import identify
+
+    found = identify()
+    facts = {
+        "at_wrists_g": found.at_wrists_kg * 1e3,
+        "at_elbow_g": found.at_elbow_kg * 1e3,
+        "origin_height_mm": found.origin_height_m * MM_PER_M,
+        "fitted_mN_m": (found.torques_N_m * 1e3).tolist(),
+        "published_mN_m": (found.published_N_m * 1e3).tolist(),
+        "rms_mN_m": found.rms_N_m * 1e3,
+        "spread_at_origin_mN_m": found.spread_N_m * 1e3,
+        "masses": 3,
+        "identifiable": found.rank,
+    }
+    if as_json:
+        print(json.dumps(facts, indent=1))
+        return DONE
+    print("Published holding torques [RCIM2018], fitted with the two mass sums that torques at rest can tell:")
+    print(f"  m1 + 3 m3 / 2 = {facts['at_wrists_g']:.1f} g on the wrists")
+    print(f"  (m2 + m3) / 2 = {facts['at_elbow_g']:.1f} g on each elbow")
+    print(f"  origin of the handle's travel {facts['origin_height_mm']:.1f} mm over the base plane")
+    print(f"  rms misfit {facts['rms_mN_m']:.2f} mN m; the three torques at the origin, equal by symmetry, are spread")
+    print(
+        f"  by {facts['spread_at_origin_mN_m']:.2f} mN m. Of 3 masses {facts['identifiable']} sums can be identified:"
+    )
+    print("  moving mass from platform and upper arms into the forearms changes no torque at any position.")
+    for name in ("published", "fitted"):
+        print(f"  {name:9s}", *(f"{torque:7.2f}" for row in facts[f"{name}_mN_m"] for torque in row), "mN m")
+    return DONE
+
+
+def _position(text: str) -> tuple[float, ...]:
+    return _three(text)
+
+
+def _masses(text: str) -> tuple[float, ...]:
+    masses = _three(text)
+    if min(masses) < 0.0:
+        raise ValueError(text)
+    return masses
+
+
+def _three(text: str) -> tuple[float, ...]:
+    numbers = tuple(float(part) for part in text.split(","))
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        raise ValueError(text)
+    return numbers
+
+
+_position.__name__ = "position such as 0,0,95:"  # as argparse names it
+_masses.__name__ = "masses such as 60,50,20:"
