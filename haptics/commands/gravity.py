@@ -106,9 +106,7 @@ def _published(as_json: bool) -> int:
     print(f"  (m2 + m3) / 2 = {facts['at_elbow_g']:.1f} g on each elbow")
     print(f"  origin of the handle's travel {facts['origin_height_mm']:.1f} mm over the base plane")
     print(f"  rms misfit {facts['rms_mN_m']:.2f} mN m; the three torques at the origin, equal by symmetry, are spread")
-    print(
-        f"  by {facts['spread_at_origin_mN_m']:.2f} mN m. Of 3 masses {facts['identifiable']} sums can be identified:"
-    )
+    print(f"  by {facts['spread_at_origin_mN_m']:.2f} mN m. Of 3 masses {facts['identifiable']} sums show:")
     print("  moving mass from platform and upper arms into the forearms changes no torque at any position.")
     for name in ("published", "fitted"):
         print(f"  {name:9s}", *(f"{torque:7.2f}" for row in facts[f"{name}_mN_m"] for torque in row), "mN m")
