@@ -149,7 +149,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     if kind == "feasibility" and level >= 0.0:
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
     reason = "nothing to vary: every variable's bounds are equal"
-    asked = level
+    asked, again = level, False
     for _ in range(ROUNDS):
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
@@ -178,8 +178,13 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             for point, value in zip(w.points, w.values, strict=True)
             if value - (asked if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
         ]
-        if not violated or not program.add(violated) or not len(x):
+        if not len(x):
             break
+        if not violated or not program.add(violated):
+            # SLSQP may have stopped short of rows that it knows: once more, from inside
+            if again or kind == "feasibility" or violation(problem, x, worst) <= ROUNDING:
+                break
+            again = True
     else:
         reason = f"after {ROUNDS} exchanges there still are worse points"
     count.evaluations += program.evaluations
