@@ -9,13 +9,14 @@ forearm of constant length asks `s_i . (v - u_i) = 0`, and once more differentia
     M = (m + 3 m_vv) 1 + sum m_uv L_A (e G^T + G e^T) + (m_uu L_A^2 + I) G G^T
     c = sum m_uv L_A (e h - x theta_dot^2) + (m_uu L_A^2 + I) h G
 
-and the names of `masses`. Friction of a joint is Dahl's: a bristle of deflection b between -1 and 1 with
-`db / d theta = (1 - b sign(d theta)) / presliding`, torque `-coulomb b - viscous theta_dot`. It sticks, slips, and is
-passive. It depends on the path alone, not on the time, so along a turn without reversal b is an exponential of the
-angle; that is how a step takes it, and no stiffness is left to the integrator. Importing this module loads numba.
+and the names of `masses`. Friction of a joint is a bristle in series with a slider (Prandtl, Jenkin): its deflection b
+follows the turn, `db = d theta / presliding`, until it slips at -1 or 1; torque `-coulomb b - viscous theta_dot`. It
+sticks without creeping, slips, and is passive. b depends on the path alone, so a step takes it in closed form and no
+stiffness is left to the integrator. Importing this module loads numba.
 
 Source:
-    The rods' exact energy in place of the half masses of [RCIM2018]; P. Dahl, "A solid friction model", 1968.
+    The rods' exact energy in place of the half masses of [RCIM2018]; friction that does not creep under vibration, as
+    P. Dupont et al., "Single state elastoplastic friction models", IEEE Trans. Automatic Control 47 (2002), ask of one.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Plant(NamedTuple):
         gravity_z: Likewise.
         coulomb: Friction torque of a joint that slips, N m.
         viscous: N m s/rad.
-        presliding: Turn within which friction builds up to 63 %, rad.
+        presliding: Turn by which the bristle bends before it slips, rad.
         current_lag: Time constant of the current loop, s; 0 for none.
     """
 
@@ -231,8 +232,7 @@ def bristle(before, turn, presliding):
         turn: rad.
         presliding: rad.
     """
-    end = 1.0 if turn > 0.0 else -1.0
-    return end + (before - end) * math.exp(-abs(turn) / presliding)
+    return min(max(before + turn / presliding, -1.0), 1.0)
 
 
 @njit(cache=True, error_model="numpy")
