@@ -35,7 +35,7 @@ def test_it_is_what_the_mechanism_says(p: Any) -> None:
     assert out[POSITION] == pytest.approx(forward_kinematics(GEOMETRY, theta), abs=1e-14)
     assert out[POSITION] == pytest.approx(np.array(p), abs=1e-13)
     J = jacobian(GEOMETRY, p)
-    assert out[:3].T == pytest.approx(J, abs=1e-11 * np.abs(J).max())
+    assert pytest.approx(J, abs=1e-11 * np.abs(J).max()) == out[:3].T
     assert out[HOLDING] == pytest.approx(gravity_torque(GEOMETRY, MASSES, p, TILTED), abs=1e-12)
     assert reach == pytest.approx(np.sqrt(closure_margin(GEOMETRY, p).min()), rel=1e-10)
     determinant = np.linalg.det(forearm_vectors(GEOMETRY, p))
