@@ -67,10 +67,13 @@ class Search:
     Attributes:
         endings: One for each start, in their order.
         evaluations: Designs evaluated at the active points.
+        trail: After each exchange towards the objective: designs evaluated so far, and the level of a design that meets
+            every constraint on the polished surface, NaN of another.
     """
 
     endings: list[Ending] = field(default_factory=list)
     evaluations: int = 0
+    trail: list[tuple[int, float]] = field(default_factory=list)
 
     @property
     def best(self) -> Ending | None:
@@ -172,6 +175,9 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         worst = _worst(program, x)
         level = _own_level(program, x, worst)
         history.append(level)
+        if kind != "feasibility":
+            held = violation(problem, x, worst) <= ROUNDING
+            count.trail.append((count.evaluations + program.evaluations, level if held else np.nan))
         violated = [
             Active(name, _key(point))
             for name, w in worst.items()
