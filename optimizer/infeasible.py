@@ -19,16 +19,25 @@ class InfeasibleError(ValueError):
     Attributes:
         step: 1, 2 or 3.
         conflict: Names of constraints, of `CONSTRAINTS`, none of which can be spared from the contradiction.
+        words: The same in words.
         shortfall: How far the best design found stays below the worst margin of all constraints, without unit.
+        proved: Whether it is proved that no design within the bounds meets all constraints of the step.
     """
 
-    def __init__(self, step: int, conflict: tuple[str, ...], words: tuple[str, ...], shortfall: float) -> None:
-        self.step, self.conflict, self.shortfall = step, conflict, shortfall
+    def __init__(
+        self, step: int, conflict: tuple[str, ...], words: tuple[str, ...], shortfall: float, proved: bool = False
+    ) -> None:
+        self.step, self.conflict, self.words, self.shortfall, self.proved = step, conflict, words, shortfall, proved
         what = " and ".join(words)
         verb = "cannot be met together" if len(words) > 1 else "cannot be met"
         super().__init__(
             f"step {step}: {what} {verb} within bounds_mm; the nearest design found lacks {shortfall:.3g} of a margin"
+            + ("; proved: no design within bounds_mm meets all constraints of the step" if proved else "")
         )
+
+    def as_proved(self) -> InfeasibleError:
+        """The same, with a proof behind it."""
+        return InfeasibleError(self.step, self.conflict, self.words, self.shortfall, True)
 
 
 def best_level(problem: Problem, seed: int) -> float:
@@ -74,3 +83,23 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
             without = trial
     conflict = tuple(name for name in CONSTRAINTS if name in problem.constraints and name not in without)
     return InfeasibleError(problem.step, conflict, tuple(problem.describe(name) for name in conflict), -shortfall)
+
+
+def explain_proved(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError:
+    """The same for a step that is proved to be infeasible.
+
+    Args:
+        given: What the customer gave.
+        problem: The step.
+        reached_mm: Half side that the step before reached, as `step_problem` takes it.
+        seed: Of the starts.
+
+    Returns:
+        The error, marked as proved. It names the smallest contradiction, or all constraints where the local searches
+        see none: then no more than a rounding is lacking.
+    """
+    found = explain(given, problem, reached_mm, seed)
+    if found is not None:
+        return found.as_proved()
+    words = tuple(problem.describe(name) for name in problem.constraints)
+    return InfeasibleError(problem.step, problem.constraints, words, max(0.0, -best_level(problem, seed)), True)

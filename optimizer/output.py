@@ -71,6 +71,5 @@ def write_design(design: Design, path: Path) -> None:
 
 def _step(result: Result) -> dict[str, Any]:
     record = result.record()
-    return {
-        name: record[name] for name in ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa")
-    }
+    names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
+    return {name: record[name] for name in names}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,28 @@ ADVICE = {
     "between the samples": "the constraints hold on the GA's sample but not between its points; use `ga+sqp`",
     "no feasible design": "the GA met no feasible design though there is one; raise the population or use `sqp`",
     "interrupted": "stopped by hand; `--resume` goes on where it stopped",
+    "proved": "holds at every point of its cube, and no design within the bounds is better by more than the gap",
+    "gap not reached": "holds at every point of its cube; the gap is the one that was reached: raise `--boxes`",
+    "undecided": "no design was found and none was proved to be impossible: raise `--boxes`",
+    "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
 }
 """How a result can end -> what to do about it."""
+
+
+class Bound(NamedTuple):
+    """What was proved beside a result.
+
+    Attributes:
+        certified: Objective that is proved of the design at every point of its cube; None if it was sampled only.
+        bound: No design within the bounds of the step is better: mm, or a condition number; None if there is none.
+        gap: Distance of the objective from it, as a share of the objective; None without either.
+        boxes: Boxes of designs that were examined.
+    """
+
+    certified: float | None
+    bound: float | None
+    gap: float | None
+    boxes: int
 
 
 @dataclass(frozen=True)
@@ -35,12 +55,13 @@ class Result:
 
     Attributes:
         problem: The step that was solved.
-        method: `ga`, `sqp` or `ga+sqp`.
+        method: `ga`, `sqp`, `ga+sqp` or `proven`.
         design_mm: (6) lengths in the order of `VARIABLES`, mm.
         status: How it ended, a key of `ADVICE`.
         evaluations: Designs evaluated.
         history: Phase -> best objective after each generation or exchange.
         starts: How each start of SQP ended.
+        proof: Bound and gap; None where nothing was proved.
     """
 
     problem: Problem
@@ -50,6 +71,7 @@ class Result:
     evaluations: int = 0
     history: dict[str, tuple[float, ...]] = field(default_factory=dict)
     starts: tuple[Ending, ...] = ()
+    proof: Bound | None = None
 
     @property
     def advice(self) -> str:
@@ -73,7 +95,9 @@ class Result:
 
     @property
     def objective(self) -> float:
-        """Half side in mm (steps 1 and 2) or largest condition number (step 3)."""
+        """Half side in mm (steps 1 and 2) or largest condition number (step 3); the proved one where there is one."""
+        if self.proof is not None and self.proof.certified is not None:
+            return self.proof.certified
         return self.max_kappa if self.problem.step == 3 else self.design_mm[SIDE]
 
     @cached_property
@@ -132,8 +156,9 @@ class Result:
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
             "max_torque_N_m": _finite(self.max_torque),
             "max_kappa": _finite(self.max_kappa),
-            "proven_bound": None,
-            "gap": None,
+            "proven_bound": None if self.proof is None else self.proof.bound,
+            "gap": None if self.proof is None else self.proof.gap,
+            "boxes": None if self.proof is None else self.proof.boxes,
             "status": self.status,
             "advice": self.advice,
             "feasible": self.feasible,

@@ -1,25 +1,27 @@
-"""The three steps one after the other, each by GA, SQP or GA and then SQP; every phase can be kept and taken up."""
+"""The three steps one after the other, each by GA, SQP, GA and then SQP, or by proof; every phase can be kept."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from optimizer import genetic, sqp
+from optimizer import genetic, proving, sqp
 from optimizer.extremes import design_worst
 from optimizer.genetic import Generation
-from optimizer.infeasible import explain
+from optimizer.infeasible import explain, explain_proved
 from optimizer.problem import SIDE, Problem, ProblemError, step_problem
 from optimizer.program import ROUNDING
+from optimizer.proving import Effort
 from optimizer.requirements import Requirements
-from optimizer.result import Result
+from optimizer.result import Bound, Result
 from optimizer.sqp import Ending
 
-METHODS = ("ga", "sqp", "ga+sqp")
+METHODS = ("ga", "sqp", "ga+sqp", "proven")
 CANDIDATES = 10
 """Of the last generation that are looked at between the samples."""
 HALVINGS = 24
@@ -33,10 +35,11 @@ class Progress(NamedTuple):
 
     Attributes:
         step: 1, 2 or 3.
-        phase: `ga` or `sqp`.
-        done: Generations or starts.
-        total: How many there are.
+        phase: `ga`, `sqp` or `proof`.
+        done: Generations, starts, or boxes of designs.
+        total: How many there are; of boxes at most.
         best: Best objective so far: half side in mm, or kappa; NaN before there is one.
+        bound: What is proved so far that no design beats; NaN in the other phases.
     """
 
     step: int
@@ -44,6 +47,7 @@ class Progress(NamedTuple):
     done: int
     total: int
     best: float
+    bound: float = math.nan
 
 
 class Store(Protocol):
@@ -77,6 +81,8 @@ class Run:
         steps: Which of the three, in order.
         population: Individuals of the GA; None for the paper's.
         generations: Of the GA.
+        effort: How far proofs go.
+        prove: Whether the other methods' results get a bound, and contradictions a proof, too, if numba is installed.
         report: Told where the run is.
         stop: Asked after each generation and each start; True ends the run with the best so far.
         store: Keeps the phases; None keeps nothing.
@@ -88,6 +94,8 @@ class Run:
     steps: tuple[int, ...] = (1, 2, 3)
     population: int | None = None
     generations: int = genetic.GENERATIONS
+    effort: Effort = field(default_factory=Effort)
+    prove: bool = False
     report: Callable[[Progress], None] | None = None
     stop: Callable[[], bool] = bool
     store: Store | None = None
@@ -99,7 +107,8 @@ class Run:
             One result a step; fewer if the run was stopped, the last of them as far as it came.
 
         Raises:
-            ProblemError: An unknown method, steps that are not in order, or step 3 without a half side.
+            ProblemError: An unknown method, steps that are not in order, step 3 without a half side, or no numba for
+                the method `proven`.
             InfeasibleError: A step whose constraints cannot be met together.
         """
         if self.method not in METHODS:
@@ -119,6 +128,9 @@ class Run:
         return found
 
     def _solve(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
+        if self.method == "proven":
+            return self._proven(problem, reached)
+        proves = self.prove and proving.available()
         known = np.empty((0, len(problem.free)))
         if before is not None:  # what the step before found, its cube cut down to what this step allows
             known = problem.scaled(np.array(before.design_mm))[None]
@@ -130,8 +142,38 @@ class Run:
         if not result.feasible and result.status != "interrupted":
             error = explain(self.given, problem, reached, self.seed)
             if error is not None:
-                raise error
+                raise error.as_proved() if proves and self._impossible(problem) else error
+        if proves and result.feasible and result.status != "interrupted":
+            result = self._bounded(problem, result)
         return result
+
+    def _proven(self, problem: Problem, reached: float | None) -> Result:
+        phase = f"{problem.step}/proven"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(problem, self.method, kept)
+        result, impossible = proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop)
+        if impossible:
+            raise explain_proved(self.given, problem, reached, self.seed)
+        return self._finish(phase, result)
+
+    def _bounded(self, problem: Problem, result: Result) -> Result:
+        phase = f"{problem.step}/bound"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(problem, self.method, kept)
+        return self._finish(phase, proving.with_bound(result, self.seed, self.effort, self._teller(problem), self.stop))
+
+    def _impossible(self, problem: Problem) -> bool:
+        """Whether no design is feasible, proved."""
+        return proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop)[1]
+
+    def _teller(self, problem: Problem) -> proving.Report:
+        def tell(done: int, total: int, best: float, bound: float) -> None:
+            if self.report is not None:
+                self.report(Progress(problem.step, "proof", done, total, best, bound))
+
+        return tell
 
     def _genetic(self, problem: Problem, known: np.ndarray) -> Result:
         phase = f"{problem.step}/ga"
@@ -185,6 +227,9 @@ class Run:
         result = Result(problem, self.method, _mm(problem, x), status, evaluations, history, tuple(found.endings))
         if start is not None and not result.better_than(start):
             result = replace(result, design_mm=start.design_mm, status="not improved")
+        for x in known:  # the design of the step before may hold where SQP ends a rounding short of it
+            as_it_is = replace(result, design_mm=_mm(problem, x), status="not improved")
+            result = as_it_is if as_it_is.feasible and not result.feasible else result
         return self._finish(phase, result)
 
     def _finish(self, phase: str, result: Result) -> Result:
@@ -271,6 +316,7 @@ def _kept(result: Result) -> dict[str, Any]:
         "evaluations": result.evaluations,
         "history": {name: [None if np.isnan(v) else v for v in values] for name, values in result.history.items()},
         "starts": [list(start) for start in result.starts],
+        "proof": None if result.proof is None else list(result.proof),
     }
 
 
@@ -280,4 +326,7 @@ def _result(problem: Problem, method: str, kept: dict[str, Any]) -> Result:
         Ending(tuple(start), tuple(x), level, converged, reason, tuple(past))
         for start, x, level, converged, reason, past in kept["starts"]
     )
-    return Result(problem, method, tuple(kept["design_mm"]), kept["status"], kept["evaluations"], history, starts)
+    proof = None if kept["proof"] is None else Bound(*kept["proof"])
+    return Result(
+        problem, method, tuple(kept["design_mm"]), kept["status"], kept["evaluations"], history, starts, proof
+    )

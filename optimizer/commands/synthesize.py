@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 
 NAME = "synthesize"
 TEXT = "the three steps of dimensional synthesis; writes the last step's design file"
-METHODS = ("ga", "sqp", "ga+sqp")
+METHODS = ("ga", "sqp", "ga+sqp", "proven")
+GAP, BOXES, BOXES_BESIDE = 1e-5, 2_000_000, 100_000
+"""Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds."""
+
+
+NAMES = ("method", "seed", "steps", "population", "generations", "gap", "boxes", "no_proof")
+"""Arguments that make a run another run."""
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -27,6 +33,14 @@ def _steps(text: str) -> tuple[int, ...]:
     return steps
 
 
+def _gap(text: str) -> float:
+    gap = float(text)
+    if not 0.0 < gap < math.inf:
+        raise ValueError(text)
+    return gap
+
+
+_gap.__name__ = "gap > 0"
 _steps.__name__ = "list of steps such as 1,2,3:"  # as argparse names it
 
 
@@ -39,6 +53,10 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", type=Path, default=Path("best.json"), metavar="FILE", help="default: best.json")
     command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: 100, 220, 220 by step")
     command.add_argument("--generations", type=natural, default=100, metavar="N", help="of the GA; default: 100")
+    command.add_argument("--gap", type=_gap, default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}")
+    most = f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method"
+    command.add_argument("--boxes", type=natural, metavar="N", help=f"of designs, at which a proof ends; {most}")
+    command.add_argument("--no-proof", action="store_true", help="no bound beside the result of ga, sqp, ga+sqp")
     command.add_argument("--json", action="store_true", help="the results as JSON on stdout")
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left beside FILE")
 
@@ -55,12 +73,13 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.genetic import GeneticError
     from optimizer.infeasible import InfeasibleError
     from optimizer.problem import ProblemError
+    from optimizer.proving import Effort
     from optimizer.three_step import Run
 
     key = {
-        "checkpoint": 1,
+        "checkpoint": 2,
         "requirements": requirements_hash(task),
-        **{name: getattr(given, name) for name in ("method", "seed", "steps", "population", "generations")},
+        **{name: getattr(given, name) for name in NAMES},
     }
     try:
         store = Checkpoint(given.out.with_name(given.out.name + ".checkpoint.jsonl"), key, given.resume)
@@ -68,7 +87,8 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
-    sizes = {"population": given.population, "generations": given.generations}
+    boxes = (BOXES if given.method == "proven" else BOXES_BESIDE) if given.boxes is None else given.boxes
+    sizes = {"population": given.population, "generations": given.generations, "effort": Effort(given.gap, boxes)}
     with Interrupt() as asked, Line() as line:
         try:
             run = Run(
@@ -77,6 +97,7 @@ def run(given: argparse.Namespace) -> int:
                 given.seed,
                 given.steps,
                 **sizes,
+                prove=not given.no_proof,
                 report=lambda at: line.show(_told(at)),
                 stop=asked,
                 store=store,
@@ -128,11 +149,24 @@ def _summary(result: Result) -> str:
     unit = "" if result.problem.step == 3 else " mm"
     return (
         f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths} mm; "
+        f"{_bound(result, unit)}"
         f"torque {result.max_torque:.4g} N m, kappa {result.max_kappa:.4g}; {result.status}: {result.advice}"
     )
 
 
+def _bound(result: Result, unit: str) -> str:
+    proof = result.proof
+    if proof is None or proof.bound is None or proof.gap is None:
+        return ""
+    word = "below" if result.problem.step == 3 else "above"
+    return f"proved: none {word} {proof.bound:.6g}{unit}, gap {proof.gap:.1e}; "
+
+
 def _told(at: Progress) -> str:
     what = "kappa" if at.step == 3 else "half side"
+    if at.phase == "proof" and at.done == 0 and math.isnan(at.best):
+        return f"step {at.step} proof: loading; compiles for some 20 s when it runs for the first time"
     best = "none feasible yet" if math.isnan(at.best) else f"{what} {at.best:.5g}"
+    if at.phase == "proof":
+        return f"step {at.step} proof {at.done:,} boxes: {best}, bound {at.bound:.6g}"
     return f"step {at.step} {at.phase} {at.done}/{at.total}: {best}"

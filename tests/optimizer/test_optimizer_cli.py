@@ -186,7 +186,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
 
     def show(_line: object, at: object) -> None:
         shown.append(at)
-        if len(shown) == 8:  # in step 2
+        if len(shown) > 1 and [str(text)[:6] for text in shown].count("step 2") == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
     command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
