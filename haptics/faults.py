@@ -1,0 +1,170 @@
+"""What the supervisor can find: a code, a text, how grave it is, what is done about it, and how it is cleared.
+
+A finding is a bit, `1 << code`, so that any number of them is one integer. A WARNING is present as long as its
+condition is and takes force away smoothly; a FAULT latches until the operator resets it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class State(IntEnum):
+    """Of the supervisor. Only in the middle three does a scene's force reach the motors."""
+
+    DISABLED = 0
+    RAMPING = 1
+    ACTIVE = 2
+    DEGRADED = 3
+    FAULT = 4
+
+
+class Severity(IntEnum):
+    """How grave a finding is."""
+
+    WARNING = 1
+    FAULT = 2
+
+
+class Reaction(IntEnum):
+    """What is done, from the mildest; of several latched faults the strictest counts.
+
+    NONE only tells. FADE takes the scene's force away as far as the finding says; HOLD keeps the gravity torque alone;
+    DAMP keeps it and adds `-damping theta_dot`; BRAKE damps without gravity, where the pose is known too badly to hold
+    it; OFF lets all torque go to zero. Each goes along the slew limits.
+    """
+
+    NONE = 0
+    FADE = 1
+    HOLD = 2
+    DAMP = 3
+    BRAKE = 4
+    OFF = 5
+
+
+class Fault(IntEnum):
+    """Code of a finding; never renumbered, because logs and boards keep it."""
+
+    ANGLE_INVALID = 1
+    ANGLE_JUMP = 2
+    ANGLE_FROZEN = 3
+    FROZEN_SUSPECTED = 4
+    CLOCK_INVALID = 5
+    TICK_LATE = 6
+    DEADLINE_MISSED = 7
+    EDGE_LEFT = 8
+    EDGE_FAR = 9
+    JOINT_RANGE = 10
+    NOT_CLOSED = 11
+    SINGULAR = 12
+    SINGULAR_NEAR = 13
+    OVERSPEED = 14
+    MOTOR_WARM = 15
+    MOTOR_HOT = 16
+    COMMAND_STALE = 17
+    COMMAND_INVALID = 18
+    RAMP_HELD = 19
+    ENERGY_LIMITED = 20
+    ENERGY_SPENT = 21
+    ORDER = 22
+    WATCHDOG = 23
+    DEVICE_LOST = 24
+    EMERGENCY_STOP = 25
+
+    @property
+    def bit(self) -> int:
+        """The finding as a mask."""
+        return 1 << int(self)
+
+
+class About(NamedTuple):
+    """Of one code.
+
+    Attributes:
+        text: What was found.
+        severity: WARNING or FAULT.
+        reaction: What is done.
+        cleared: How it goes away.
+    """
+
+    text: str
+    severity: Severity
+    reaction: Reaction
+    cleared: str
+
+
+_W, _F, _R = Severity.WARNING, Severity.FAULT, Reaction
+_RESET = "operator's reset, once the condition is gone"
+
+TABLE: dict[Fault, About] = {
+    Fault.ANGLE_INVALID: About("an encoder reads no number", _F, _R.OFF, _RESET),
+    Fault.ANGLE_JUMP: About("an encoder moved faster than its joint can turn", _F, _R.OFF, _RESET),
+    Fault.ANGLE_FROZEN: About(
+        "an encoder keeps one count while the other joints turn, or while all force is taken away", _F, _R.OFF, _RESET
+    ),
+    Fault.FROZEN_SUSPECTED: About(
+        "an encoder keeps one count under a large torque for a time", _W, _R.FADE, "the first count that changes"
+    ),
+    Fault.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.HOLD, _RESET),
+    Fault.TICK_LATE: About("a tick came late", _W, _R.NONE, "the next tick in time"),
+    Fault.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.HOLD, _RESET),
+    Fault.EDGE_LEFT: About("the handle is outside the certified cube", _W, _R.FADE, "moving it back"),
+    Fault.EDGE_FAR: About("the handle is far outside the certified cube", _F, _R.DAMP, "moving it back, then reset"),
+    Fault.JOINT_RANGE: About("a joint is outside its range", _F, _R.DAMP, "moving it back, then reset"),
+    Fault.NOT_CLOSED: About("no position of the handle fits the angles", _F, _R.OFF, _RESET),
+    Fault.SINGULAR: About("the mechanism is at a singularity", _F, _R.BRAKE, "moving it away, then reset"),
+    Fault.SINGULAR_NEAR: About("the mechanism is close to a singularity", _W, _R.FADE, "moving it away"),
+    Fault.OVERSPEED: About("the handle is too fast", _F, _R.DAMP, "standing still, then reset"),
+    Fault.MOTOR_WARM: About("a motor is warm; its torque is limited", _W, _R.FADE, "cooling down"),
+    Fault.MOTOR_HOT: About(
+        "a motor is at its largest temperature", _F, _R.OFF, "cooling down till it is not warm, then reset"
+    ),
+    Fault.COMMAND_STALE: About("the host has not spoken for too long", _W, _R.FADE, "the host's next word"),
+    Fault.COMMAND_INVALID: About("the controller asked for no number", _F, _R.OFF, _RESET),
+    Fault.RAMP_HELD: About(
+        "the scene pushes the handle away while its force is coming in", _W, _R.FADE, "the handle at rest or free"
+    ),
+    Fault.ENERGY_LIMITED: About(
+        "the hand has been given the energy it may be given", _W, _R.FADE, "work of the hand against the force"
+    ),
+    Fault.ENERGY_SPENT: About("the scene goes on asking for energy that it may not give", _F, _R.DAMP, _RESET),
+    Fault.ORDER: About("torques were asked for without a check before them", _F, _R.OFF, _RESET),
+    Fault.WATCHDOG: About("the drive's watchdog has cut the torque", _F, _R.OFF, _RESET),
+    Fault.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
+    Fault.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),
+}
+"""All codes."""
+
+
+def mask(faults: Iterable[Fault]) -> int:
+    """The bits of several findings as one integer."""
+    bits = 0
+    for fault in faults:
+        bits |= fault.bit
+    return bits
+
+
+def findings(bits: int) -> tuple[Fault, ...]:
+    """The findings whose bits are set, by rising code."""
+    return tuple(fault for fault in Fault if bits & fault.bit)
+
+
+def described(bits: int) -> str:
+    """The findings in words, for a log or a message; "no findings" where there is none."""
+    parts = [f"{int(f)} {f.name}: {TABLE[f].text} ({TABLE[f].severity.name.lower()})" for f in findings(bits)]
+    return "; ".join(parts) or "no findings"
+
+
+LATCHING = mask(f for f in Fault if TABLE[f].severity is Severity.FAULT)
+"""Bits that latch."""
+ALWAYS = mask((Fault.EMERGENCY_STOP,))
+"""Bits that latch even while nothing is enabled."""
+EXTERNAL = mask((Fault.WATCHDOG, Fault.DEVICE_LOST, Fault.EMERGENCY_STOP))
+"""Bits that come from outside: a button, or the device."""
+
+
+def reacting(*reactions: Reaction) -> int:
+    """Bits of the faults with one of these reactions."""
+    return mask(f for f in Fault if TABLE[f].severity is Severity.FAULT and TABLE[f].reaction in reactions)

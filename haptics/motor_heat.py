@@ -1,0 +1,138 @@
+"""How warm a motor gets: two bodies, winding and housing, from the catalogue; a running mean of the square otherwise.
+
+The winding is heated by `R(T) i^2`, gives its heat to the housing, and the housing to the air:
+
+    d T_w / dt = heat torque^2 (1 + slope (T_w - 25)) - (T_w - T_h) / winding_time
+    d T_h / dt = (T_w - T_h) coupling - (T_h - ambient) / housing_time
+
+with `heat = R_25 / (k_t drive)^2 / C_w`, `C_w = winding_time / R_wh`, `coupling = 1 / (R_wh C_h)` and
+`housing_time = R_ha C_h`. The catalogue has no time constant of the housing: C_h is the motor's mass times 450 J/(kg K)
+(steel and copper lie at 385 to 490), which gives 702 s for the RE 30.
+
+Where a motor's thermal data are missing the same equations run without a housing and in units of the allowed rise
+(ambient 0, largest 1): `d x / dt = (torque^2 / continuous^2 - x) / time`, "I squared t". Its time is chosen such that
+from cold the peak torque may last exactly the peak time.
+Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from delta_cad.catalogue import Motor
+
+COPPER = 0.0039
+"""Rise of copper's resistance per kelvin, about 25 C."""
+REFERENCE_C = 25.0
+"""Temperature of the catalogue's resistance and ambient."""
+SPECIFIC_HEAT = 450.0
+"""Of a whole motor, J/(kg K)."""
+DERATE_K = 30.0
+"""De-rating begins this far below the largest temperature: at the peak torque the catalogue's windings warm by 6 to
+10 K/s, so there are 3 s in which the torque comes down, and nobody feels a step."""
+DERATE_SHARE = 0.7
+"""The same where only x is known."""
+
+
+class Heat(NamedTuple):
+    """Thermal parameters of one joint's motor, with torques at the joint.
+
+    Attributes:
+        continuous: Torque it can hold for ever, N m.
+        ambient: Temperature of the air, C; 0 where only x is known.
+        derate: Temperature from which the torque is limited.
+        hottest: Temperature at which it is switched off.
+        heat: K/s per (N m)^2, at 25 C.
+        slope: 1/K of the resistance.
+        winding_time: s.
+        coupling: Winding to housing, seen by the housing, 1/s; 0 without a housing.
+        housing_time: s.
+    """
+
+    continuous: float
+    ambient: float
+    derate: float
+    hottest: float
+    heat: float
+    slope: float
+    winding_time: float
+    coupling: float
+    housing_time: float
+
+
+def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> Heat:
+    """The thermal parameters of a catalogue motor behind its drive.
+
+    Args:
+        motor: The catalogue row.
+        drive: Joint torque over motor torque: ratio times efficiency.
+        ambient_C: Temperature of the air. Without thermal data it is taken as 25 C, whatever is given.
+
+    Returns:
+        The parameters: of two bodies where resistances, time constant and largest temperature are all known.
+
+    Raises:
+        ValueError: `drive` is not positive and finite, or the air is not cooler than the motor may be.
+    """
+    if not (math.isfinite(drive) and drive > 0.0):
+        raise ValueError(f"drive is {drive!r}; it must be finite and positive")
+    continuous = motor.nominal_torque_N_m * drive
+    inner, outer = motor.thermal_resistance_winding_housing_K_W, motor.thermal_resistance_housing_ambient_K_W
+    winding_time, hottest = motor.thermal_time_constant_winding_s, motor.max_winding_temperature_C
+    if inner is None or outer is None or winding_time is None or hottest is None:
+        over = (motor.peak_torque_N_m / motor.nominal_torque_N_m) ** 2
+        time = motor.peak_time_s / -math.log1p(-1.0 / over)
+        return Heat(continuous, 0.0, DERATE_SHARE, 1.0, 1.0 / (continuous**2 * time), 0.0, time, 0.0, 1.0)
+    if not ambient_C < hottest - DERATE_K:
+        raise ValueError(f"ambient_C is {ambient_C!r}; it must be below {hottest - DERATE_K:g} C for {motor.id}")
+    housing = motor.mass_g / 1000.0 * SPECIFIC_HEAT
+    current = 1.0 / (motor.torque_constant_N_m_A * drive)
+    return Heat(
+        continuous=continuous,
+        ambient=ambient_C,
+        derate=hottest - DERATE_K,
+        hottest=hottest,
+        heat=motor.resistance_ohm * current**2 * inner / winding_time,
+        slope=COPPER,
+        winding_time=winding_time,
+        coupling=1.0 / (inner * housing),
+        housing_time=outer * housing,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def warmed(heat, winding, housing, torque, seconds):
+    """Temperatures a moment later.
+
+    Args:
+        heat: `Heat`, or any record with its fields.
+        winding: C.
+        housing: C.
+        torque: N m at the joint.
+        seconds: s; more than a tenth of the winding's time constant is taken as that.
+
+    Returns:
+        Winding and housing, C.
+    """
+    dt = min(seconds, 0.1 * heat.winding_time)
+    power = heat.heat * torque * torque * (1.0 + heat.slope * max(winding - REFERENCE_C, 0.0))
+    flow = winding - housing
+    winding += dt * (power - flow / heat.winding_time)
+    housing += dt * (flow * heat.coupling - (housing - heat.ambient) / heat.housing_time)
+    return winding, housing
+
+
+@njit(cache=True, error_model="numpy")
+def allowed(heat, torque, winding):
+    """Torque that may be given at a temperature: all up to `derate`, then linearly down to `continuous` at `hottest`.
+
+    Args:
+        heat: `Heat`, or any record with its fields.
+        torque: Limit of the cold motor, N m.
+        winding: C.
+    """
+    share = min(max((winding - heat.derate) / (heat.hottest - heat.derate), 0.0), 1.0)
+    return torque - share * max(torque - heat.continuous, 0.0)
