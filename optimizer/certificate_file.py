@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import hashlib
 import json
 import math
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -258,22 +261,33 @@ def write_certificate(certificate: Certificate, path: str | Path) -> None:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Writes a text file whole or not at all: beside its place, then renamed.
+    """Writes a text file whole or not at all; see `write_all`."""
+    write_all({path: text})
+
+
+def write_all(texts: Mapping[Path, str]) -> None:
+    """Writes text files, all of them whole or none: each beside its place, then all renamed.
 
     Args:
-        path: Where to; replaced if it is there, its directory made if it is not.
-        text: The content.
+        texts: Where to, replaced if it is there, its directory made if it is not -> the content.
 
     Raises:
-        OSError: It cannot be written; nothing is left beside its place.
+        OSError: One cannot be written; nothing is left beside its place.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    beside = {path: path.with_name(f".{path.name}.{os.getpid()}") for path in texts}
     try:
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path)
+        for path, text in texts.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            beside[path].write_text(text, encoding="utf-8")
+        for path in texts:
+            if path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        for path in texts:
+            beside[path].replace(path)
     finally:
-        beside.unlink(missing_ok=True)
+        for part in beside.values():
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
 
 
 def read_certificate(path: str | Path) -> Certificate:
