@@ -17,6 +17,8 @@ from optimizer.program import ROUNDING, SLACK, Active, Program
 
 EXCHANGE_GRID = 17
 """Points along an edge where worse points are looked for, before they are polished."""
+CONFIRMING_GRID = 41
+"""The same before an ending is believed; what a result checks itself on."""
 START_GRID = 5
 ROUNDS = 15
 """Exchanges; 3 to 8 are usual."""
@@ -173,20 +175,18 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             asked = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
         worst = _worst(program, x)
+        new = program.add(_violated(program, worst, asked))
+        if not new and kind != "feasibility":  # a narrow peak may stand between the points
+            worst = _worst(program, x, CONFIRMING_GRID)
+            new = program.add(_violated(program, worst, asked))
         level = _own_level(program, x, worst)
         history.append(level)
         if kind != "feasibility":
             held = violation(problem, x, worst) <= ROUNDING
             count.trail.append((count.evaluations + program.evaluations, level if held else np.nan))
-        violated = [
-            Active(name, _key(point))
-            for name, w in worst.items()
-            for point, value in zip(w.points, w.values, strict=True)
-            if value - (asked if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
-        ]
         if not len(x):
             break
-        if not violated or not program.add(violated):
+        if not new:
             # SLSQP may have stopped short of rows that it knows: once more, from inside
             if again or kind == "feasibility" or violation(problem, x, worst) <= ROUNDING:
                 break
@@ -263,8 +263,18 @@ def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.nda
     return objective, np.stack(columns, axis=1) if columns else np.zeros((len(x), 1))
 
 
-def _worst(program: Program, x: np.ndarray) -> dict[str, Worst]:
-    found = design_worst(program.problem, program.problem.designs(x[None])[0], EXCHANGE_GRID)
+def _violated(program: Program, worst: dict[str, Worst], asked: float) -> list[Active]:
+    """The worst points at which a margin is less than the program asks."""
+    return [
+        Active(name, _key(point))
+        for name, w in worst.items()
+        for point, value in zip(w.points, w.values, strict=True)
+        if value - (asked if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
+    ]
+
+
+def _worst(program: Program, x: np.ndarray, n: int = EXCHANGE_GRID) -> dict[str, Worst]:
+    found = design_worst(program.problem, program.problem.designs(x[None])[0], n)
     if program.kind != "quality":
         found.pop("quality", None)
     return found
