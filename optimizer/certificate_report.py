@@ -11,6 +11,7 @@ import numpy as np
 
 from delta_cad.mechanism import CubeExtremes, reach_excess
 from delta_cad.mechanism.findings import Finding
+from delta_cad.mechanism.limits import Limits
 from optimizer.certificate import Certificate
 from optimizer.certificate_bounds import Bound
 
@@ -159,7 +160,32 @@ def _mm(p: Point) -> Point:
 def rounded(value: float, upwards: bool) -> str:
     """A bound in `DIGITS` digits, rounded to the side on which it still is true."""
     context = Context(prec=DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
-    return f"{float(context.create_decimal(Decimal(value))):.{DIGITS}g}"
+    return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{DIGITS}g}"
+
+
+def limit_words(limits: Limits, condition: str) -> str:
+    """What a condition asks, rounded to the side on which the words still are true.
+
+    Args:
+        limits: The conditions.
+        condition: Name of one that is asked.
+
+    Returns:
+        Such as "kappa <= 2.27".
+    """
+    if condition == "singularity":
+        return "det S of one sign"
+    if condition == "reach":
+        return f"every elbow arm >= {rounded(limits.elbow_arm_min * MM, False)} mm"
+    if condition == "torque":
+        force = rounded(limits.force or 0.0, False)
+        return f"torque <= {rounded(limits.torque_max or 0.0, True)} N m for {force} N in any direction"
+    if condition == "shoulder":
+        low, high = (x * DEG for x in limits.shoulder or (-math.pi, math.pi))
+        return f"shoulder angle {rounded(low, False)} to {rounded(high, True)} deg"
+    if condition == "lean":
+        return f"lean <= {rounded((limits.lean_max or 0.0) * DEG, True)} deg"
+    return f"kappa <= {rounded(limits.kappa_max or math.inf, True)}"
 
 
 def place(p: Point) -> str:

@@ -95,7 +95,9 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
 
 
 def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, reason: str) -> dict[str, Any]:
-    share = certificate.gravity
+    from optimizer.certificate_file import certificate_to_dict
+
+    share, told = certificate.gravity, certificate_to_dict(certificate)
     return {
         "certificate": str(given.certificate),
         "holds": not reason,
@@ -103,6 +105,9 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "design": certificate.design,
         "design_checked": given.design is not None,
         "masses_checked": given.mass_properties is not None,
+        "geometry": told["geometry"],
+        "cube": told["cube"],
+        "limits": told["limits"],
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
@@ -115,6 +120,8 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
 
 
 def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay) -> str:
+    from optimizer.certificate_report import limit_words
+
     about = "" if given.design is None else f", and covers all that {given.design.name} asks"
     if certificate.gravity is None:
         gravity = "gravity is NOT taken off the torque"
@@ -123,7 +130,12 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
     else:
         checked = "checked" if given.mass_properties is not None else "as recorded, their file not given"
         gravity = f"gravity is taken off, {certificate.gravity.masses.carried_mass:.4g} kg at the wrists, {checked}"
+    g, cube = certificate.geometry, certificate.cube
+    L_A, L_B, R, r = (1e3 * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
+    side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height
     return (
         f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}\n"
+        f"{'; '.join(limit_words(certificate.limits, name) for name in replay.proved)}\n"
+        f"{certificate.design}: L_A {L_A:g}, L_B {L_B:g}, R {R:g}, r {r:g}, cube of {side:g} from {low:g} mm up\n"
         f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined; {gravity}"
     )

@@ -71,6 +71,10 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert err == ""
     assert told.startswith("certificate.json holds: reach, singularity, torque, lean proved again at every point")
     assert "covers all that best.json asks" in told
+    torque = load_design(BEST).requirements.joint_torque_N_m
+    assert (
+        f"every elbow arm >= 0 mm; det S of one sign; torque <= {torque:g} N m for 3 N in any direction; lean" in told
+    )
     assert "gravity is NOT taken off the torque" in told
 
 
@@ -155,6 +159,14 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
         "reach", "singularity", "torque", "kappa", "shoulder", "lean",
     ]  # fmt: skip
     limits = json.loads(out.read_text())["limits"]
+    assert call("verify", out, "--json") == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["limits"] == limits
+    assert again["cube"]["half_side_m"] == 0.0375
+    assert call("verify", out) == 0
+    words = capsys.readouterr().out
+    assert "; kappa <= 2.26772; shoulder angle -39.241 to 65.5047 deg; lean <= 27.1977 deg\n" in words
+    assert "dashboard-joystick: L_A 82, L_B 112.079, R 40, r 30, cube of 75 from 57.112 mm up\n" in words
     rows = {row["figure"]: row for row in told["conditions"]}
     assert limits["kappa_max"] == rows["kappa"]["proved"]
     assert limits["elbow_arm_min_m"] == pytest.approx(rows["elbow arm"]["proved"] / 1e3, rel=1e-14)
@@ -431,4 +443,5 @@ def test_rounding_keeps_a_bound_true() -> None:
     for x in (2.2676939276602437, 0.1, 54.909705274, -39.24005, 1e-7, 123456.5):
         assert float(rounded(x, True)) >= x >= float(rounded(x, False))
     assert rounded(2.2676931, True) == "2.2677"
+    assert rounded(0.8, True) == rounded(0.8, False) == "0.8"
     assert rounded(2.2676931, False) == "2.26769"
