@@ -15,8 +15,8 @@ NARROW = 1e-5
 ROUNDING = 1e-12
 """Added where a torque is brought from one force to another, in two roundings of 1e-16."""
 WIDER = 10.0
-MOST_BOXES = 200_000
-"""Of one try, some 0.3 s; a bound that needs more is sought farther away."""
+MOST_BOXES = 20_000
+"""Of one try; a bound that needs more is sought farther away, so that a tight certificate is replayed in seconds."""
 TRIES = 5
 """The last distance is then 10 % or 0.1 rad."""
 Progress = Callable[[int, float], None]
