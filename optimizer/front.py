@@ -108,6 +108,8 @@ class Curve:
         largest: Largest half side, mm; NaN where nothing meets the requirements.
         beyond: Constraints that cannot be met together 1 % beyond it, or at all.
         finished: Whether it was traced to its end.
+        largest_bound: Proven: no cube within the requirements has a larger half side, mm; None where no proof was
+            asked.
     """
 
     given: Requirements
@@ -117,6 +119,7 @@ class Curve:
     largest: float = math.nan
     beyond: tuple[str, ...] = ()
     finished: bool = True
+    largest_bound: float | None = None
 
     def kappa_at(self, half_side: float) -> float | None:
         """The front's kappa at a half side in mm, on the line between two points; None outside the front."""
@@ -175,6 +178,8 @@ class Tracer:
         low = self._smallest(high)
         finished = self._coarse(low, high, top.design_mm) and self._fine(low, high) and self._sweeps()
         points = tuple(Point(result, active_constraints(result)) for result in self._front())
+        if finished and not points:
+            raise FrontError("no design holds between the points of the search's grid; give another --seed")
         beyond = self._beyond(high) if finished else ()
         return Curve(self.given, self.name, self.words, points, high, beyond, finished)
 

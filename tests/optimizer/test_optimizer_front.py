@@ -175,6 +175,12 @@ def test_search_that_finds_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> N
         Tracer(joystick(), 5).curve()
 
 
+def test_front_of_nothing_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Tracer, "_front", lambda _: [])
+    with pytest.raises(FrontError, match="no design holds between"):
+        Tracer(joystick(half_side=(38.0, 40.0)), 4).curve()
+
+
 def test_larger_cube_found_beyond_is_followed(curve: Curve, monkeypatch: pytest.MonkeyPatch) -> None:
     true, lame = front.sqp.search, []
 

@@ -1,0 +1,98 @@
+"""Maps of the condition number and of the worst joint torque over slices of the cube."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.path import Path
+
+from optimizer.maps import Slice
+from optimizer.pictures.style import pretty, styled
+
+MM = 1000.0
+SAME = 1e-6
+"""Part by which two worst values may differ and still both be the worst of all: an optimum has several."""
+LEVELS = 9
+"""Of the contour lines inside the range."""
+
+
+@styled
+def maps(slices: list[Slice], force: float, title: str) -> Figure:
+    """Draws both figures of merit over every slice, a row each, with one scale a row.
+
+    Args:
+        slices: The maps.
+        force: That the torque is for, N.
+        title: Name of the design.
+
+    Returns:
+        The figure, 12.4 x 7 inches.
+    """
+    figure = Figure(figsize=(12.4, 7.0), layout="constrained")
+    figure.suptitle(pretty(title), fontsize=12)
+    axes = figure.subplots(2, len(slices), squeeze=False)
+    rows = (
+        ("kappa", "condition number", "viridis", "{:.3f}"),
+        ("torque", f"worst joint torque for {force:g} N (N m)", "cividis", "{:.4f} N m"),
+    )
+    for row, (name, label, colours, form) in zip(axes, rows, strict=True):
+        values = [getattr(found, name) for found in slices]
+        inside = np.concatenate([v[s.inside] for v, s in zip(values, slices, strict=True)])
+        low, high = float(np.nanmin(inside)), float(np.nanmax(inside))
+        worst = max(s.worst(v)[0] for v, s in zip(values, slices, strict=True))
+        picture: Any = None
+        for ax, found, value in zip(row, slices, values, strict=True):
+            picture = _map(ax, found, value, (low, high), colours)
+            _marks(ax, found, value, form, worst)
+        figure.colorbar(picture, ax=list(row), label=label, extend="max", fraction=0.02, pad=0.01)
+    return figure
+
+
+def _map(ax: Axes, found: Slice, value: np.ndarray, limits: tuple[float, float], colours: str) -> Any:
+    across, up = found.across * MM, found.up * MM
+    picture = ax.pcolormesh(
+        across,
+        up,
+        np.ma.masked_invalid(value),
+        cmap=colours,
+        vmin=limits[0],
+        vmax=limits[1],
+        shading="nearest",
+        rasterized=True,
+    )
+    levels = np.linspace(*limits, LEVELS + 2)[1:-1]
+    if limits[1] > limits[0]:
+        ax.contour(across, up, np.ma.masked_invalid(value), levels=levels, colors="white", linewidths=0.5, alpha=0.7)
+    return picture
+
+
+def _marks(ax: Axes, found: Slice, value: np.ndarray, form: str, worst: float) -> None:
+    left, right, lower, upper = (MM * side for side in found.outline)
+    edge = (found.across[0] * MM, found.across[-1] * MM, found.up[0] * MM, found.up[-1] * MM)
+    # what is not in the cube is veiled
+    hole = [(left, lower), (left, upper), (right, upper), (right, lower)]  # turns the other way: it stays open
+    frame = [(edge[0], edge[2]), (edge[1], edge[2]), (edge[1], edge[3]), (edge[0], edge[3])]
+    veil = Path([*frame, frame[0], *hole, hole[0]], [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY] * 2)
+    ax.add_patch(PathPatch(veil, facecolor="white", alpha=0.45, linewidth=0.0))
+    ax.add_patch(Rectangle((left, lower), right - left, upper - lower, fill=False, edgecolor="black", linewidth=1.6))
+    largest, x, y = found.worst(value)
+    star = largest >= worst * (1.0 - SAME)
+    ax.plot(
+        [x * MM],
+        [y * MM],
+        marker="*" if star else "X",
+        markersize=15 if star else 8,
+        color="#D55E00",
+        markeredgecolor="white",
+        markeredgewidth=1.0,
+        clip_on=False,
+        zorder=5,
+    )
+    ax.set_title(f"{found.title}\nworst " + form.format(largest) + (" (of all)" if star else ""))
+    ax.set(xlabel=f"{found.axes[0]} (mm)", ylabel=f"{found.axes[1]} (mm)", xlim=edge[:2], ylim=edge[2:])
+    ax.set_aspect("equal")
+    ax.grid(False)

@@ -1,0 +1,67 @@
+"""How the front moves with the outline and with the joints' torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from optimizer.front import Curve
+from optimizer.pictures.style import BLUE, GREEN, GREY, VERMILLION, pretty, styled
+from optimizer.trade import Trade
+
+STYLES = ((GREEN, (0, (1, 1)), "s"), (VERMILLION, (0, (5, 1.5)), "D"))
+
+
+@styled
+def trade(found: Trade, title: str) -> Figure:
+    """Draws both families over the front as required, one picture each.
+
+    Args:
+        found: The fronts.
+        title: Name of the requirements.
+
+    Returns:
+        The figure, 11 x 5 inches.
+    """
+    figure = Figure(figsize=(11.0, 5.4), layout="constrained")
+    figure.suptitle(pretty(title), fontsize=12)
+    left, right = figure.subplots(1, 2, sharey=True)
+    width, depth = found.main.points[-1].outline
+    reach = found.main.points[-1].reach
+    _family(
+        left, found.main, found.outlines, f"as required: R + L_A {reach:.4g} mm, outline {width:.0f} x {depth:.0f} mm"
+    )
+    left.set(title="other outlines", ylabel="worst condition number in the cube")
+    _family(right, found.main, found.torques, f"as required; it needs up to {found.torque_needed:.3f} N m")
+    right.set(title="less torque for the force")
+    return figure
+
+
+def _family(ax: Axes, main: Curve, others: Sequence[Curve], words: str) -> None:
+    _line(ax, main, words, BLUE, "-", "o")
+    for curve, (colour, line, mark) in zip(others, STYLES, strict=False):
+        if curve.points:
+            _line(ax, curve, _told(curve), colour, line, mark)
+        else:
+            ax.plot([], [], color=GREY, label=pretty(f"{curve.words}: no design"))
+    ax.set_xlabel("side of the cube, 2 L (mm)")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13))
+
+
+def _line(ax: Axes, curve: Curve, label: str, colour: str, line: object, mark: str) -> None:
+    sides = [2.0 * point.half_side for point in curve.points]
+    kappas = [point.kappa for point in curve.points]
+    ax.plot(
+        sides, kappas, color=colour, linestyle=line, linewidth=1.6, marker=mark, markersize=3.5, label=pretty(label)
+    )
+
+
+def _told(curve: Curve) -> str:
+    last = curve.points[-1]
+    if curve.name.startswith("outline"):
+        width, depth = last.outline
+        return f"R + L_A {last.reach:.4g} mm, outline {width:.0f} x {depth:.0f} mm"
+    starts = next((2.0 * point.half_side for point in curve.points if "torque" in point.active), None)
+    return curve.words + ("" if starts is None else f": binds from {starts:.0f} mm on")
