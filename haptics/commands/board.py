@@ -1,0 +1,71 @@
+"""`board`: the simulated machine behind the socket protocol, in place of a controller board."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from delta_cad.console import BAD_INPUT, DONE, refuse
+
+NAME = "board"
+TEXT = "a simulated controller board on a socket, for hosts that speak the protocol of haptics/PROTOCOL.md"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    command.add_argument("--host", default="127.0.0.1", help="numeric address to listen on (default: %(default)s)")
+    command.add_argument("--port", type=int, default=0, help="0 for any that is free; it is printed")
+    command.add_argument("--allow-remote", action="store_true", help="let other machines connect: there is no password")
+    command.add_argument("--paced", action="store_true", help="tick by the clock, not as fast as the host answers")
+    command.add_argument("--once", action="store_true", help="end with the first session")
+    command.add_argument("--idle", type=float, default=60.0, metavar="S", help="end after so long without a host")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    from delta_cad.design import DesignError
+    from haptics.devices.server import listen, serve
+    from haptics.masses import MassError
+
+    try:
+        if not 0 <= given.port <= 65535:
+            return refuse(f"--port {given.port}: must be 0 to 65535", BAD_INPUT)
+        if not 0.0 < given.idle < 1e6:
+            return refuse(f"--idle {given.idle:g}: must be more than 0 s and at most 1e6 s", BAD_INPUT)
+        board, period = _board(given)
+        listening = listen(given.host, given.port, allow_remote=given.allow_remote)
+    except (DesignError, MassError) as error:
+        return refuse(str(error), BAD_INPUT)
+    except (ValueError, OSError) as error:
+        return refuse(f"--host {given.host} --port {given.port}: {error}", BAD_INPUT)
+    with listening:
+        host, port = listening.getsockname()[:2]
+        print(f"listening on {host} {port}")
+        sys.stdout.flush()
+        patience = period if given.paced else 0.05
+        sessions = serve(board, listening, patience=patience, paced=given.paced, idle=given.idle, once=given.once)
+    dropped = ", ".join(f"{number} {why}" for why, number in sorted(board.counts.items())) or "nothing"
+    print(f"{sessions} sessions; dropped: {dropped}")
+    return DONE
+
+
+def _board(given: argparse.Namespace):
+    import math
+
+    from delta_cad import catalogue
+    from delta_cad.design import MM_PER_M
+    from haptics.devices.board import Board
+    from haptics.devices.simulated import SimulatedDevice
+    from haptics.machine import load_machine
+    from haptics.plant import plant
+
+    machine = load_machine(given.design, given.masses)
+    counts = catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
+    par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
+    centre = (machine.design.cube.bottom_height_mm + machine.design.cube.half_side_mm) / MM_PER_M
+    device = SimulatedDevice(par, [0.0, 0.0, centre], count=2.0 * math.pi / counts)
+    torque = min(machine.design.requirements.joint_torque_N_m, machine.drive.peak_torque_N_m)
+    return Board(device, device.period, torque, counts), device.period

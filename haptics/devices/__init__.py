@@ -1,0 +1,1 @@
+"""Devices behind the interface of `haptics.device`; this package imports nothing."""

@@ -1,0 +1,170 @@
+"""The board's side of the protocol as a state machine without sockets and clocks: bytes in, bytes out, tick by tick.
+
+What drives joints is a `Device`: the reference server puts the simulated plant behind it, a real board its motors.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from haptics.device import Device, Sample
+from haptics.devices.protocol import (
+    RESET_WATCHDOG,
+    STOP_PRESSED,
+    VERSION,
+    WATCHDOG_TRIPPED,
+    Kind,
+    Packet,
+    PacketError,
+    Reason,
+    Wrong,
+    decode,
+    encode,
+    following,
+    newer,
+)
+
+NS_PER_S = 1_000_000_000
+LONGEST_WATCHDOG = 0.1
+"""A host may not ask for more, s: at 2 m/s a handle crosses the cube in less than that."""
+
+
+class Board:
+    """One session at a time; torques are held to its own limit and to its own watchdog.
+
+    Args:
+        device: What is driven. It is read once a tick.
+        period: Of the tick, s.
+        torque_limit: Of a joint, N m; what is beyond is clipped.
+        counts: Of an encoder's turn, told to the host.
+        watchdog: Time without a good COMMAND after which torque goes to zero, s, until the host asks for another.
+
+    Attributes:
+        counts: How many packets were dropped, and why.
+        stop: Whether the emergency stop is pressed: torque is zero then.
+    """
+
+    def __init__(self, device: Device, period: float, torque_limit: float, counts: int, watchdog: float = 0.02) -> None:
+        self._device, self._period, self._limit, self._counts_per_turn = device, period, torque_limit, counts
+        self._default_watchdog = self._watchdog = watchdog
+        self._peer: Any = None
+        self._session = self._sequence = self._heard = 0
+        self._silent, self._tripped, self._answered = 0.0, False, False
+        self._torques, self._time = np.zeros(3), 0.0
+        self.counts: Counter[str] = Counter()
+        self.stop = False
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a session."""
+        return self._peer is not None
+
+    @property
+    def peer(self) -> Any:
+        """Where the session's host is; None without a session."""
+        return self._peer
+
+    @property
+    def answered(self) -> bool:
+        """Whether the newest STATE has its COMMAND, so that a simulated clock need not wait any longer."""
+        return self._answered
+
+    @property
+    def tripped(self) -> bool:
+        """Whether the watchdog has cut the torque; RESET_WATCHDOG on a COMMAND, or a new session, ends it."""
+        return self._tripped
+
+    def received(self, data: bytes, peer: Any) -> bytes | None:
+        """Takes a datagram.
+
+        Args:
+            data: The datagram.
+            peer: Where it came from.
+
+        Returns:
+            What to send back there at once, if anything.
+        """
+        try:
+            packet = decode(data)
+        except PacketError as error:
+            self.counts[error.wrong.name] += 1
+            return self._refusal(0, 0, Reason.VERSION) if error.wrong is Wrong.VERSION else None
+        if packet.kind is Kind.HELLO:
+            return self._hello(packet, peer)
+        if peer != self._peer or packet.session != self._session:
+            self.counts["STRANGER"] += 1
+            return None
+        if packet.kind is Kind.BYE:
+            return self.farewell()
+        if packet.kind is not Kind.COMMAND:
+            self.counts["UNEXPECTED"] += 1
+        elif not newer(packet.sequence, self._heard):
+            self.counts["OLD"] += 1
+        else:
+            self._command(packet)
+        return None
+
+    def tick(self) -> bytes | None:
+        """One period: the watchdog, the torques, the reading. Returns the STATE to send, None without a session."""
+        if self.connected:
+            self._silent = 0.0 if self._answered else self._silent + self._period
+            if self._silent > self._watchdog + 0.5 * self._period and not self._tripped:
+                self._tripped = True
+                self.counts["TRIPPED"] += 1
+        off = self._tripped or self.stop or not self.connected
+        self._device.write(np.zeros(3) if off else self._torques)
+        sample: Sample = self._device.read()
+        self._time = sample.time
+        if not self.connected:
+            return None
+        self._answered = False
+        flags = WATCHDOG_TRIPPED * self._tripped | STOP_PRESSED * self.stop
+        return self._packet(Kind.STATE, tuple(float(a) for a in sample.angles), flags)
+
+    def farewell(self) -> bytes | None:
+        """Ends the session from this side; returns the BYE to send, None without a session."""
+        if not self.connected:
+            return None
+        bye = self._packet(Kind.BYE)
+        self.end()
+        return bye
+
+    def end(self) -> None:
+        """Ends the session and lets all torque go."""
+        self._peer, self._torques, self._tripped = None, np.zeros(3), False
+        self._device.write(self._torques)
+
+    def _hello(self, packet: Packet, peer: Any) -> bytes:
+        asked = packet.values[0]
+        if self.connected and peer != self._peer and not self._tripped:
+            self.counts["BUSY"] += 1
+            return self._refusal(packet.session, packet.sequence, Reason.BUSY)
+        if not self._period <= asked <= LONGEST_WATCHDOG:
+            return self._refusal(packet.session, packet.sequence, Reason.WATCHDOG)
+        again = self.connected and peer == self._peer and packet.session == self._session
+        if not again:  # a HELLO is repeated when its WELCOME was lost; the session goes on then
+            self.end()
+            self._peer, self._session, self._watchdog = peer, packet.session, asked
+            self._sequence, self._silent, self._answered = 0, 0.0, True
+        self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
+        return self._packet(Kind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
+
+    def _command(self, packet: Packet) -> None:
+        self._heard, self._answered = packet.sequence, True
+        if packet.answers != self._sequence:
+            self.counts["LATE"] += 1
+        if packet.flags & RESET_WATCHDOG:
+            self._tripped, self._silent = False, 0.0
+        self._torques = np.clip(packet.values, -self._limit, self._limit)
+
+    def _packet(self, kind: Kind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:
+        self._sequence = following(self._sequence)
+        time = round(self._time * NS_PER_S)
+        return encode(Packet(kind, self._session, self._sequence, self._heard, time, values, flags))
+
+    def _refusal(self, session: int, answers: int, reason: Reason) -> bytes:
+        time = round(self._time * NS_PER_S)
+        return encode(Packet(Kind.REFUSED, session, 1, answers, time, (reason, VERSION)))

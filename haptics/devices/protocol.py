@@ -1,0 +1,153 @@
+"""The packets between host and board, version 1; the page beside it, `haptics/PROTOCOL.md`, says what they mean."""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from enum import IntEnum
+from typing import NamedTuple
+
+from haptics.faults import Fault
+
+VERSION = 1
+MAGIC = b"DHAP"
+PORT = 47110
+_HEADER = struct.Struct("<4sBBHIIIQ")  # magic, version, kind, flags, session, sequence, answers, time in ns
+_CHECK = struct.Struct("<I")
+SHORTEST = _HEADER.size + _CHECK.size
+_WRAP = 2**32
+
+
+class Kind(IntEnum):
+    """Of a packet."""
+
+    HELLO = 1
+    WELCOME = 2
+    STATE = 3
+    COMMAND = 4
+    BYE = 5
+    REFUSED = 6
+
+
+class Reason(IntEnum):
+    """Why a HELLO is refused."""
+
+    VERSION = 1
+    BUSY = 2
+    WATCHDOG = 3
+
+
+class Wrong(IntEnum):
+    """What is wrong with bytes that are no packet."""
+
+    SHORT = 1
+    MAGIC = 2
+    CHECK = 3
+    VERSION = 4
+    KIND = 5
+    LENGTH = 6
+    VALUE = 7
+
+
+PAYLOAD: dict[Kind, struct.Struct] = {
+    Kind.HELLO: struct.Struct("<d"),  # watchdog that the host asks for, s
+    Kind.WELCOME: struct.Struct("<dddI"),  # period s, watchdog s, torque limit N m, counts per turn
+    Kind.STATE: struct.Struct("<ddd"),  # shoulder angles, rad; NaN for an encoder that knows of its fault
+    Kind.COMMAND: struct.Struct("<ddd"),  # torques, N m
+    Kind.BYE: struct.Struct("<"),
+    Kind.REFUSED: struct.Struct("<HH"),  # reason, version that is spoken
+}
+
+WATCHDOG_TRIPPED, STOP_PRESSED = 1, 2
+"""Flags of a STATE."""
+RESET_WATCHDOG = 1
+"""Flag of a COMMAND."""
+FAULT_OF_FLAG = {WATCHDOG_TRIPPED: Fault.WATCHDOG, STOP_PRESSED: Fault.EMERGENCY_STOP}
+
+
+class PacketError(ValueError):
+    """Bytes that are no packet of this version.
+
+    Attributes:
+        wrong: What is wrong.
+    """
+
+    def __init__(self, wrong: Wrong, text: str) -> None:
+        super().__init__(text)
+        self.wrong = wrong
+
+
+class Packet(NamedTuple):
+    """One datagram.
+
+    Attributes:
+        kind: What it is.
+        session: Number of the session, chosen by the host at HELLO.
+        sequence: Of the sender, one more for each packet, modulo 2^32.
+        answers: Sequence of the other side's newest packet; 0 for none.
+        time: Of the sender's clock, ns.
+        values: As `PAYLOAD` says.
+        flags: See above.
+    """
+
+    kind: Kind
+    session: int
+    sequence: int
+    answers: int
+    time: int
+    values: tuple[float, ...] = ()
+    flags: int = 0
+
+
+def encode(packet: Packet, version: int = VERSION) -> bytes:
+    """A packet as it goes over the wire.
+
+    Args:
+        packet: The packet.
+        version: Another one only to test the other side.
+    """
+    header = _HEADER.pack(
+        MAGIC, version, packet.kind, packet.flags, packet.session, packet.sequence, packet.answers, packet.time
+    )
+    body = header + PAYLOAD[packet.kind].pack(*packet.values)
+    return body + _CHECK.pack(zlib.crc32(body))
+
+
+def decode(data: bytes) -> Packet:
+    """Bytes from the wire as a packet.
+
+    Magic, version and check are in the same places in every version, so that another version can be told from noise.
+
+    Raises:
+        PacketError: They are none; `wrong` says why. Angles may be NaN, all other numbers must be finite.
+    """
+    if len(data) < SHORTEST:
+        raise PacketError(Wrong.SHORT, f"{len(data)} bytes; a packet has at least {SHORTEST}")
+    magic, version, kind, flags, session, sequence, answers, time = _HEADER.unpack_from(data)
+    if magic != MAGIC:
+        raise PacketError(Wrong.MAGIC, f"begins with {magic!r}; a packet begins with {MAGIC!r}")
+    if _CHECK.unpack_from(data, len(data) - _CHECK.size)[0] != zlib.crc32(data[: -_CHECK.size]):
+        raise PacketError(Wrong.CHECK, "its check sum is wrong")
+    if version != VERSION:
+        raise PacketError(Wrong.VERSION, f"version {version}; this is version {VERSION}")
+    if kind not in PAYLOAD:
+        raise PacketError(Wrong.KIND, f"kind {kind} is unknown")
+    payload = PAYLOAD[Kind(kind)]
+    if len(data) != SHORTEST + payload.size:
+        raise PacketError(Wrong.LENGTH, f"{len(data)} bytes; a {Kind(kind).name} has {SHORTEST + payload.size}")
+    values = payload.unpack_from(data, _HEADER.size)
+    for value in values:
+        if not math.isfinite(value) and not (kind == Kind.STATE and math.isnan(value)):
+            raise PacketError(Wrong.VALUE, f"a {Kind(kind).name} holds {value}")
+    return Packet(Kind(kind), session, sequence, answers, time, values, flags)
+
+
+def newer(sequence: int, than: int) -> bool:
+    """Whether a sequence number is newer, across the wrap at 2^32 (within half of it)."""
+    return 0 < (sequence - than) % _WRAP < _WRAP // 2
+
+
+def following(sequence: int) -> int:
+    """The next sequence number; never 0, which means none."""
+    return (sequence + 1) % _WRAP or 1

@@ -1,0 +1,78 @@
+"""A recording as a device: it reads what was read once, and keeps what is written now."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from haptics.device import DeviceError, EndOfRecordingError, Sample, three_torques
+from haptics.recording import Recorder, Recording, load_recording, save_recording
+
+
+class RecordedDevice:
+    """Replays the angles of a recording; the handle does not feel what is written.
+
+    Args:
+        recording: A recording, or a file of one.
+        log: Where readings and what was written are saved at closing; .csv or .npz; None for nowhere.
+
+    Attributes:
+        recording: What is replayed.
+    """
+
+    def __init__(self, recording: Recording | str | Path, log: str | Path | None = None) -> None:
+        self.recording = recording if isinstance(recording, Recording) else load_recording(recording)
+        self._log, self._recorder = log, Recorder()
+        self._tick, self._closed = -1, False
+
+    @property
+    def time(self) -> float:
+        """Of the last reading, s; of the first one before it."""
+        return float(self.recording.time[max(self._tick, 0)]) if len(self.recording.time) else 0.0
+
+    @property
+    def written(self) -> Recording:
+        """Readings and what was written after each of them."""
+        return self._recorder.recording()
+
+    def read(self) -> Sample:
+        """The next row; see `Device`. Raises EndOfRecordingError after the last one."""
+        self._require_open()
+        if self._tick + 1 >= len(self.recording.time):
+            raise EndOfRecordingError(f"the recording has no more than {len(self.recording.time)} ticks")
+        self._tick += 1
+        return Sample(self.recording.angles[self._tick].copy(), self.time)
+
+    def write(self, torques: ArrayLike) -> None:
+        """Keeps them beside the last reading; see `Device`. Before the first reading and at the end they are zero."""
+        self._require_open()
+        values = three_torques(torques)
+        if self._tick >= 0 and len(self._recorder) <= self._tick:
+            self._recorder.add(self.time, self.recording.angles[self._tick], values)
+        elif values.any():
+            raise DeviceError("a recording takes one write after each reading")
+
+    def close(self) -> None:
+        """Writes the log; see `Device`."""
+        if not self._closed and self._log is not None:
+            save_recording(self.written, self._log)
+        self._closed = True
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise DeviceError("the recorded device is closed")
+
+
+def difference(recording: Recording, again: Recording) -> np.ndarray:
+    """Torques of a replay less those of the recording.
+
+    Args:
+        recording: The first.
+        again: The second, of the same ticks or fewer.
+
+    Returns:
+        (n, 3) N m for the ticks of `again`.
+    """
+    return again.torques - recording.torques[: len(again.torques)]

@@ -1,0 +1,202 @@
+"""A board at the other end of a link: the host's side of the protocol, as a device."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from haptics.device import DeviceError, DeviceLostError, Sample, three_torques
+from haptics.devices.board import NS_PER_S
+from haptics.devices.link import Link
+from haptics.devices.protocol import (
+    FAULT_OF_FLAG,
+    RESET_WATCHDOG,
+    Kind,
+    Packet,
+    PacketError,
+    Reason,
+    Wrong,
+    decode,
+    encode,
+    following,
+    newer,
+)
+
+TRIES = 5
+"""HELLOs and BYEs before it is given up: with one of two packets lost, 5 fail once in thousand."""
+
+
+class DeviceRefusedError(DeviceError):
+    """The board does not want this host, or speaks another version."""
+
+
+class RemoteDevice:
+    """A board as a device. Opening it says HELLO and waits for the WELCOME.
+
+    Args:
+        link: To the board.
+        watchdog: Time without a command after which the board cuts the torque, s.
+        timeout: Time without a STATE after which the board is lost, s.
+        session: Any number of 32 bits that was not used before; drawn if not given.
+        clock: Grows by the second; passed in by tests.
+
+    Attributes:
+        period: The board's, s.
+        watchdog: As the board set it, s.
+        torque_limit: The board's own, N m.
+        counts_per_turn: Of an encoder.
+        counts: Packets dropped, and why; STATEs that never came (LOST) or were overtaken by a newer one (SKIPPED);
+            STATEs that know an older command than the newest (UNANSWERED).
+
+    Raises:
+        DeviceLostError: Nobody answers.
+        DeviceRefusedError: The board refuses.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        *,
+        watchdog: float = 0.02,
+        timeout: float = 0.1,
+        session: int | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._link, self._timeout, self._clock = link, timeout, clock
+        self._session = secrets.randbits(32) if session is None else session
+        self._sequence = self._heard = self._time_ns = 0
+        self._reset, self._closed = False, False
+        self.counts: Counter[str] = Counter()
+        try:
+            welcome = self._ask(Kind.HELLO, (watchdog,), Kind.WELCOME)
+            if welcome is None:
+                raise DeviceLostError(f"no board answers within {TRIES * timeout:g} s")
+        except BaseException:
+            link.close()
+            raise
+        self._heard, self._time_ns = welcome.sequence, welcome.time
+        self.period, self.watchdog, self.torque_limit, counts = welcome.values
+        self.counts_per_turn = int(counts)
+
+    @property
+    def time(self) -> float:
+        """The board's clock at its last STATE, s."""
+        return self._time_ns / NS_PER_S
+
+    def reset_watchdog(self) -> None:
+        """The next command ends what the board's watchdog began."""
+        self._reset = True
+
+    def read(self) -> Sample:
+        """Waits for a STATE newer than the last, and takes the newest of those that are there; see `Device`.
+
+        Raises:
+            DeviceLostError: None came in time, the board said BYE, or its address is dead.
+        """
+        self._require_open()
+        end, newest = self._clock() + self._timeout, None
+        while True:
+            packet = self._next(0.0 if newest is not None else end - self._clock())
+            if packet is not None and packet.kind is Kind.BYE:
+                raise DeviceLostError("the board has ended the session")
+            if packet is not None and packet.kind is Kind.STATE:
+                if newest is not None:
+                    self.counts["SKIPPED"] += 1
+                self.counts["LOST"] += (packet.sequence - self._heard - 1) % 2**32
+                self._heard, newest = packet.sequence, packet
+            elif packet is not None:  # a WELCOME that came twice
+                self._heard = packet.sequence
+            elif newest is not None:
+                break
+            elif self._clock() >= end:
+                raise DeviceLostError(f"the board has sent nothing for {self._timeout:g} s")
+        self._time_ns = newest.time
+        if newest.answers != self._sequence:
+            self.counts["UNANSWERED"] += 1
+        flags = sum(fault.bit for flag, fault in FAULT_OF_FLAG.items() if newest.flags & flag)
+        return Sample(np.array(newest.values), self.time, flags)
+
+    def write(self, torques: ArrayLike) -> None:
+        """Sends a COMMAND; see `Device`. Whether it came is seen in the next STATE, not here."""
+        self._require_open()
+        values = tuple(float(v) for v in three_torques(torques))
+        self._send(Kind.COMMAND, values, RESET_WATCHDOG if self._reset else 0)
+        self._reset = False
+
+    def close(self) -> None:
+        """Says BYE until it is answered, a few times at most, and closes the link; see `Device`."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._ask(Kind.BYE, (), Kind.BYE)
+        except DeviceError:
+            pass  # gone already: its watchdog has cut the torque
+        finally:
+            self._link.close()
+
+    def _ask(self, kind: Kind, values: tuple[float, ...], reply: Kind) -> Packet | None:
+        """Sends until the reply comes; None after the last try. A REFUSED, or only another version, raises."""
+        for _ in range(TRIES):
+            self._send(kind, values)
+            end = self._clock() + self._timeout
+            while True:
+                packet = self._next(end - self._clock())
+                if packet is not None and packet.kind is reply:
+                    return packet
+                if packet is not None and packet.kind is Kind.REFUSED:
+                    raise DeviceRefusedError(_refusal(packet))
+                if self.counts[Wrong.VERSION.name]:
+                    raise DeviceRefusedError("the board speaks another version of the protocol")
+                if self._clock() >= end:
+                    break
+        return None
+
+    def _next(self, seconds: float) -> Packet | None:
+        """The next packet of this session that is not old; None if time is up, or if what came was dropped."""
+        try:
+            data = self._link.receive(seconds)
+        except OSError as error:
+            raise DeviceLostError(f"the board is gone: {error.strerror or error}") from None
+        if data is None:
+            return None
+        try:
+            packet = decode(data)
+        except PacketError as error:
+            self.counts[error.wrong.name] += 1
+            return None
+        if packet.kind is Kind.REFUSED and not self._heard:
+            return packet
+        if packet.session != self._session:
+            self.counts["STRANGER"] += 1
+            return None
+        if not newer(packet.sequence, self._heard):
+            self.counts["OLD"] += 1
+            return None
+        return packet
+
+    def _send(self, kind: Kind, values: tuple[float, ...], flags: int = 0) -> None:
+        self._sequence = following(self._sequence)
+        sent = round(self._clock() * NS_PER_S)
+        packet = Packet(kind, self._session, self._sequence, self._heard, sent, values, flags)
+        try:
+            self._link.send(encode(packet))
+        except OSError as error:
+            raise DeviceLostError(f"the board is gone: {error.strerror or error}") from None
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise DeviceError("the remote device is closed")
+
+
+def _refusal(packet: Packet) -> str:
+    """A REFUSED in words."""
+    reason, version = int(packet.values[0]), int(packet.values[1])
+    known = {Reason.VERSION: "another version", Reason.BUSY: "it has a host already", Reason.WATCHDOG: "the watchdog"}
+    why = known[Reason(reason)] if reason in list(Reason) else f"reason {reason}"
+    return f"the board refuses: {why} (it speaks version {version})"

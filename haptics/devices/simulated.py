@@ -1,0 +1,82 @@
+"""The machine as equations: the exact plant with a quantised encoder. Importing this module loads numba."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from haptics.device import DeviceError, Sample, three_torques
+from haptics.plant import FREE, STATES, Hand, Plant, advance, angles
+
+
+class SimulatedDevice:
+    """A plant, a hand, and a clock that moves on by one period from reading to reading.
+
+    Attributes:
+        state: (STATES,) of the plant; may be set between ticks.
+        hand: The hand; may be changed between ticks.
+        anchor: (3,) where the person wants the handle, m; may be changed between ticks.
+        force: (3,) further force on the handle, N; likewise.
+        torques: (3,) held at the motors, N m.
+
+    Raises:
+        ValueError: The handle cannot be where it is to start, or period, steps or count are not positive.
+    """
+
+    def __init__(
+        self,
+        par: Plant,
+        position: ArrayLike,
+        *,
+        period: float = 1e-3,
+        count: float = 0.0,
+        hand: Hand = FREE,
+        steps: int = 4,
+    ) -> None:
+        if not (period > 0.0 and steps > 0 and count >= 0.0):
+            raise ValueError(f"period {period!r} s, steps {steps!r} and count {count!r} rad must be positive")
+        self.par, self.period, self.count, self.hand, self.steps = par, period, count, hand, steps
+        self.state, self.anchor = np.zeros(STATES), np.array(position, dtype=float)
+        self.state[:3] = self.anchor
+        self.force, self.torques = np.zeros(3), np.zeros(3)
+        self._room, self._theta = np.zeros((13, STATES)), np.zeros(3)
+        self._tick, self._closed = -1, False
+        angles(par, self.state, self._theta)
+        if not np.isfinite(self._theta).all():
+            raise ValueError(f"the handle cannot be at {self.anchor.tolist()} m: a chain cannot be closed")
+
+    @property
+    def time(self) -> float:
+        """Of the last reading, s."""
+        return max(self._tick, 0) * self.period
+
+    @property
+    def true_angles(self) -> np.ndarray:
+        """(3,) angles without quantisation, rad."""
+        return self._theta.copy()
+
+    def read(self) -> Sample:
+        """Moves the plant on by a period, but for the first time, and reads its encoders; see `Device`."""
+        self._require_open()
+        if self._tick >= 0:
+            advance(
+                self.par, self.hand, self.anchor, self.force, self.torques, self.period, self.steps, self.state,
+                self._room,
+            )  # fmt: skip
+        self._tick += 1
+        angles(self.par, self.state, self._theta)
+        read = np.round(self._theta / self.count) * self.count if self.count > 0.0 else self._theta.copy()
+        return Sample(read, self.time)
+
+    def write(self, torques: ArrayLike) -> None:
+        """See `Device`."""
+        self._require_open()
+        self.torques = three_torques(torques)
+
+    def close(self) -> None:
+        """See `Device`."""
+        self.torques, self._closed = np.zeros(3), True
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise DeviceError("the simulated device is closed")
