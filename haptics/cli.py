@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 
 from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, Parser, refuse, with_negatives
-from haptics.commands import gravity
+from haptics.commands import firmware, gravity
 
-COMMANDS = (gravity,)
+COMMANDS = (firmware, gravity)
 EXIT_CODES = "exit codes: 0 done; 1 done, but a promise fails; 2 the input or the usage is wrong"
 
 

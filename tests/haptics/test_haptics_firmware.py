@@ -1,0 +1,189 @@
+"""The C controller: compiled, and double for double the Python tick over good and bad readings."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from committed import BEST, Built
+from numba import float64, int64, njit, typeof
+
+from delta_cad.design import Design
+from delta_cad.drive import drive_torque
+from delta_cad.mechanism import inverse_kinematics
+from haptics.assumptions import default_controller
+from haptics.cli import main
+from haptics.controller import Controller, fresh, tick
+from haptics.filters import foaw
+from haptics.firmware.generate import sources, write_firmware
+from haptics.firmware.layout import LayoutError, c_type
+from haptics.firmware.translate import Translation, TranslationError, literal
+from haptics.machine import Machine
+from haptics.masses import Masses
+from haptics.rows import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
+from haptics.supervisor_memory import ENABLE, REQUEST, RESET
+
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+HOME = np.array([0.0, 0.0, 0.0946])
+LAWS = law_table(
+    PAPER_SETTINGS["k0.4"].row(HOME, damping=20.0),
+    spring_row(stiffness=50.0, damping=1.0, point=HOME),
+    constant_row([0.1, -0.2, 0.3]),
+    home_row(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
+    axis_wall_row("+x", 0.005, stiffness=1500.0, damping=3.0),
+)
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return Machine(best, MASSES, drive_torque(best))
+
+
+def compiled(controller: Controller, folder: Path) -> Any:
+    """The C controller as a library; warnings are errors."""
+    write_firmware(sources(controller, "under-test"), folder)
+    library, code = folder.with_suffix(".so"), folder / "delta_controller.c"
+    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-fPIC", "-shared"]
+    compiler = shutil.which("cc")
+    assert compiler is not None, "a C compiler is needed"
+    subprocess.run([compiler, *flags, str(code), "-o", str(library), "-lm"], check=True)
+    loaded = ctypes.CDLL(str(library))
+    double = ctypes.POINTER(ctypes.c_double)
+    loaded.delta_tick.restype = ctypes.c_longlong
+    loaded.delta_tick.argtypes = [double, double, ctypes.c_long, ctypes.c_double, double, double]
+    return loaded
+
+
+def pointer(array: np.ndarray) -> Any:
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def readings(machine: Machine, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and angles of a handle that wanders, with jumps, numbers that are none, and late ticks in between."""
+    rng = np.random.default_rng(seed)
+    way = np.cumsum(rng.normal(0.0, 1.0, (ticks, 3)), axis=0)
+    way -= np.linspace(0.0, 1.0, ticks)[:, None] * way[-1]
+    p = HOME + 0.035 * way / np.abs(way).max()
+    theta = inverse_kinematics(machine.geometry, p)
+    count = 2.0 * np.pi / 16384
+    theta = np.round(theta / count) * count
+    time = np.cumsum(np.full(ticks, 1e-3))
+    for k in rng.integers(ticks // 3, ticks, 12):
+        theta[k, rng.integers(3)] = rng.choice([np.nan, np.inf, 3.0, -9.0])
+        time[k:] += rng.choice([0.0, 2e-3, 0.05])
+    return time, theta
+
+
+@pytest.mark.parametrize("estimator", ["low-pass", "foaw"])
+def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Path, estimator: str) -> None:
+    chosen = foaw(1e-3, 3.8e-4, 8) if estimator == "foaw" else None
+    controller = default_controller(machine, estimator=chosen, joint_speed=60.0)
+    library = compiled(controller, tmp_path / "controller")
+    ours = fresh(controller)
+    theirs = np.concatenate([ours.filters.ravel(), ours.supervisor, ours.work.ravel()])
+    theirs[:] = 77.0
+    library.delta_start(pointer(theirs))
+    at = ours.filters.size
+    assert np.array_equal(theirs[:at], ours.filters.ravel())
+    assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor)
+    time, theta = readings(machine, 6000, 4)
+    out, c_out = np.zeros(3), np.zeros(3)
+    seen, rendered = 0, 0
+    for k in range(len(time)):
+        if k % 500 == 0:  # the operator tries again and again
+            request = RESET if k % 1000 else ENABLE
+            ours.supervisor[REQUEST] = request
+            (library.delta_reset if request == RESET else library.delta_enable)(pointer(theirs))
+        bits = tick(controller, ours, LAWS, time[k], theta[k], out)
+        c_bits = library.delta_tick(
+            pointer(theirs), pointer(LAWS), len(LAWS), time[k], pointer(np.ascontiguousarray(theta[k])), pointer(c_out)
+        )
+        assert bits == c_bits, f"tick {k}"
+        assert np.array_equal(out, c_out), f"tick {k}"
+        seen |= bits
+        rendered += bool(np.abs(out).max() > 0.06)
+    assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor, equal_nan=True)
+    assert seen.bit_count() >= 5  # the run met faults
+    assert rendered > 500  # and rendered force
+
+
+def test_what_is_written_does_not_depend_on_the_day(machine: Machine) -> None:
+    controller = default_controller(machine)
+    written = sources(controller, "a")
+    assert written == sources(controller, "a")
+    assert "malloc" not in written["delta_controller.c"]
+
+
+def test_numbers_read_back_to_the_last_bit() -> None:
+    for value in (0.1, -1e-300, 1.0 / 3.0, 5e-324, 3.0):
+        assert float(literal(value).strip("()")) == value
+    assert (literal(math.inf), literal(-math.inf), literal(math.nan)) == ("INFINITY", "(-INFINITY)", "NAN")
+    assert literal(3) == "3LL"
+
+
+@njit
+def _power(x):
+    return x**4
+
+
+@njit
+def _named(x):
+    return max(x, 2.0) + sum((x, x))
+
+
+@njit
+def _with_else(x):
+    for _ in range(3):
+        x += 1.0
+    else:
+        x += 2.0
+    return x
+
+
+@njit
+def _slice(a):
+    return a[:2][0]
+
+
+@njit
+def _chosen(x):
+    a, b = divmod(x, 2.0) if x > 0.0 else (x, x)
+    return a + b
+
+
+@pytest.mark.parametrize("function", [_power, _named, _with_else, _chosen])
+def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None:
+    with pytest.raises(TranslationError, match=rf"test_haptics_firmware\.{function.py_func.__name__}, line \d+"):
+        Translation().add(function, (float64,))
+
+
+def test_slices_need_both_ends() -> None:
+    with pytest.raises(TranslationError, match="both ends"):
+        Translation().add(_slice, (typeof(np.zeros(3)),))
+
+
+def test_types_without_a_counterpart_are_refused() -> None:
+    assert c_type(int64) == "long long"
+    with pytest.raises(LayoutError, match="no C type"):
+        c_type(typeof("text"))
+
+
+def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    masses, folder = built.folder / "mass_properties.json", tmp_path / "board"
+    command = ["firmware", "--design", str(BEST), "--masses", str(masses), "--out", str(folder)]
+    assert main(command) == 0
+    assert main([*command, "--json"]) == 0  # again: replaced
+    assert sorted(path.name for path in folder.iterdir()) == ["README.md", "delta_controller.c", "delta_controller.h"]
+    assert "| 1 | an encoder reads no number |" in (folder / "README.md").read_text()
+    (folder / "mine.txt").write_text("keep")
+    assert main(command) == 2
+    assert "holds other files" in capsys.readouterr().err
+    assert (folder / "mine.txt").read_text() == "keep"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["board"]
+    assert main(["firmware", "--design", "none.json", "--out", str(folder)]) == 2
