@@ -20,6 +20,7 @@ need libXrender.so.1 libxrender1
 need libXfixes.so.3 libxfixes3
 need libfontconfig.so.1 libfontconfig1
 need libgomp.so.1 libgomp1
+command -v cc >/dev/null 2>&1 || missing="$missing gcc libc6-dev" # the C controller is compiled in the tests
 command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || command -v google-chrome >/dev/null 2>&1 ||
     missing="$missing chromium"
 
