@@ -34,7 +34,7 @@ HALVINGS = 12
 """Of the search for the largest share that the tank allows: to 1/4096 of the torque, always on the safe side."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def need(torque, step, turn, growth):
     """Energy that a joint's torque can give away while it is braked to zero, J.
 
@@ -51,23 +51,24 @@ def need(torque, step, turn, growth):
     return turn * plain + growth * rising
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def slewed(target, before, step):
     """The torque next to the target that the slew limit allows, N m."""
     return min(max(target, before - step), before + step)
 
 
-@njit(cache=True, error_model="numpy")
-def share_allowed(level, turns, growth, step, before, target):
+@njit(cache=True, error_model="numpy", forceinline=True)
+def share_allowed(level, growth, step, memory, turns, before, target):
     """Largest share of a wanted torque that the tank can answer for.
 
     Args:
         level: Of the tank, J.
-        turns: (3,) largest turn of each joint in the coming tick, rad.
-        growth: By how much that can grow from tick to tick, rad.
+        growth: By how much the largest turn can grow from tick to tick, rad.
         step: Largest change of a torque in a tick, N m.
-        before: (3,) torque of the tick before, N m.
-        target: (3,) wanted torque, N m.
+        memory: Array that holds the following, each (3) from the index given; slices would cost a reference count.
+        turns: Of the largest turn of each joint in the coming tick, rad.
+        before: Of the torque of the tick before, N m.
+        target: Of the wanted torque, N m.
 
     Returns:
         Between 0 and 1; 1 if all of it is allowed, 0 if it must be braked. |torque| rises with the share, also where
@@ -77,7 +78,8 @@ def share_allowed(level, turns, growth, step, before, target):
     for _ in range(HALVINGS + 1):
         whole = 0.0
         for i in range(3):
-            whole += need(slewed(share * target[i], before[i], step), step, turns[i], growth)
+            torque = slewed(share * memory[target + i], memory[before + i], step)
+            whole += need(torque, step, memory[turns + i], growth)
         if whole <= level:
             low = share
         else:

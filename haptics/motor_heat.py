@@ -103,7 +103,7 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def warmed(heat, winding, housing, torque, seconds):
     """Temperatures a moment later.
 
@@ -125,7 +125,7 @@ def warmed(heat, winding, housing, torque, seconds):
     return winding, housing
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def allowed(heat, torque, winding):
     """Torque that may be given at a temperature: all up to `derate`, then linearly down to `continuous` at `hottest`.
 

@@ -91,7 +91,7 @@ _OFF, _BRAKE = f.reacting(f.Reaction.OFF), f.reacting(f.Reaction.BRAKE)
 )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _clock(lim, mem, now):
     """Bits of the tick's time, and its interval, s."""
     bits, dt = 0, lim.period
@@ -112,7 +112,7 @@ def _clock(lim, mem, now):
     return bits, dt
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _angles(lim, mem, dt, theta):
     """Bits of the angles; takes the tick's energy out of the tank and renews rates and speed bounds."""
     bits, given = 0, 0.0
@@ -149,7 +149,7 @@ def _angles(lim, mem, dt, theta):
     return bits
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _frozen(lim, mem, dt, theta, fresh):
     """Bits of encoders that stand still; see the module's text."""
     bits, probing = 0, False
@@ -178,7 +178,7 @@ def _frozen(lim, mem, dt, theta, fresh):
     return bits
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _pose(lim, mem, dt, p, reach, volume, moved):
     """Bits of the handle's position; `moved` if it may be compared with the last one."""
     bits = 0
@@ -222,7 +222,7 @@ def _pose(lim, mem, dt, p, reach, volume, moved):
     return bits
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _motors(lim, mem, dt):
     """Bits of the motors' temperatures after what was written last."""
     bits = 0
@@ -238,7 +238,7 @@ def _motors(lim, mem, dt):
     return bits
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _ramp(lim, mem, dt):
     """Bits of the force that comes in: it does so only while the scene does not push the handle away."""
     if mem[POWER] > lim.ramp_power:
@@ -297,7 +297,7 @@ def check(lim, mem, now, theta, p, reach, volume):
     return bits | int(mem[LATCHED])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _forget(mem):
     """Ends the search for a frozen encoder."""
     mem[PROBE] = 1.0
@@ -305,7 +305,7 @@ def _forget(mem):
         mem[LOADED + i] = mem[STILL + i] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _move(lim, mem, bits):
     """The operator's request, the latch, and the state that follows."""
     request = mem[REQUEST]
@@ -377,9 +377,7 @@ def limit(lim, mem, rendered, gravity, out):
     for i in range(3):
         mem[WANTED + i] *= share
     growth = lim.late * lim.late * lim.joint_acceleration
-    kept = share_allowed(
-        mem[TANK], mem[TURNS : TURNS + 3], growth, step, mem[RENDERED : RENDERED + 3], mem[WANTED : WANTED + 3]
-    )
+    kept = share_allowed(mem[TANK], growth, step, mem, TURNS, RENDERED, WANTED)
     mem[SHORT] = 1.0 if kept < 1.0 and enabled else 0.0
     for i in range(3):
         torque = slewed(kept * mem[WANTED + i], mem[RENDERED + i], step)
