@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 
 from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, Parser, refuse, with_negatives
-from haptics.commands import firmware, gravity
+from haptics.commands import firmware, gravity, stiffness
 
-COMMANDS = (firmware, gravity)
+COMMANDS = (firmware, gravity, stiffness)
 EXIT_CODES = "exit codes: 0 done; 1 done, but a promise fails; 2 the input or the usage is wrong"
 
 

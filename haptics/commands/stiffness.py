@@ -1,0 +1,84 @@
+"""`stiffness`: the largest stable wall along each axis, with its range and the passivity verdict."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+from pathlib import Path
+
+from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+
+NAME = "stiffness"
+TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and the passivity verdict"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    command.add_argument("--damping", type=_at_least_0, default=0.0, metavar="B", help="of the wall, N s/m; default 0")
+    command.add_argument("--period", type=_period, default=1.0, metavar="MS", help="of the loop, ms; default 1")
+    command.add_argument(
+        "--delay", type=_at_least_0, metavar="MS", help="from reading to torque, ms; default: from 0 to a period"
+    )
+    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
+    from delta_cad.design import DesignError
+    from haptics.machine import load_machine
+    from haptics.masses import MassError
+    from haptics.stiffness import largest_walls
+    from haptics.stiffness_page import stiffness_facts, stiffness_text
+    from haptics.whole_file import write_whole
+
+    delay = None if given.delay is None else given.delay / 1e3
+    if delay is not None and given.delay > 20.0 * given.period:
+        return refuse(f"--delay {given.delay:g} ms: must be at most 20 periods of {given.period:g} ms", BAD_INPUT)
+    try:
+        machine = load_machine(given.design, given.masses)
+        with Line() as line:
+            found = largest_walls(
+                machine,
+                damping=given.damping,
+                period=given.period / 1e3,
+                delay=delay,
+                say=lambda axis: line.show(f"wall across {axis}"),
+            )
+        name = machine.design.name
+        facts = json.dumps(stiffness_facts(name, found), indent=1)
+        write_whole(given.out / f"{name}-stiffness.json", facts + "\n")
+    except (DesignError, MassError) as error:
+        return refuse(str(error), BAD_INPUT)
+    except OSError as error:
+        return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
+    except ValueError as error:
+        return refuse(f"{given.design}: {error}", BAD_INPUT)
+    print(facts if given.json else stiffness_text(name, found))
+    if not found.shaken:
+        return DONE
+    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in found.shaken)
+    return refuse(f"the default wall oscillates: {says}", NOT_MET)
+
+
+def _at_least_0(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ValueError(text)
+    return value
+
+
+def _period(text: str) -> float:
+    value = float(text)
+    if not 0.05 <= value <= 10.0:
+        raise ValueError(text)
+    return value
+
+
+_at_least_0.__name__ = "number of at least 0:"  # as argparse names it
+_period.__name__ = "period from 0.05 to 10 ms:"
