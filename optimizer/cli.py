@@ -6,10 +6,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from optimizer.commands import certify, front, reproduce, synthesize, verify
+from optimizer.commands import atlas, certify, front, reproduce, synthesize, verify
 from optimizer.console import DONE, EXIT_CODES, INTERRUPTED, Parser, refuse
 
-COMMANDS = (synthesize, reproduce, certify, verify, front)
+COMMANDS = (synthesize, reproduce, certify, verify, front, atlas)
 
 
 def parser() -> Parser:

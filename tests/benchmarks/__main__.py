@@ -23,6 +23,7 @@ SUBJECTS = (
     "certificates",
     "synthesis",
     "seeds",
+    "atlas",
     "haptics_wall",
 )
 

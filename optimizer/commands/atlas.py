@@ -1,0 +1,126 @@
+"""`atlas`: many sets of requirements at once, on a local or a given Dask cluster."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from optimizer.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+
+if TYPE_CHECKING:
+    from optimizer.atlas import Failure
+    from optimizer.atlas_file import Rows
+    from optimizer.grid import Grid
+
+NAME = "atlas"
+TEXT = "many sets of requirements at once, on a local or a given Dask cluster"
+NEEDS = ("dask", "distributed", "matplotlib")
+EXTRA = "pip install 'delta-haptics[atlas]'"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("grid", type=Path, metavar="GRID.toml", help="grid file: base, axes, method, seeds")
+    command.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster; default: processes of this machine")
+    command.add_argument("--workers", type=natural, metavar="N", help="processes of this machine; default: its cores")
+    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+    command.add_argument("--json", action="store_true", help="the rows as JSON on stdout")
+    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    lacking = [name for name in NEEDS if find_spec(name) is None]
+    if lacking:
+        return refuse(f"atlas needs {' and '.join(lacking)}: {EXTRA}", BAD_INPUT)
+    if given.scheduler is not None and given.workers is not None:
+        return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
+    if given.workers == 0:
+        return refuse("--workers = 0: must be at least 1", BAD_INPUT)
+    from optimizer.grid import load_grid
+    from optimizer.requirements import RequirementsError
+
+    try:
+        grid = load_grid(given.grid)
+    except RequirementsError as error:
+        return refuse(str(error), BAD_INPUT)
+    from optimizer.atlas import key_of
+    from optimizer.atlas_file import Rows
+    from optimizer.checkpoint import CheckpointError
+
+    folder = given.out / "atlas" / grid.name
+    try:
+        rows = Rows(folder / "rows.jsonl", key_of(grid), given.resume)
+    except CheckpointError as error:
+        return refuse(str(error), BAD_INPUT)
+    except OSError as error:
+        return refuse(f"{folder}: {error.strerror or error}", BAD_INPUT)
+    return _solve(grid, rows, folder, given)
+
+
+def _solve(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> int:
+    """Solves what is not solved yet, and writes the atlas once all is."""
+    from optimizer.atlas import ClusterError, collect, given_cluster, local_cluster, workers_here
+
+    todo = [one for one in grid.sets if one.index not in rows.found]
+    failed: list[Failure] = []
+    with Interrupt() as asked, Line() as line:
+        try:
+            if todo:
+                line.show(f"atlas {len(rows.found)}/{len(grid.sets)} sets; starting workers")
+                workers = min(given.workers or workers_here(), len(todo))
+                with local_cluster(workers) if given.scheduler is None else given_cluster(given.scheduler) as client:
+
+                    def take(row: dict[str, object]) -> None:
+                        rows.add(row)
+                        line.show(_told(grid, rows))
+
+                    line.show(_told(grid, rows))
+                    failed = collect(client, todo, take, asked)
+        except ClusterError as error:
+            rows.close()
+            return refuse(str(error), BAD_INPUT)
+        except KeyboardInterrupt:  # pressed twice
+            failed = []
+    missing = len(grid.sets) - len(rows.found)
+    kept = f"{len(rows.found)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
+    if missing:
+        rows.close()
+        if failed:
+            first = f"the first, set {failed[0].place}: {failed[0].reason}"
+            return refuse(f"{len(failed)} sets came to no result, {first}; {kept}", NOT_MET)
+        return refuse(f"interrupted; {kept}", INTERRUPTED)
+    return _deliver(grid, rows, folder, given)
+
+
+def _deliver(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> int:
+    from optimizer.atlas_file import csv_text, record, write_text
+    from optimizer.atlas_page import draw, mapped, page
+
+    ordered = [rows.found[one.index] for one in grid.sets]
+    try:
+        picture = folder / "atlas.png"
+        if mapped(grid):
+            draw(grid, ordered, picture)
+        else:
+            picture.unlink(missing_ok=True)
+        text = json.dumps(record(grid, ordered), indent=1, allow_nan=False)
+        write_text(folder / "atlas.json", text + "\n")
+        write_text(folder / "atlas.csv", csv_text(ordered))
+        write_text(folder / "atlas.md", page(grid, ordered, picture.name if mapped(grid) else None))
+    except OSError as error:
+        rows.close()
+        return refuse(f"{folder}: {error.strerror or error}", BAD_INPUT)
+    rows.remove()
+    met = sum(row["feasible"] for row in ordered)
+    print(text if given.json else f"{len(ordered)} sets, {met} met, {len(ordered) - met} not; {folder / 'atlas.md'}")
+    return DONE
+
+
+def _told(grid: Grid, rows: Rows) -> str:
+    met = sum(bool(row["feasible"]) for row in rows.found.values())
+    done = len(rows.found)
+    return f"atlas {done}/{len(grid.sets)} sets: {met} met, {done - met} not"
