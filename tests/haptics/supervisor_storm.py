@@ -58,7 +58,7 @@ def empty_log(ticks: int) -> Log:
     return Log(three[0], three[1], three[2], np.zeros(ticks), *whole, np.zeros(ticks))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")  # not cached: a cache does not see that the supervisor in another file has changed
 def storm(lim, par, mem, ticks, seed, log):
     """Fills the log. The handle follows a wandering goal as a mass on a damped spring, so its speed is continuous."""
     np.random.seed(seed)
