@@ -24,6 +24,7 @@ SUBJECTS = (
     "synthesis",
     "seeds",
     "atlas",
+    "front",
     "haptics_wall",
 )
 

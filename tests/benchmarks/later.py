@@ -2,7 +2,6 @@
 
 LATER = (
     ("synthesis", "proven optimum, three design variables", "gap 1e-3 in < 10 s"),
-    ("synthesis", "front of cube size against worst kappa, 50 points", "< 60 s"),
     ("haptics", "controller tick", "C: <= 0.5 us median, <= 1 us p99; Python: <= 20 us median"),
     ("haptics", "simulation, 1 kHz with 10 substeps", ">= 20x real time"),
     ("haptics", "peak memory of haptics", "<= 400 MB"),

@@ -135,6 +135,7 @@ def test_design_that_misses_a_constraint_is_cut_about_the_same_centre(curve: Cur
 def test_stopped_and_resumed_is_as_unbroken(tmp_path: Path, asked: int) -> None:
     given, path = joystick(half_side_mm=WANTED, half_side=(30.0, 38.0)), tmp_path / "kept"
     unbroken = Tracer(given, 4).curve()
+    assert [p.half_side for p in unbroken.points] == pytest.approx([30.0, WANTED, 38.0 - 8.0 / 3.0, 38.0])
     count = iter(range(1000))
     store = Checkpoint(path, {}, resume=False)
     first = Tracer(given, 4, stop=lambda: next(count) >= asked, store=store).curve()
@@ -146,6 +147,37 @@ def test_stopped_and_resumed_is_as_unbroken(tmp_path: Path, asked: int) -> None:
     store.close()
     assert [p.result.design_mm for p in second.points] == [p.result.design_mm for p in unbroken.points]
     assert (second.beyond, second.largest, second.finished) == (unbroken.beyond, unbroken.largest, True)
+    kept = path.read_text()
+    assert [kept.count(f"/{phase}/") for phase in ("point", "up", "down")] == [4, 3, 3]
+
+
+def test_sweeps_carry_a_good_design_up_and_down(curve: Curve) -> None:
+    for first in (0, -1):
+        tracer = Tracer(joystick(), 12)
+        for point in curve.points:  # one kappa for all: what the largest cube has
+            design = (*curve.points[-1].result.design_mm[:5], point.half_side)
+            tracer._found[point.half_side] = Result(point.result.problem, "sqp", design, "converged")
+        tracer._found[curve.points[first].half_side] = curve.points[first].result
+        assert tracer._sweeps()
+        for point in curve.points:
+            assert tracer._found[point.half_side].max_kappa == pytest.approx(point.kappa, rel=1e-7)
+
+
+def test_what_is_dominated_or_infeasible_is_left_out(curve: Curve) -> None:
+    tracer = Tracer(joystick(), 12)
+    for point in curve.points:
+        tracer._found[point.half_side] = point.result
+    worse, refused = curve.points[2].result, curve.points[5].result
+    *lengths, bottom, L = worse.design_mm
+    tracer._found[L] = Result(worse.problem, "sqp", (*lengths, bottom + 30.0, L), "converged")
+    assert tracer._found[L].feasible
+    assert tracer._found[L].max_kappa > curve.points[3].kappa
+    *lengths, bottom, side = refused.design_mm
+    tracer._found[side] = Result(refused.problem, "sqp", (*lengths, bottom - 40.0, side), "converged")
+    assert not tracer._found[side].feasible
+    assert [r.design_mm[5] for r in tracer._front()] == [
+        p.half_side for p in curve.points if p.half_side not in (L, side)
+    ]
 
 
 def test_stopped_before_the_first_point_is_empty() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from front_tasks import check, joystick
@@ -109,6 +112,11 @@ def test_knee_is_farthest_below_the_line(trade: Trade) -> None:
 
     assert below(knee) == max(below(point) for point in trade.main.points) > 1.0
     assert Trade(Curve(joystick(), "a", "a", trade.main.points[:2])).knee is None
+    # of these the second is farthest below the line in log kappa, the third in kappa itself
+    points: Any = [SimpleNamespace(half_side=k, kappa=kappa) for k, kappa in enumerate((1.0, 1.1, 4.0, 20.0))]
+    assert Trade(Curve(joystick(), "a", "a", tuple(points))).knee is points[1]
+    bulging: Any = [SimpleNamespace(half_side=k, kappa=kappa) for k, kappa in enumerate((1.0, 1.5, 1.6))]
+    assert Trade(Curve(joystick(), "a", "a", tuple(bulging))).knee is None
 
 
 def test_no_points_no_torques() -> None:
