@@ -9,13 +9,15 @@ import numpy as np
 
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.limits import Limits
+from optimizer.evaluator import VARIABLES
 from optimizer.extremes import worst_points
 from optimizer.problem import MM_PER_M, SIDE, Problem
 
+HEIGHT = VARIABLES.index("bottom_height")
 YIELDS = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
-"""Shares that are given up, least first, until the proof goes through."""
-BOXES = 200_000
-"""Of one proof, 0.3 s; one that needs more is near what is sharp, where giving up ten times as much costs a tenth."""
+"""Shares that are given up: nothing if possible, else the least of them that can be proved."""
+BOXES, QUICK = 1_500_000, 50_000
+"""Of one proof, 5 s at most, and of the first. Along a fold a million are needed, else some thousands."""
 OWN_ROUNDING = 1e-15
 """A closed-form margin this little below 0 is its own rounding: three operations on shares of 1."""
 GRID = 33
@@ -36,7 +38,9 @@ class Certified(NamedTuple):
 def certified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
     """Proves a design over the whole cube, giving up as little as possible of its half side, or of its kappa.
 
-    The proof is about the doubles of `design_mm / 1000`; outline, lean and clearance are taken in closed form.
+    A cube that is given up in part shrinks from all its faces, so that it lies inside the old one and away from a fold
+    that the bottom touches. The proof is about the doubles of `design_mm / 1000`; outline, lean and clearance are taken
+    in closed form.
 
     Args:
         problem: The step.
@@ -45,28 +49,40 @@ def certified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
     Returns:
         The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
     """
+    kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
+    found = _proved(problem, design_mm, kappa, YIELDS[0], QUICK)
+    if found is not None:
+        return found
+    for share in reversed(YIELDS[1:]):  # what gives up less is harder to prove: the first failure ends it
+        less = _proved(problem, design_mm, kappa, share, BOXES)
+        if less is None:
+            break
+        found = less
+    return found
+
+
+def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:
+    """The design with a share given up, if that can be proved."""
     from delta_cad.mechanism.proof import prove
 
-    kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
-    for share in YIELDS:
-        design = np.array(design_mm, dtype=float)
-        level = None
-        if kappa is not None:
-            level = kappa * (1.0 + share)
-        else:
-            design[SIDE] = max(design[SIDE] * (1.0 - share), problem.lower[SIDE])
-        row = design / MM_PER_M
-        if any(margin[0] < -OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
-            continue
-        try:
-            limits = limits_of(problem, level)
-            geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
-            proof = prove(geometry, Cube(row[4], row[SIDE]), limits, max_boxes=BOXES)
-        except GeometryError:
-            return None
-        if proof.verdict == "proved" and (proof.sign > 0.0 or not limits.singularity):
-            return Certified(tuple(float(v) for v in design), float(design[SIDE]) if level is None else level)
-    return None
+    design = np.array(design_mm, dtype=float)
+    level = None if kappa is None else kappa * (1.0 + share)
+    if level is None:
+        half, height = design[SIDE], design[HEIGHT]
+        design[SIDE] = max(half * (1.0 - share), problem.lower[SIDE])
+        design[HEIGHT] = min(height + (half - design[SIDE]), problem.upper[HEIGHT])
+    row = design / MM_PER_M
+    if any(margin[0] < -OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
+        return None
+    try:
+        limits = limits_of(problem, level)
+        geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
+        proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes)
+    except GeometryError:
+        return None
+    if proof.verdict != "proved" or (limits.singularity and proof.sign < 0.0):
+        return None
+    return Certified(tuple(float(v) for v in design), float(design[SIDE]) if level is None else level)
 
 
 def limits_of(problem: Problem, kappa: float | None) -> Limits:

@@ -44,6 +44,9 @@ FIRST_GAP = 0.1
 DECADE = 10.0
 STARTS = 3
 """Of SQP: what they miss the search finds."""
+VAIN = 8
+"""Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
+takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
 NEAR = 1e-7
 """Share of L within which two witnesses are the same."""
 
@@ -149,6 +152,7 @@ class _Proof:
         self.units[: len(first)] = first
         self.count, self.fixed = len(first), len(first)
         self.hits = np.zeros(WITNESSES, dtype=np.int64)
+        self.vain = 0
 
     def run(self, incumbent_mm: tuple[float, ...] | np.ndarray | None) -> Proven:
         if self.space is None:
@@ -350,11 +354,17 @@ class _Proof:
         whole = self.problem.design_margins(design[None] / MM_PER_M)
         if points or min((float(margin[0]) for margin in whole.values()), default=0.0) < -ROUNDING:
             return "known"
+        if self.vain >= VAIN:
+            return "known"
         before = self.best.objective if self.best else math.nan
         self._take(design)
+        self.vain += 1
         if self.best is None:
             return "known"
         target = kappa if self.problem.step == 3 else side * MM_PER_M
         # at least half of what was asked for, or the search would begin anew for ever smaller steps
         won = math.isnan(before) or abs(self.best.objective - before) >= 0.5 * abs(target - before)
-        return "better" if won else "known"
+        if not won:
+            return "known"
+        self.vain = 0
+        return "better"

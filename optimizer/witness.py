@@ -2,7 +2,7 @@
 
 Each row is an affine form of `optimizer.forms` that is >= 0 for every design of the box that is feasible; a row that is
 negative in the whole box therefore excludes it. Rows need not be sharp where a design is infeasible anyway, so w is
-taken as a root of what is not negative, and every unit vector may stand for an eigenvector. README (1)-(9) beside this
+taken as a root of what is not negative, and every unit vector may stand for an eigenvector. README (5)-(9) beside this
 file has the derivations.
 
 Importing this module loads numba.

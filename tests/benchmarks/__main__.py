@@ -22,6 +22,7 @@ SUBJECTS = (
     "kernel",
     "certificates",
     "synthesis",
+    "proven",
     "seeds",
     "atlas",
     "front",

@@ -1,7 +1,6 @@
 """Lines of the budget that belong to capabilities to come: named, so that nobody takes their absence for a pass."""
 
 LATER = (
-    ("synthesis", "proven optimum, three design variables", "gap 1e-3 in < 10 s"),
     ("haptics", "controller tick", "C: <= 0.5 us median, <= 1 us p99; Python: <= 20 us median"),
     ("haptics", "simulation, 1 kHz with 10 substeps", ">= 20x real time"),
     ("haptics", "peak memory of haptics", "<= 400 MB"),
