@@ -8,29 +8,23 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, Parser, refuse
 
 if TYPE_CHECKING:
     from delta_cad.build import Outcome
     from delta_cad.design import Design
 
-DONE, CHECK_FAILED, BAD_INPUT, NOT_BUILT = 0, 1, 2, 3
+CHECK_FAILED, NOT_BUILT = 1, 3
 Answer = tuple[int, Callable[[], None]]  # exit code, and what prints the result
-INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 EXIT_CODES = """exit codes: 0 done and all checks hold; 1 done, but a check fails; 2 the input or the usage is wrong;
 3 the geometry could not be built"""
 
 
-class _Parser(argparse.ArgumentParser):
-    """Usage errors in one line, as all other errors."""
-
-    def error(self, message: str) -> Any:
-        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
-
-
 def parser() -> argparse.ArgumentParser:
     """The arguments of `python -m delta_cad`."""
-    top = _Parser(
+    top = Parser(
         prog="python -m delta_cad",
         description="Delta haptic devices from a design file: CAD, checks, files.",
         epilog=EXIT_CODES,
@@ -84,8 +78,7 @@ def _command(given: argparse.Namespace) -> Answer:
 
 
 def _refuse(message: str, code: int) -> Answer:
-    print(message.replace("\n", " "), file=sys.stderr)
-    return code, lambda: None
+    return refuse(message, code), lambda: None
 
 
 def _inspect(design: Design, file: Path, as_json: bool) -> Answer:

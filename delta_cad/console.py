@@ -5,16 +5,16 @@ heavy.
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from types import FrameType
+from types import FrameType, ModuleType
 from typing import Any
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-EXIT_CODES = "exit codes: 0 done; 1 the requirements cannot be met, or were not; 2 the input or the usage is wrong"
 
 
 class Parser(argparse.ArgumentParser):
@@ -23,6 +23,52 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> Any:
         """Ends the program with one line."""
         self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def command_parser(program: str, description: str, epilog: str, commands: Sequence[ModuleType]) -> Parser:
+    """The arguments of all commands.
+
+    Args:
+        program: As the help names it.
+        description: Of the program.
+        epilog: Exit codes, under every help.
+        commands: Modules, each with `NAME`, `TEXT`, `arguments(parser)` and `run(given) -> exit code`.
+
+    Returns:
+        The parser; what it parses has the command's function as `run`.
+    """
+    top = Parser(prog=program, description=description, epilog=epilog)
+    below = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for module in commands:
+        command = below.add_parser(module.NAME, help=module.TEXT, description=module.TEXT, epilog=epilog)
+        module.arguments(command)
+        command.set_defaults(run=module.run)
+    return top
+
+
+def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> int:
+    """Runs one command; a reader that goes away early is no error of ours.
+
+    Args:
+        parser: Of `command_parser`.
+        arguments: As typed; None for those of the process.
+        extra: Of the package, to be installed where a module is missing.
+
+    Returns:
+        The exit code.
+    """
+    try:
+        given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
+        code = given.run(given)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left goes nowhere
+        return DONE
+    except KeyboardInterrupt:
+        return refuse("interrupted; nothing was written", INTERRUPTED)
+    except ModuleNotFoundError as error:
+        return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
+    return code
 
 
 def with_negatives(arguments: Sequence[str]) -> list[str]:

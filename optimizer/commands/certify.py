@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from optimizer.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 
 if TYPE_CHECKING:
     from delta_cad.design import Design

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from optimizer.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 
 NAME = "reproduce"
 TEXT = "the paper's tables 2 to 12 recomputed: what follows from them, our methods, and the proven optimum"

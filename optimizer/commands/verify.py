@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimizer.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 
 if TYPE_CHECKING:
     from delta_cad.design import Design

@@ -21,12 +21,12 @@ import distributed
 import numpy as np
 import pytest
 
+from delta_cad.console import INTERRUPTED
 from optimizer import atlas, cli
 from optimizer.atlas import ClusterError, Failure, Row, collect, given_cluster, key_of, local_cluster
 from optimizer.atlas_file import Rows, csv_text, flat
 from optimizer.atlas_page import cells, draw, mapped, page
 from optimizer.checkpoint import CheckpointError
-from optimizer.console import INTERRUPTED
 from optimizer.grid import Grid, grid_from_dict, load_grid
 
 if TYPE_CHECKING:

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad import console
 from delta_cad.design import Design, design_hash, design_to_dict, load_design
 from delta_cad.mechanism import Extreme, conditioning, cube_extremes, reach_excess, rod_lean, worst_joint_torque
-from optimizer import cli, console
+from optimizer import cli
 from optimizer.certificate import cube_of
 from optimizer.certificate_bounds import bounds
 from optimizer.certificate_gravity import KNOWN

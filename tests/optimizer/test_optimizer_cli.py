@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad import console
 from delta_cad.design import DesignError, load_design
-from optimizer import cli, console
+from optimizer import cli
 from optimizer.checkpoint import Checkpoint, CheckpointError
 from optimizer.commands import synthesize
 from optimizer.genetic import Generation

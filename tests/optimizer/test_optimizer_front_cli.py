@@ -111,7 +111,7 @@ def test_stopped_by_hand_keeps_the_points_and_resumed_is_as_unbroken(
     capsys: pytest.CaptureFixture[str],
     moment: str,
 ) -> None:
-    from optimizer.console import Line
+    from delta_cad.console import Line
 
     def show(_: Line, text: str) -> None:
         if moment in text:

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from optimizer import cli, console
+from delta_cad import console
+from optimizer import cli
 from optimizer.certificate_file import write_all
 from optimizer.commands import reproduce
 from optimizer.paper import FILE, STEP_OF_TABLE, Case, cases, numbers, posed, start_of
