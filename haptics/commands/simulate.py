@@ -1,0 +1,228 @@
+"""`simulate`: a scene of the paper on the simulated device, its series and figures, and what differs from the paper."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+
+if TYPE_CHECKING:
+    from haptics.machine import Machine
+    from haptics.scenes.record import Scene
+
+NAME = "simulate"
+TEXT = "a scene on the simulated device: the operating resistance, the way home, or virtual walls"
+SCENES = ("resistance", "home", "wall")
+HANDS = ("light", "medium", "firm")
+SCHEMA = "haptics-simulation/1"
+DELAY_MS = 0.5
+"""From reading to torque: half a period, the nominal one of `assumptions.DELAY`."""
+LONGEST_MS = 10.0
+"""Ten periods; nothing that is called haptic waits so long."""
+MS_PER_S = 1000.0
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    command.add_argument("--scene", required=True, choices=SCENES)
+    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    command.add_argument("--hand", choices=HANDS, help="who pushes; of the scene wall only, default medium")
+    command.add_argument("--delay", type=_delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
+    command.add_argument("--seed", type=natural, default=0, metavar="N", help="places of the encoders' counts")
+    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="parent folder, default out")
+    command.add_argument("--plot", action="store_true", help="draw pictures, too")
+    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    if given.hand is not None and given.scene != "wall":
+        return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
+    if given.plot:
+        import matplotlib.figure  # noqa: F401  # if it is missing, tell so before anything is simulated
+    from delta_cad.design import DesignError
+    from haptics.machine import load_machine
+    from haptics.masses import MassError
+
+    try:
+        machine = load_machine(given.design, given.masses)
+    except (DesignError, MassError) as error:
+        return refuse(str(error), BAD_INPUT)
+    folder = given.out / f"{machine.design.name}-{given.scene}"
+    try:
+        with Line() as line:
+            line.show(f"{given.scene}: simulating")
+            scene = _scene(machine, given)
+            line.show(f"{given.scene}: writing")
+            facts = _plain(_facts(machine, given, scene))
+            facts["files"] = _write(folder, machine, scene, facts, given.plot)
+    except OSError as error:
+        return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
+    if given.json:
+        print(json.dumps(facts, indent=1, allow_nan=False))
+    else:
+        _tell(facts, folder)
+    return DONE if scene.kept else NOT_MET
+
+
+def _scene(machine: Machine, given: argparse.Namespace) -> Scene:
+    delay = _rounded(given.delay)
+    if given.scene == "resistance":
+        from haptics.scenes.resistance import resistance
+
+        return resistance(machine, delay=delay, seed=given.seed)
+    if given.scene == "home":
+        from haptics.scenes.home import home
+
+        return home(machine, delay=delay, seed=given.seed)
+    from haptics.scenes.wall import wall
+
+    return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed)
+
+
+def _rounded(delay_ms: float) -> float:
+    """The delay as the loop has it, a whole number of substeps, s."""
+    from haptics.loop import timing
+    from haptics.scenes.bench import PERIOD
+
+    clock = timing(PERIOD, delay_ms / MS_PER_S)
+    return clock.delay * PERIOD / clock.substeps
+
+
+def _plain(value: Any) -> Any:
+    """Facts as JSON has them: what is not finite becomes null."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _facts(machine: Machine, given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+    from delta_cad.design import design_hash
+    from haptics.assumptions import CORNER, CURRENT_LAG, encoder_count, nominal_plant
+    from haptics.loop import SUBSTEPS
+    from haptics.scenes.bench import PERIOD
+
+    par = nominal_plant(machine)
+    return {
+        "schema": SCHEMA,
+        "name": machine.design.name,
+        "design_sha256": design_hash(machine.design),
+        "scene": scene.name,
+        "paper_figures": scene.figures,
+        "assumptions": {
+            "period_s": PERIOD,
+            "substeps": SUBSTEPS,
+            "delay_s": _rounded(given.delay),
+            "seed": given.seed,
+            "current_lag_s": CURRENT_LAG,
+            "velocity_filter_Hz": CORNER,
+            "encoder_count_rad": encoder_count(machine),
+            "coulomb_friction_N_m": par.coulomb,
+            "viscous_friction_N_m_s_per_rad": par.viscous,
+            "presliding_rad": par.presliding,
+        },
+        **scene.facts,
+        "runs": [{"name": run.name, "label": run.label, **run.facts} for run in scene.runs],
+        "promises": [{"text": promise.text, "kept": promise.kept} for promise in scene.promises],
+        "discussion": scene.discussion,
+    }
+
+
+def _write(folder: Path, machine: Machine, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
+    """Writes everything, whole or not at all, and returns what was written."""
+    from haptics.folder import whole_folder
+    from haptics.series import write_csv, write_parquet
+
+    with whole_folder(folder) as part:
+        (part / "series").mkdir()
+        parquet = True
+        for run in scene.runs:
+            write_csv(part / "series" / f"{run.name}.csv", run.series)
+            parquet = write_parquet(part / "series" / f"{run.name}.parquet", run.series) and parquet
+        names = [f"series/{run.name}.csv" for run in scene.runs]
+        names += [f"series/{run.name}.parquet" for run in scene.runs] if parquet else []
+        if plot:
+            from haptics.pictures.scenes import pictures
+
+            names += pictures(scene, machine, part)
+        files = {"folder": str(folder), "names": ["facts.json", *names], "parquet": parquet}
+        text = json.dumps({**facts, "files": files}, indent=1, allow_nan=False)
+        (part / "facts.json").write_text(text + "\n", encoding="utf-8")
+    return files
+
+
+def _tell(facts: dict[str, Any], folder: Path) -> None:
+    a = facts["assumptions"]
+    print(
+        f"{facts['name']}: {facts['scene']}, beside {facts['paper_figures']} of [RCIM2018]; 1 kHz, delay "
+        f"{a['delay_s'] * MS_PER_S:g} ms, seed {a['seed']}"
+    )
+    {"resistance": _tell_resistance, "home": _tell_home, "wall": _tell_wall}[facts["scene"]](facts)
+    print()
+    for sentence in facts["discussion"]:
+        print(f"- {sentence}")
+    print()
+    for promise in facts["promises"]:
+        print(f"{'kept    ' if promise['kept'] else 'NOT KEPT'}  {promise['text']}")
+    without = "" if facts["files"]["parquet"] else "; pyarrow is not installed: no parquet, CSV alone"
+    print(f"{len(facts['files']['names'])} files in {folder}{without}")
+
+
+def _tell_resistance(facts: dict[str, Any]) -> None:
+    for name, s in facts["settings"].items():
+        print(
+            f"{name}: k {s['stiffness_N_per_m']:g} N/m, r0 {s['dead_radius_mm']:g} mm, r1 {s['full_radius_mm']:g} mm; "
+            f"b {s['damping_asked_N_s_per_m']:g} N s/m asked, {s['damping_applied_N_s_per_m']:.1f} applied"
+        )
+        print("  corner    motors N   eq. (23) N   on the hand N")
+        for run in facts["runs"]:
+            if run["setting"] == name:
+                print(
+                    f"  {run['corner']:8s} {_number(run['corner_force_N'], 3):>9s} "
+                    f"{_number(run['law_at_corner_N'], 3):>12s} {_number(run['force_on_the_hand_at_corner_N'], 3):>15s}"
+                )
+
+
+def _tell_home(facts: dict[str, Any]) -> None:
+    print(f"let go {facts['distance_at_start_mm']:.1f} mm from the origin, k {facts['stiffness_N_per_m']:g} N/m")
+    print("  b N s/m   settling s   overshoot mm   at the end mm   shakes um    at Hz   verdict")
+    for run in facts["runs"]:
+        print(
+            f"  {run['damping_applied_N_s_per_m']:7.1f} {_number(run['settling_s'], 3):>12s} "
+            f"{run['overshoot_mm']:14.2f} {_number(run['distance_at_end_mm'], 2):>15s} "
+            f"{_number(run['swing_um'], 0):>11s} {run['frequency_Hz']:8.0f}   {run['verdict']}"
+            f"{'' if run['capped'] else ' (uncapped)'}"
+        )
+
+
+def _tell_wall(facts: dict[str, Any]) -> None:
+    hand = facts["hand"]
+    print(f"hand: {hand['name']}, {hand['mass']:g} kg, {hand['damping']:g} N s/m, {hand['stiffness']:g} N/m")
+    print("  axis   wall N/mm   penetration mm   force N   swing um    at Hz   verdict")
+    for run in facts["runs"]:
+        print(
+            f"  {run['axis']:4s} {run['stiffness_N_per_mm']:11.2f} {_number(run['penetration_at_end_mm'], 3):>16s} "
+            f"{_number(run['force_at_end_N'], 2):>9s} {_number(run.get('swing_um'), 1):>10s} "
+            f"{_number(run.get('frequency_Hz'), 0):>8s}   {run['verdict']}"
+        )
+
+
+def _number(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"
+
+
+def _delay(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value <= LONGEST_MS:
+        raise ValueError(text)
+    return value
+
+
+_delay.__name__ = f"delay in ms, 0 to {LONGEST_MS:g}:"  # as argparse names it

@@ -1,0 +1,116 @@
+"""What the scenes share: the device at its place, the guide, the damping that it bears, its friction at the handle."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from delta_cad.mechanism import closure_margin, inverse_jacobian
+from haptics.assumptions import CURRENT_LAG, default_estimator, joint_friction, nominal_plant
+from haptics.discrete import DampingCap, damping_cap
+from haptics.estimator_models import linear_models
+from haptics.gravity import gravity_torque
+from haptics.linear import linearise
+from haptics.loop import Recording
+from haptics.machine import Machine
+from haptics.plant import Hand
+from haptics.scenes.record import MM_PER_M
+
+PERIOD = 1e-3
+"""Of the paper's loop, s."""
+READY = 0.8
+"""Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s."""
+GUIDE = Hand(mass=0.1, damping=40.0, stiffness=8000.0)
+"""A slide that takes the handle along a path, as a person with a ruler does: stiff, so that the handle keeps to it."""
+GRID = 9
+
+
+def origin(machine: Machine) -> np.ndarray:
+    """(3,) centre of the cube, m: where the handle belongs."""
+    cube = machine.design.cube
+    return np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / MM_PER_M])
+
+
+def half_side(machine: Machine) -> float:
+    """Half the side of the cube, m."""
+    return machine.design.cube.half_side_mm / MM_PER_M
+
+
+def smallest_mass(machine: Machine) -> float:
+    """Smallest effective mass in any direction anywhere in the cube, kg, on a grid of `GRID` points an edge."""
+    par, half = nominal_plant(machine), half_side(machine)
+    axis, middle = np.linspace(-half, half, GRID), origin(machine)
+    return min(linearise(par, middle + np.array(step)).smallest_mass for step in product(axis, axis, axis))
+
+
+def damping_limit(mass: float, delay: float, stiffness: float, period: float = PERIOD) -> DampingCap:
+    """Damping in all directions that the loop bears beside a spring, without a hand.
+
+    Args:
+        mass: Effective mass, kg.
+        delay: From reading to torque, s.
+        stiffness: Of the spring, N/m.
+        period: s.
+
+    Returns:
+        Limit and cap.
+    """
+    estimators = linear_models(default_estimator(period))
+    return damping_cap(mass, period, delay, estimators, current_lag=CURRENT_LAG, stiffness=stiffness)
+
+
+def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:
+    """Effective mass with which a loop would be allowed a damping, kg, by bisection to 0.1 %.
+
+    Args:
+        damping: N s/m.
+        delay: s.
+        stiffness: N/m.
+    """
+    low, high = 1e-3, 1e3
+    while high > 1.001 * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if damping_limit(middle, delay, stiffness).cap >= damping else (middle, high)
+    return high
+
+
+def motors_force(machine: Machine, recording: Recording) -> np.ndarray:
+    """(n, 3) force on the handle of what the motors give beyond the weight, N: `F = J^-T (torque - holding torque)`;
+    NaN where a fault let the handle leave what the mechanism can reach.
+    """
+    g, force = machine.geometry, np.full(recording.position.shape, np.nan)
+    inside = (closure_margin(g, recording.position) > 0.0).all(axis=-1)
+    p = recording.position[inside]
+    weight = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
+    to_force = np.swapaxes(inverse_jacobian(g, p), -1, -2)
+    force[inside] = (to_force @ (recording.applied[inside] - weight)[..., None])[..., 0]
+    return force
+
+
+def friction_force(machine: Machine, direction: np.ndarray) -> float:
+    """Coulomb friction of the joints against a motion of the handle from the origin, N.
+
+    Args:
+        machine: The device, with nominal friction.
+        direction: (3,) unit vector e.
+
+    Returns:
+        `coulomb sum |theta_dot_i| / |v| = coulomb sum |G_i . e|`, by virtual power.
+    """
+    rates = inverse_jacobian(machine.geometry, origin(machine)) @ direction
+    return joint_friction(machine).coulomb[1] * float(np.abs(rates).sum())
+
+
+def friction_holds(machine: Machine) -> float:
+    """Largest force on the handle at the origin that the joints' Coulomb friction can hold, N.
+
+    Args:
+        machine: The device, with nominal friction.
+
+    Returns:
+        Largest `|G^T torque|` over the torques within friction: at one of their eight corners.
+    """
+    rates = inverse_jacobian(machine.geometry, origin(machine))
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) @ rates
+    return joint_friction(machine).coulomb[1] * float(np.linalg.norm(corners, axis=1).max())

@@ -1,0 +1,299 @@
+"""The way home: the handle is let go away from the origin; does it come home, how fast, how far does it overshoot?
+
+A damping beyond what the loop bears is applied as asked for, too, so that it is seen what the cap is for.
+
+Source:
+    [RCIM2018] figure 16, with k = 0.4 N/mm; b = 500 N s/m was chosen there, 400 shown.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from delta_cad.mechanism import jacobian
+from haptics.assumptions import DELAY, default_controller, encoder_count, nominal_plant
+from haptics.loop import Recording, simulate, timing
+from haptics.machine import Machine
+from haptics.oscillation import oscillation
+from haptics.rows import PAPER_SETTINGS, Resistance, law_table
+from haptics.scenes.bench import (
+    GUIDE,
+    PERIOD,
+    READY,
+    damping_limit,
+    friction_force,
+    friction_holds,
+    half_side,
+    mass_for_damping,
+    motors_force,
+    origin,
+    smallest_mass,
+)
+from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+
+SETTING = "k0.4"
+DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)
+"""N s/m; the last two are the paper's."""
+PAPERS = DAMPINGS[-2:]
+FREE_S = 6.0
+"""Time that the handle is given, s; a damper of 500 N s/m takes about that."""
+START = 0.6
+"""Where it is let go along (1, 1, 1): share of half the cube's side."""
+WINDOW = 0.5
+"""Of the judgement at the end of the way, s; there are two."""
+SLOW = 0.1
+"""What is slower than this is a way, not a buzz, s."""
+ARRIVED = 1.05
+"""Times the friction that may hold the handle before it is home: the bristles' bend and one count beyond it."""
+
+
+@dataclass(frozen=True)
+class Buzz:
+    """What the handle does at the end of its way.
+
+    Attributes:
+        swing: Peak to peak of the position along its main direction, m.
+        force: Peak to peak of the force asked for along it, N.
+        frequency: Hz.
+        kind: As `oscillation` has it.
+        saturated: Share of the time in which the force is at its limit.
+    """
+
+    swing: float
+    force: float
+    frequency: float
+    kind: str
+    saturated: float
+
+
+def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+    """Lets the handle go with several dampings.
+
+    Args:
+        machine: The device.
+        delay: s.
+        seed: Of the encoders.
+
+    Returns:
+        The scene: a run for each damping as it is applied, and for those of the paper one more as they are asked for.
+    """
+    setting, mass = PAPER_SETTINGS[SETTING], smallest_mass(machine)
+    cap = damping_limit(mass, delay, setting.stiffness)
+    asked_of: dict[float, list[float]] = {}
+    for asked in DAMPINGS:
+        asked_of.setdefault(cap.applied(asked), []).append(asked)
+    runs = [_released(machine, setting, applied, asked, delay, seed) for applied, asked in asked_of.items()]
+    beyond = [b for b in PAPERS if cap.applied(b) < b]
+    runs += [_released(machine, setting, b, [b], delay, seed, capped=False) for b in beyond]
+    middle, start = origin(machine), _start(machine)
+    direction = (start - middle) / np.linalg.norm(start - middle)
+    friction = friction_force(machine, direction)
+    facts: dict[str, Any] = {
+        "setting": SETTING,
+        "stiffness_N_per_m": setting.stiffness,
+        "start_mm": [float(x) for x in MM_PER_M * start],
+        "distance_at_start_mm": MM_PER_M * float(np.linalg.norm(start - middle)),
+        "dead_radius_mm": MM_PER_M * setting.dead_radius,
+        "friction_N": friction,
+        "home_radius_mm": MM_PER_M * _home_radius(machine, setting),
+        "force_limit_N": machine.design.requirements.force_N,
+        "smallest_effective_mass_kg": mass,
+        "damping_limit_N_s_per_m": cap.limit,
+        "damping_cap_N_s_per_m": cap.cap,
+        "ideal_damper_settling_s": {
+            f"{b:g}": ideal_settling(machine, setting, b, float(np.linalg.norm(start - middle))) for b in beyond
+        },
+        "mass_for_the_papers_damping_kg": mass_for_damping(setting.damping, delay, setting.stiffness),
+    }
+    safe = [run for run in runs if run.facts["capped"]]
+    promises = [
+        Promise(
+            f"with damping up to the cap of {cap.cap:.1f} N s/m the handle comes home",
+            all(run.facts["settling_s"] is not None for run in safe),
+        ),
+        Promise("and falls into no limit cycle there", not any(run.facts["limit_cycle"] for run in safe)),
+        Promise("the supervisor finds no fault", not any(run.facts["supervisor_fault"] for run in safe)),
+    ]
+    return Scene("home", "figure 16", runs, facts, promises, _discussion(facts, runs))
+
+
+def ideal_settling(machine: Machine, setting: Resistance, damping: float, distance: float) -> float:
+    """Time of an ideal, continuous damper without mass and friction to the home radius, s.
+
+    Args:
+        machine: Its force limit and home radius.
+        setting: k, r0, r1.
+        damping: N s/m.
+        distance: At the start, m.
+
+    Returns:
+        `b dd/dt = -min(k (d - r0), limit)` in closed form.
+    """
+    k, r0 = setting.stiffness, setting.dead_radius
+    most = min(setting.plateau, machine.design.requirements.force_N)
+    knee, end = r0 + most / k, _home_radius(machine, setting)
+    plateau = max(distance - max(knee, end), 0.0) * damping / most
+    return plateau + (damping / k * math.log((min(distance, knee) - r0) / (end - r0)) if end < knee else 0.0)
+
+
+def _start(machine: Machine) -> np.ndarray:
+    return origin(machine) + START * half_side(machine) * np.ones(3) / math.sqrt(3.0)
+
+
+def _home_radius(machine: Machine, setting: Resistance) -> float:
+    """Distance within which friction may hold the handle against the spring, m."""
+    return setting.dead_radius + ARRIVED * friction_holds(machine) / setting.stiffness
+
+
+def _released(
+    machine: Machine,
+    setting: Resistance,
+    applied: float,
+    asked: list[float],
+    delay: float,
+    seed: int,
+    *,
+    capped: bool = True,
+) -> Run:
+    middle, start = origin(machine), _start(machine)
+    ticks = round((READY + FREE_S) / PERIOD)
+    time = np.arange(ticks) * PERIOD - READY
+    limit = machine.design.requirements.force_N
+    recording = simulate(
+        nominal_plant(machine),
+        default_controller(machine, PERIOD)._replace(force=limit),
+        law_table(setting.row(middle, damping=applied)),
+        timing(PERIOD, delay),
+        start,
+        hand=GUIDE,
+        anchor=np.tile(start, (ticks, 1)),
+        push=np.zeros((ticks, 3)),
+        count=encoder_count(machine),
+        seed=seed,
+        held=time < 0.0,
+    )
+    free = time >= 0.0
+    along = recording.position - middle
+    distance = np.linalg.norm(along, axis=1)
+    outside = ~(distance[free] <= _home_radius(machine, setting))  # also where it is no number
+    last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
+    beyond = -np.nanmin(along[free] @ (start - middle)) / np.linalg.norm(start - middle)
+    buzz = buzzing(machine, recording, limit, _until(distance, time, setting.dead_radius))
+    direction = (start - middle) / np.linalg.norm(start - middle)
+    settles = last < len(outside)
+    driven = buzz.force > 2.0 * friction_force(machine, direction)  # else the force cannot shake the handle loose
+    facts: dict[str, Any] = {
+        "damping_asked_N_s_per_m": asked,
+        "damping_applied_N_s_per_m": applied,
+        "capped": capped,
+        "settling_s": PERIOD * last if settles else None,
+        "overshoot_mm": MM_PER_M * max(0.0, float(beyond) - setting.dead_radius),
+        "distance_at_end_mm": MM_PER_M * float(distance[-round(WINDOW / PERIOD) :].mean()),
+        "limit_cycle": driven and buzz.kind in ("sustained", "grows"),
+        "chatters": driven and buzz.kind == "settles",
+        "swing_um": 1e6 * buzz.swing,
+        "force_swing_N": buzz.force,
+        "frequency_Hz": buzz.frequency,
+        "oscillation": buzz.kind,
+        "share_of_time_at_force_limit": buzz.saturated,
+    } | supervised(recording, READY)
+    facts["verdict"] = _verdict(facts)
+    columns = series(recording, READY, motors_force(machine, recording), distance_mm=MM_PER_M * distance)
+    name = f"b{applied:.3g}" + ("" if capped else "_uncapped")
+    note = "" if capped and asked == [applied] else " (" + ("uncapped" if not capped else _asked(asked)) + ")"
+    return Run(name, f"b = {applied:.3g} N s/m{note}", recording, columns, facts)
+
+
+def _asked(asked: list[float]) -> str:
+    return " and ".join(f"{b:g}" for b in asked) + " asked"
+
+
+def _verdict(facts: dict[str, Any]) -> str:
+    if facts["supervisor_fault"]:
+        return "fault: " + str(facts["supervisor_findings"])
+    way = "comes home" if facts["settling_s"] is not None else "creeps, not home in time"
+    if facts["limit_cycle"]:
+        limited = " at the force limit" if facts["share_of_time_at_force_limit"] > 0.5 else ""
+        return f"{way}, limit cycle{limited}"
+    return f"{way}, chatters by single counts" if facts["chatters"] else way
+
+
+def _until(distance: np.ndarray, time: np.ndarray, dead_radius: float) -> int:
+    """Ticks up to which a run is judged: up to the dead zone, where there is no force, if it takes long; else all."""
+    arrived = np.flatnonzero((distance <= dead_radius) & (time > 2.0 * WINDOW + 2.0 * SLOW))
+    early = (distance[(time > 0.0) & (time <= 2.0 * WINDOW + 2.0 * SLOW)] <= dead_radius).any()
+    return int(arrived[0]) if len(arrived) and not early else len(time)
+
+
+def buzzing(machine: Machine, recording: Recording, limit: float, until: int) -> Buzz:
+    """Amplitude and frequency of what the handle does in the two windows before a tick, its slow way taken off.
+
+    Args:
+        machine: The device.
+        recording: At least two windows and the two ends of the moving mean before it.
+        limit: Of the force, N.
+        until: The tick.
+
+    Returns:
+        The buzz along the direction in which it is largest; "diverged" if the handle left what can be reached.
+    """
+    if not np.isfinite(recording.position).all():
+        return Buzz(math.inf, math.inf, 0.0, "diverged", 0.0)
+    edge, n = round(SLOW / PERIOD / 2.0), 2 * round(WINDOW / PERIOD)
+    mean = np.hanning(2 * edge + 3)[1:-1]
+    mean /= mean.sum()
+    swings = []
+    for array in (recording.position, recording.force):
+        tail = array[until - n - 2 * edge : until]
+        slow = np.column_stack([np.convolve(tail[:, k], mean, mode="valid") for k in range(3)])
+        swings.append(tail[edge : edge + n] - slow)
+    position, force = swings
+    along = np.linalg.svd(position, full_matrices=False)[2][0]
+    resolution = encoder_count(machine) * float(np.abs(along @ jacobian(machine.geometry, origin(machine))).max())
+    size = np.linalg.norm(recording.force[until - n : until], axis=1)
+    if not (force @ along).any():  # in the dead zone nothing is asked for
+        return Buzz(float(np.ptp(position[-(n // 2) :] @ along)), 0.0, 0.0, "settles", 0.0)
+    found = oscillation(position @ along, force @ along, PERIOD, resolution, window=WINDOW)
+    return Buzz(found.swing, found.force_swing, found.frequency, found.kind, float(np.mean(size > 0.99 * limit)))
+
+
+def _discussion(facts: dict[str, Any], runs: list[Run]) -> list[str]:
+    said = [
+        f"The loop bears {facts['damping_limit_N_s_per_m']:.0f} N s/m at 1 kHz, "
+        f"{facts['damping_limit_N_s_per_m'] * PERIOD / facts['smallest_effective_mass_kg']:.2f} m / T of the smallest "
+        f"effective mass, {facts['smallest_effective_mass_kg']:.3f} kg (2 m / T would be the most, without filter and "
+        f"delay); half of it, {facts['damping_cap_N_s_per_m']:.1f} N s/m, is applied at most."
+    ]
+    for run in runs:
+        f = run.facts
+        if f["capped"] and f["chatters"]:
+            said.append(
+                f"With {f['damping_applied_N_s_per_m']:.1f} N s/m single counts of the encoders, seen as velocity, "
+                f"make {f['force_swing_N']:.1f} N peak to peak of force at rest: stable, but to be felt."
+            )
+        if not f["capped"] and not f["limit_cycle"]:
+            said.append(f"b = {f['damping_applied_N_s_per_m']:g} N s/m applied as the paper has it: {f['verdict']}.")
+        elif not f["capped"]:
+            said.append(
+                f"b = {f['damping_applied_N_s_per_m']:g} N s/m applied as the paper has it: {f['verdict']}. The "
+                f"handle shakes by {f['swing_um']:.0f} um at {f['frequency_Hz']:.0f} Hz, the force by "
+                f"{f['force_swing_N']:.1f} N peak to peak, at its limit "
+                f"{100.0 * f['share_of_time_at_force_limit']:.0f} % of the time; "
+                f"after {FREE_S:g} s it is {f['distance_at_end_mm']:.1f} mm from the origin."
+            )
+    for b, seconds in facts["ideal_damper_settling_s"].items():
+        said.append(f"An ideal damper of {b} N s/m without sampling would take {seconds:.1f} s to come home.")
+    said.append(
+        f"The paper chose b = 500 N s/m because nothing oscillated. Why it did not is not known: velocity filter, "
+        f"masses and friction are not given. Here that b would take an effective mass of "
+        f"{facts['mass_for_the_papers_damping_kg']:.2g} kg with the same margin."
+    )
+    said.append(
+        f"The handle stops where friction ({facts['friction_N']:.2f} N) holds it against the spring, up to "
+        f"{facts['home_radius_mm']:.1f} mm from the origin; that radius counts as home."
+    )
+    return said

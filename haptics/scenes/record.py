@@ -1,0 +1,120 @@
+"""What a scene gives back: runs with their time series and figures, promises kept or not, and sentences about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from haptics.faults import LATCHING, described
+from haptics.loop import Recording
+
+MM_PER_M = 1000.0
+DECIMALS = {"_s": 6, "_mm": 5, "_N": 5, "_N_m": 7, "_mm_per_s": 3}
+"""Of each unit in the series: 10 nm, 10 uN, a thousandth of what encoders and motors resolve. More digits would only be
+more bytes."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a scene.
+
+    Attributes:
+        name: Of its files: letters, digits, dot, dash, underscore, plus.
+        label: What a person reads.
+        recording: What happened.
+        series: Name with its unit -> (n,) column; see `series`.
+        facts: Name with its unit -> figure, what the run came to.
+    """
+
+    name: str
+    label: str
+    recording: Recording
+    series: dict[str, np.ndarray]
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Promise:
+    """Something that a design should hold in a scene.
+
+    Attributes:
+        text: What, with its figures.
+        kept: Whether it does.
+    """
+
+    text: str
+    kept: bool
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All of a scene.
+
+    Attributes:
+        name: Of the scene.
+        figures: The paper's figures that it stands beside.
+        runs: In order.
+        facts: Common to all runs.
+        promises: Those that decide the exit code.
+        discussion: Sentences: what differs from the paper, and why.
+    """
+
+    name: str
+    figures: str
+    runs: list[Run]
+    facts: dict[str, Any]
+    promises: list[Promise]
+    discussion: list[str]
+
+    @property
+    def kept(self) -> bool:
+        """Whether all promises are."""
+        return all(promise.kept for promise in self.promises)
+
+
+def series(recording: Recording, begin: float, force: np.ndarray, **more: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns of a run's table, each rounded to the `DECIMALS` of its unit.
+
+    Args:
+        recording: What happened.
+        begin: When the scene proper begins, s; time is counted from there.
+        force: (n, 3) force on the handle of what the motors give beyond the weight, N.
+        **more: (n,) further columns, their units in their names.
+
+    Returns:
+        Name -> (n,) column; the supervisor's bits last, as whole numbers.
+    """
+    columns = {"time_s": recording.time - begin}
+    for name, unit, array in (
+        ("position", "mm", MM_PER_M * recording.position),
+        ("velocity", "mm_per_s", MM_PER_M * recording.velocity),
+        ("force_asked", "N", recording.force),
+        ("force_of_motors", "N", force),
+        ("force_of_hand", "N", recording.hand),
+    ):
+        columns |= {f"{name}_{axis}_{unit}": array[:, k] for k, axis in enumerate("xyz")}
+    columns |= {f"torque_{i}_N_m": recording.applied[:, i] for i in range(3)}
+    columns |= more
+    return {name: np.round(column, _decimals(name)) + 0.0 for name, column in columns.items()} | {
+        "supervisor_bits": recording.bits
+    }
+
+
+def _decimals(name: str) -> int:
+    return DECIMALS[max((unit for unit in DECIMALS if name.endswith(unit)), key=len)]
+
+
+def supervised(recording: Recording, begin: float) -> dict[str, Any]:
+    """What the supervisor found from the moment on when the scene proper begins.
+
+    Args:
+        recording: What happened.
+        begin: s.
+
+    Returns:
+        Whether it latched a fault, and its findings in words.
+    """
+    bits = int(np.bitwise_or.reduce(recording.bits[recording.time > begin]))
+    return {"supervisor_fault": bool(bits & LATCHING), "supervisor_findings": described(bits)}

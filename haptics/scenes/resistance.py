@@ -1,0 +1,207 @@
+"""The operating resistance: the handle is led from the origin to each corner of the cube and back.
+
+Source:
+    [RCIM2018] eq. (23), figures 14 and 15, and the 3 N at the cube's eight corners.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from haptics.assumptions import DELAY, default_controller, encoder_count, nominal_plant
+from haptics.discrete import DampingCap
+from haptics.loop import Recording, simulate, timing
+from haptics.machine import Machine
+from haptics.rows import PAPER_SETTINGS, Resistance, law_table
+from haptics.scenes.bench import (
+    GUIDE,
+    PERIOD,
+    READY,
+    damping_limit,
+    half_side,
+    mass_for_damping,
+    motors_force,
+    origin,
+    smallest_mass,
+)
+from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+
+WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
+"""Time to a corner and time back, time there, and time in which the guide reaches its constant speed, s."""
+SHORT = 0.05
+"""Share of a force by which a corner may miss it."""
+
+
+def resistance(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+    """Force against distance for the paper's two settings and each corner.
+
+    Args:
+        machine: The device.
+        delay: s.
+        seed: Of the encoders.
+
+    Returns:
+        The scene: 16 runs. Their facts hold the force at the corner, the damping asked for and applied, and how far the
+        force strays from eq. (23) with the damping applied.
+    """
+    mass = smallest_mass(machine)
+    runs: list[Run] = []
+    promises: list[Promise] = []
+    settings: dict[str, dict[str, Any]] = {}
+    required = machine.design.requirements.force_N
+    for name, setting in PAPER_SETTINGS.items():
+        cap = damping_limit(mass, delay, setting.stiffness)
+        mine = [_led(machine, name, setting, cap, signs, delay, seed) for signs in product((-1.0, 1.0), repeat=3)]
+        runs += mine
+        forces = [run.facts["corner_force_N"] for run in mine]
+        settings[name] = {
+            "stiffness_N_per_m": setting.stiffness,
+            "dead_radius_mm": MM_PER_M * setting.dead_radius,
+            "full_radius_mm": MM_PER_M * setting.full_radius,
+            "force_beyond_N": setting.plateau,
+            "damping_asked_N_s_per_m": setting.damping,
+            "damping_limit_N_s_per_m": cap.limit,
+            "damping_applied_N_s_per_m": cap.applied(setting.damping),
+            "mass_for_that_damping_kg": mass_for_damping(setting.damping, delay, setting.stiffness),
+            "least_corner_force_N": min(forces),
+            "largest_deviation_N": max(run.facts["largest_deviation_N"] for run in mine),
+            "rms_deviation_N": max(run.facts["rms_deviation_N"] for run in mine),
+            "reaches_required_force": min(forces) >= (1.0 - SHORT) * required,
+        }
+        wanted = min(setting.plateau, required)
+        promises.append(
+            Promise(
+                f"{name}: at all eight corners the motors give {wanted:.1f} N, less {100.0 * SHORT:g} % at most; "
+                f"least {min(forces):.2f} N",
+                min(forces) >= (1.0 - SHORT) * wanted,
+            )
+        )
+    largest = max(s["least_corner_force_N"] for s in settings.values())
+    promises += [
+        Promise(
+            f"one setting reaches the required {required:g} N at all eight corners; best {largest:.2f} N",
+            largest >= (1.0 - SHORT) * required,
+        ),
+        Promise("the supervisor finds no fault", not any(run.facts["supervisor_fault"] for run in runs)),
+    ]
+    facts = {"force_limit_N": required, "smallest_effective_mass_kg": mass, "settings": settings}
+    return Scene("resistance", "figures 14 and 15", runs, facts, promises, _discussion(settings, required, mass))
+
+
+def law_force(setting: Resistance, distance: np.ndarray, limit: float) -> np.ndarray:
+    """Eq. (23) at rest: pull to the origin, (n,) N.
+
+    Args:
+        setting: k, r0, r1.
+        distance: (n,) from the origin, m.
+        limit: Largest force on the handle, N.
+    """
+    stretch = np.clip(distance - setting.dead_radius, 0.0, setting.full_radius - setting.dead_radius)
+    return np.minimum(setting.stiffness * stretch, limit)
+
+
+def _led(
+    machine: Machine, name: str, setting: Resistance, cap: DampingCap, signs: tuple[float, ...], delay: float, seed: int
+) -> Run:
+    middle, way = origin(machine), half_side(machine) * np.array(signs)
+    time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
+    applied, limit = cap.applied(setting.damping), machine.design.requirements.force_N
+    anchor = middle + _share(time)[:, None] * way
+    recording = simulate(
+        nominal_plant(machine),
+        default_controller(machine, PERIOD)._replace(force=limit),
+        law_table(setting.row(middle, damping=applied)),
+        timing(PERIOD, delay),
+        middle,
+        hand=GUIDE,
+        anchor=anchor,
+        push=np.zeros((len(time), 3)),
+        count=encoder_count(machine),
+        seed=seed,
+    )
+    along = recording.position - middle
+    distance = np.linalg.norm(along, axis=1)
+    towards = -along / np.maximum(distance, 1e-9)[:, None]
+    given = motors_force(machine, recording)
+    pull, felt = (given * towards).sum(axis=1), -(recording.hand * towards).sum(axis=1)
+    at_rest = law_force(setting, distance, limit)
+    stays = (time > WAY_S + 0.6 * STAY_S) & (time < WAY_S + STAY_S)
+    strays = np.linalg.norm(given - _whole_law(setting, applied, limit, recording.position - middle, recording), axis=1)
+    corner = "".join("-+"[int(s > 0)] + a for s, a in zip(signs, "xyz", strict=True))
+    facts: dict[str, Any] = {
+        "setting": name,
+        "corner": corner,
+        "corner_mm": [float(x) for x in MM_PER_M * (middle + way)],
+        "damping_asked_N_s_per_m": setting.damping,
+        "damping_applied_N_s_per_m": applied,
+        "corner_force_N": float(pull[stays].mean()),
+        "law_at_corner_N": float(at_rest[stays].mean()),
+        "force_on_the_hand_at_corner_N": float(felt[stays].mean()),
+        "largest_deviation_N": float(strays[time > 0.0].max()),
+        "rms_deviation_N": float(np.sqrt(np.square(strays[time > 0.0]).mean())),
+        "work_of_the_hand_mJ": 1e3 * _work(recording, anchor, time >= 0.0),
+    } | supervised(recording, READY)
+    columns = series(
+        recording, READY, given, distance_mm=MM_PER_M * distance, pull_of_motors_N=pull, pull_on_hand_N=felt,
+        pull_by_law_at_rest_N=at_rest,
+    )  # fmt: skip
+    return Run(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
+
+
+def _whole_law(
+    setting: Resistance, damping: float, limit: float, along: np.ndarray, recording: Recording
+) -> np.ndarray:
+    """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""
+    distance = np.linalg.norm(along, axis=1)
+    stretch = np.clip(distance - setting.dead_radius, 0.0, setting.full_radius - setting.dead_radius)
+    force = -(setting.stiffness * stretch / np.maximum(distance, 1e-9))[:, None] * along
+    force -= damping * np.clip(stretch / 1e-3, 0.0, 1.0)[:, None] * recording.velocity
+    size = np.linalg.norm(force, axis=1)
+    return force * np.minimum(1.0, limit / np.maximum(size, 1e-9))[:, None]
+
+
+def _work(recording: Recording, anchor: np.ndarray, now: np.ndarray) -> float:
+    """Work of the guide on the handle, J: mean force between two ticks, in which its aim stays where it was."""
+    before, after = recording.hand[now][:-1], recording.hand[now][1:] - GUIDE.stiffness * np.diff(anchor[now], axis=0)
+    return float((0.5 * (before + after) * np.diff(recording.position[now], axis=0)).sum())
+
+
+def _share(time: np.ndarray) -> np.ndarray:
+    """Share of the way: there at constant speed, eased at both ends, a stay, and back."""
+
+    def way(t: np.ndarray) -> np.ndarray:
+        t = np.clip(t, 0.0, WAY_S)
+        speed = 1.0 / (WAY_S - EASE_S)
+        begin = np.where(t < EASE_S, 0.5 * speed / EASE_S * t**2, speed * (t - 0.5 * EASE_S))
+        left = np.clip(WAY_S - t, 0.0, EASE_S)
+        return np.where(t > WAY_S - EASE_S, 1.0 - 0.5 * speed / EASE_S * left**2, begin)
+
+    return way(time) - way(time - WAY_S - STAY_S)
+
+
+def _discussion(settings: dict[str, dict[str, Any]], required: float, mass: float) -> list[str]:
+    said = []
+    for name, s in settings.items():
+        asked, applied, beyond = (
+            s[key] for key in ("damping_asked_N_s_per_m", "damping_applied_N_s_per_m", "force_beyond_N")
+        )
+        cut = f", cut to the limit of {required:g} N" if beyond > required else f", below {required:g} N by itself"
+        said.append(f"{name}: eq. (23) ends at {beyond:.1f} N{cut}.")
+        if applied < asked:
+            said.append(
+                f"{name}: b = {asked:g} N s/m is asked, {applied:.1f} N s/m applied: half the limit of "
+                f"{s['damping_limit_N_s_per_m']:.0f} N s/m at 1 kHz of a device whose effective mass goes down to "
+                f"{mass:.3f} kg. The paper's b would take {s['mass_for_that_damping_kg']:.2g} kg."
+            )
+        said.append(
+            f"{name}: off the law with this damping by {s['rms_deviation_N']:.2f} N rms, "
+            f"{s['largest_deviation_N']:.2f} N at most: counts seen as velocity, the filter and the delay."
+        )
+    said.append(
+        "On the way out damping and friction add to the pull, on the way back they take from it; at rest the "
+        "motors meet the law."
+    )
+    return said

@@ -1,0 +1,132 @@
+"""Virtual walls: a hand pushes the handle into a wall across each axis and holds; does the wall stand?
+
+Source:
+    [RCIM2018] eq. (24), figures 17 and 18, table 13.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from haptics.assumptions import DELAY
+from haptics.faults import described
+from haptics.hands import HAND_MODELS
+from haptics.machine import Machine
+from haptics.published import STIFFNESS_N_PER_MM
+from haptics.rows import AXES
+from haptics.scenes.bench import PERIOD, motors_force
+from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.wall_limit import START, Search, search
+from haptics.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
+
+STEP, TOLERANCE = 1000.0, 25.0
+"""Of the search for the limit, N/m: coarser than the paper's protocol, which the command `stiffness` follows."""
+ABOVE = 1.3
+"""Times the limit: clearly beyond it."""
+VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
+
+
+def wall(machine: Machine, *, hand: str = "medium", delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+    """Three walls across each axis: the paper's first, the paper's largest, and one above our own limit.
+
+    Args:
+        machine: The device.
+        hand: Name in `HAND_MODELS`.
+        delay: s.
+        seed: Of the encoders.
+
+    Returns:
+        The scene: 9 runs.
+    """
+    who = HAND_MODELS[hand]
+    runs: list[Run] = []
+    limits: dict[str, dict[str, Any]] = {}
+    for axis in AXES:
+        found = search(
+            simulated_predicate(machine, axis, who.hand, delay=delay, seed=seed),
+            step=STEP,
+            tolerance=TOLERANCE,
+        )
+        published = 1000.0 * STIFFNESS_N_PER_MM[axis]
+        limits[axis] = {
+            "simulated_N_per_mm": found.bisection / 1000.0,
+            "never_oscillated": found.ceiling_reached,
+            "published_N_per_mm": STIFFNESS_N_PER_MM[axis],
+        }
+        above = ABOVE * (found.bisection or START)
+        for role, stiffness in (("first", START), ("published", published), ("above", above)):
+            trial = wall_trial(machine, axis, who.hand, stiffness, delay=delay, seed=seed)
+            runs.append(_run(machine, axis, role, trial, found))
+    first = [run for run in runs if run.facts["role"] == "first"]
+    promises = [
+        Promise(
+            f"the paper's first wall, {START / 1000.0:g} N/mm, stands across each axis",
+            all(run.facts["stable"] for run in first),
+        ),
+        Promise("the supervisor finds no fault there", not any(run.facts["supervisor_fault"] for run in first)),
+    ]
+    facts = {
+        "hand": {"name": hand, **who.hand._asdict(), "meaning": who.meaning, "source": who.source},
+        "force_limit_N": machine.design.requirements.force_N,
+        "limits": limits,
+    }
+    return Scene("wall", "figures 17 and 18", runs, facts, promises, _discussion(hand, limits, runs))
+
+
+def _run(machine: Machine, axis: str, role: str, trial: WallTrial, found: Search) -> Run:
+    stiffness, verdict = trial.stiffness / 1000.0, trial.verdict
+    if verdict is not None:
+        text = VERDICTS[verdict.kind]
+    else:
+        text = f"fault: {described(trial.faults)}" if trial.faults else "is not leant on: the handle is driven off"
+    facts: dict[str, Any] = {
+        "axis": axis,
+        "role": role,
+        "stiffness_N_per_mm": stiffness,
+        "share_of_simulated_limit": trial.stiffness / found.bisection if found.bisection else None,
+        "verdict": text,
+        "stable": trial.stable,
+        "penetration_at_end_mm": MM_PER_M * float(trial.depth[-100:].mean()),
+        "force_at_end_N": float(trial.push[-100:].mean()),
+        "largest_force_N": float(trial.push.max()),
+        "count_um": 1e6 * trial.resolution,
+    }
+    if verdict is not None:
+        facts |= {
+            "swing_um": 1e6 * verdict.swing,
+            "force_swing_N": verdict.force_swing,
+            "frequency_Hz": verdict.frequency,
+            "share_in_contact": verdict.contact,
+        }
+    columns = series(
+        trial.recording,
+        READY,
+        motors_force(machine, trial.recording),
+        penetration_mm=MM_PER_M * trial.depth,
+        wall_force_N=trial.push,
+    )
+    label = f"{axis}, {stiffness:.3g} N/mm"
+    return Run(f"{axis}_{role}", label, trial.recording, columns, facts | supervised(trial.recording, READY))
+
+
+def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[Run]) -> list[str]:
+    said = []
+    for axis, limit in limits.items():
+        ours, theirs = limit["simulated_N_per_mm"], limit["published_N_per_mm"]
+        more = "more than " if limit["never_oscillated"] else ""
+        said.append(
+            f"{axis}: with a {hand} hand walls stand up to {more}{ours:.1f} N/mm here; the paper felt oscillation "
+            f"above {theirs:g} N/mm."
+        )
+    worst = max((run for run in runs if run.facts.get("swing_um")), key=lambda run: run.facts["swing_um"], default=None)
+    if worst is not None and not worst.facts["stable"]:
+        f = worst.facts
+        said.append(
+            f"Beyond the limit the handle swings by {f['swing_um']:.0f} um at {f['frequency_Hz']:.0f} Hz "
+            f"({worst.label}), the force by {f['force_swing_N']:.1f} N."
+        )
+    said.append(
+        "The limit depends on hand, friction and delay, which the paper does not give: a light hand bears far less, a "
+        "firm one far more (`stiffness` gives the interval). Nothing was fitted to the paper."
+    )
+    return said

@@ -1,0 +1,111 @@
+"""Series as files read back by readers that are not the writer; a folder that appears whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from haptics.folder import whole_folder
+from haptics.loop import Recording
+from haptics.scenes.record import DECIMALS, Promise, Scene, series
+from haptics.series import write_csv, write_parquet
+
+COLUMNS = {
+    "time_s": np.array([-0.8, -0.799, 0.1 + 0.2]),
+    "position_x_mm": np.array([1.0 / 3.0, -0.0, 5e-324]),
+    "force_N": np.array([np.nan, 1e22, -1.7976931348623157e308]),
+    "supervisor_bits": np.array([0, 1 << 25, 3]),
+}
+
+
+def test_csv_reads_back_to_the_same_doubles(tmp_path: Path) -> None:
+    write_csv(tmp_path / "a.csv", COLUMNS)
+    with (tmp_path / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == list(COLUMNS)
+    for name, column in COLUMNS.items():
+        read = np.array([float(row[name]) for row in rows])
+        assert np.array_equal(read, column.astype(float), equal_nan=True)
+    assert rows[1]["supervisor_bits"] == str(1 << 25)
+
+
+def test_parquet_is_given_the_same_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: dict[str, Any] = {}
+    arrow, parquet = ModuleType("pyarrow"), ModuleType("pyarrow.parquet")
+    arrow.table = lambda columns: ("table", columns)  # type: ignore[attr-defined]
+    parquet.write_table = lambda table, path: given.update(table=table, path=path)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "pyarrow", arrow)
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", parquet)
+    assert write_parquet(tmp_path / "a.parquet", COLUMNS)
+    assert given["path"] == tmp_path / "a.parquet"
+    assert given["table"] == ("table", COLUMNS)
+
+
+def test_without_pyarrow_there_is_no_parquet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert not write_parquet(tmp_path / "a.parquet", COLUMNS)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_columns_carry_units_and_are_rounded_to_them() -> None:
+    rng, n = np.random.default_rng(0), 5
+    three = {name: rng.normal(size=(n, 3)) for name in ("position", "velocity", "measured", "estimated", "force")}
+    more = {name: rng.normal(size=(n, 3)) for name in ("torque", "applied", "hand")}
+    r = Recording(np.arange(n) * 1e-3, **three, **more, energy=np.zeros(n), bits=np.arange(n))
+    columns = series(r, 0.002, r.force, distance_mm=np.full(n, 1.23456789))
+    assert columns["time_s"].tolist() == [-0.002, -0.001, 0.0, 0.001, 0.002]
+    assert columns["position_z_mm"] == pytest.approx(1000.0 * r.position[:, 2], abs=0.5e-5)
+    assert columns["velocity_y_mm_per_s"] == pytest.approx(1000.0 * r.velocity[:, 1], abs=0.5e-3)
+    assert columns["force_of_hand_x_N"] == pytest.approx(r.hand[:, 0], abs=0.5e-5)
+    assert columns["torque_2_N_m"] == pytest.approx(r.applied[:, 2], abs=0.5e-7)
+    assert columns["distance_mm"].tolist() == [1.23457] * n
+    assert list(columns)[-1] == "supervisor_bits"
+    assert all(name == "supervisor_bits" or name.endswith(tuple(DECIMALS)) for name in columns)
+
+
+def test_a_scene_is_kept_if_all_its_promises_are() -> None:
+    assert Scene("", "", [], {}, [Promise("a", True)], []).kept
+    assert not Scene("", "", [], {}, [Promise("a", True), Promise("b", False)], []).kept
+
+
+def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
+    place = tmp_path / "out" / "name"
+    with whole_folder(place) as part:
+        (part / "a").write_text("1")
+        assert not place.exists()
+    assert (place / "a").read_text() == "1"
+    with pytest.raises(KeyboardInterrupt):
+        _interrupted(place)
+    assert [path.name for path in place.iterdir()] == ["a"]
+    with whole_folder(place) as part:
+        (part / "c").write_text("3")
+    assert [path.name for path in place.iterdir()] == ["c"]
+    assert [path.name for path in place.parent.iterdir()] == ["name"]
+
+
+def _interrupted(place: Path) -> None:
+    with whole_folder(place) as part:
+        (part / "b").write_text("2")
+        raise KeyboardInterrupt
+
+
+def test_a_folder_left_by_a_kill_between_two_renames_is_put_back_or_replaced(tmp_path: Path) -> None:
+    old, part = tmp_path / "name.old", tmp_path / "name.part"
+    old.mkdir()
+    part.mkdir()
+    with whole_folder(tmp_path / "name") as folder:
+        (folder / "a").write_text("1")
+    assert [path.name for path in tmp_path.iterdir()] == ["name"]
+
+
+def test_a_file_with_the_folders_name_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "name").write_text("mine")
+    with pytest.raises(FileExistsError, match="a file has the folder's name"), whole_folder(tmp_path / "name"):
+        raise AssertionError  # it is not come so far
+    assert (tmp_path / "name").read_text() == "mine"
