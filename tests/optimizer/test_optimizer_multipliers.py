@@ -82,3 +82,22 @@ def test_rows_in_exact_balance_exclude_nothing(margin: float) -> None:
 def test_negative_weights_count_nothing() -> None:
     rows = np.array([[1.0, 0, 0, 0, 0, 0], [1.0, 0, 0, 0, 0, 0]])
     assert not excluded(rows, 2, np.array([0, 1, 2, 3, 4]), np.array([-5.0, 0.5, 0, 0, 0]))
+
+
+def test_a_sum_is_judged_by_itself_whatever_its_weights() -> None:
+    """Random weights, shifted so that the exact sum is at zero, a rounding below it, or well away."""
+    rng, answers = np.random.default_rng(6), [0, 0]
+    for _ in range(2_000):
+        rows = rng.normal(size=(5, 6)) * 10.0 ** rng.uniform(-6, 0, (5, 1))
+        rows[:, 5] = np.abs(rows[:, 5]) * 0.1
+        weight = rng.random(5)
+        size = float(weight @ np.abs(rows).sum(axis=1))
+        top = float(weight @ (rows[:, 0] + rows[:, 5]) + np.abs(weight @ rows[:, 1:5]).sum())
+        rows[0, 0] -= (top + size * rng.choice([0.0, 1e-16, -1e-16, 1e-9, -1e-9, -0.1])) / weight[0]
+        c, *s, e = (sum(Fraction(f) * Fraction(row[j]) for f, row in zip(weight, rows, strict=True)) for j in range(6))
+        exact = c + e + sum(abs(v) for v in s)
+        found = excluded(rows, 5, np.arange(5), weight)
+        assert not found or exact < 0
+        assert found or exact > -1e-13 * size
+        answers[found] += 1
+    assert min(answers) > 300
