@@ -12,7 +12,20 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from optimizer.front import Curve, Point
-from optimizer.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, YELLOW, pretty, styled
+from optimizer.pictures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    YELLOW,
+    kappa_scale,
+    pretty,
+    styled,
+)
 from optimizer.published import Published
 
 MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
@@ -56,6 +69,7 @@ def front(curve: Curve, published: Sequence[Published], chosen: Point | None, ti
             )
         for found in published:
             _published(ax, found, name)
+    kappa_scale(quality, [point.kappa for point in curve.points])
     limits, task = curve.given.limits, curve.given.requirements
     _limit(quality, limits.kappa_max, "limits.kappa_max = {:g}")
     _limit(torque, task.joint_torque_N_m - limits.gravity_torque_N_m, "{:g} N m are left beside gravity's share")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -15,6 +16,7 @@ YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 """Okabe and Ito's palette."""
 GREY = "#6E6E6E"
 DPI = 150
+WIDE = 10.0
 RC: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.5,
@@ -55,6 +57,13 @@ def pretty(text: str) -> str:
         .replace(">=", "\N{GREATER-THAN OR EQUAL TO}")
         .replace("<=", "\N{LESS-THAN OR EQUAL TO}")
     )
+
+
+def kappa_scale(ax: Axes, kappas: Sequence[float]) -> None:
+    """A logarithmic scale with plain numbers where condition numbers differ by more than `WIDE`."""
+    if max(kappas) > WIDE * min(kappas):
+        ax.set_yscale("log")
+        ax.yaxis.set_major_formatter("{x:g}")
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[str]:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from optimizer.front import Curve
-from optimizer.pictures.style import BLUE, GREEN, GREY, VERMILLION, pretty, styled
+from optimizer.pictures.style import BLUE, GREEN, GREY, VERMILLION, kappa_scale, pretty, styled
 from optimizer.trade import Trade
 
 STYLES = ((GREEN, (0, (1, 1)), "s"), (VERMILLION, (0, (5, 1.5)), "D"))
@@ -36,6 +36,7 @@ def trade(found: Trade, title: str) -> Figure:
     left.set(title="other outlines", ylabel="worst condition number in the cube")
     _family(right, found.main, found.torques, f"as required; it needs up to {found.torque_needed:.3f} N m")
     right.set(title="less torque for the force")
+    kappa_scale(left, [point.kappa for curve in found.curves for point in curve.points])
     return figure
 
 

@@ -169,3 +169,14 @@ def test_published_designs_are_the_papers_by_our_equations() -> None:
     narrow = next(design for design in found if design.table == 10)
     assert narrow.misses == ("clearance", "platform_radius 19.6 mm")
     assert narrow.half_side == 39.2
+
+
+def test_condition_numbers_far_apart_are_drawn_on_a_logarithmic_scale() -> None:
+    near = front.front(curve(), [], None, "a task").axes[0]
+    assert near.get_yscale() == "linear"
+    main = curve(kappa_max=None)
+    steep = Result(at_side(joystick(), 42.0), "sqp", (82.0, 122.0, 40.0, 30.0, 40.0, 42.0), "converged")
+    assert 20.0 < steep.max_kappa < math.inf
+    wide = dataclasses.replace(main, points=(*main.points, Point(steep, ())))
+    assert front.front(wide, [], None, "a task").axes[0].get_yscale() == "log"
+    assert trade.trade(Trade(wide), "a task").axes[0].get_yscale() == "log"
