@@ -77,7 +77,8 @@ def front(curve: Curve, published: Sequence[Published], chosen: Point | None, ti
     _binding(binding, curve.points)
     quality.set(ylabel="worst condition number in the cube")
     torque.set(ylabel=f"worst joint torque\nfor {task.force_N:g} N (N m)", xlabel="side of the cube, 2 L (mm)")
-    quality.legend(handles=_legend(curve, published, chosen), loc="lower right")
+    free = "upper left" if quality.get_yscale() == "log" else "lower right"  # a steep front leaves the other corner
+    quality.legend(handles=_legend(curve, published, chosen), loc=free)
     return figure
 
 
