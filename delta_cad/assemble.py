@@ -41,6 +41,7 @@ def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
 
 
 HALF_TURN = np.diag([-1.0, -1.0, 1.0, 1.0])  # about z
+UPRIGHT = np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])  # x down: rods pass beside the board
 
 
 def pointing(direction: Sequence[float], x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
@@ -186,7 +187,7 @@ def _bracket(bench: _Bench, i: int) -> None:
 
     board = bench.once("encoder_board", lambda: bought.make_encoder_board(d))
     back, front = layers.encoder_board_mm
-    bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0))
+    bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0) @ UPRIGHT)
     fixing_row = catalogue.screw(brackets.BOARD_SCREW)
     gap = encoder_side[0] - front
     spacer = bench.once("board_spacer", lambda: fasteners.make_spacer(fixing_row.clearance_hole_mm, gap))

@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import json
 import re
 from copy import deepcopy
 from dataclasses import replace
 from itertools import product
 from math import cos, degrees, hypot, pi, radians, sin, sqrt
-from typing import Any
 
 import numpy as np
 import pytest
-from committed import BEST
+from committed import DATA, PUBLISHED_DATA
 
 from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
-from delta_cad.dimensions.bracket import beam_stop_angle_rad
+from delta_cad.dimensions.bracket import BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
 from delta_cad.dimensions.forearm import tilt_limit_rad
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism import UnreachableError, elbow_positions, inverse_kinematics
 
-DATA: dict[str, Any] = json.loads(BEST.read_text())
-
 
 def edited(**changes: float | str) -> Dimensions:
-    """Dimensions of the committed design with some of its numbers changed, by their last name."""
-    data = deepcopy(DATA)
+    """Dimensions of the published optimum with some of its numbers changed, by their last name."""
+    data = deepcopy(PUBLISHED_DATA)
     for name, value in changes.items():
         (section,) = [s for s in ("mechanism", "cube", "hardware") if name in data[s]]
         data[section][name] = value
@@ -154,7 +150,7 @@ def test_the_stop_pin_is_the_shortest_in_stock_that_reaches_3_mm_deep(
 
 def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.Motor) -> CapstanDimensions:
     assert d.capstan is not None
-    return capstan_dimensions(40.0, 9.85, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm)
+    return capstan_dimensions(40.0, 9.85, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm, 8.0)
 
 
 def test_a_motor_shaft_too_short_for_the_pinion_is_refused(best_dimensions: Dimensions) -> None:
@@ -178,7 +174,7 @@ def test_a_sector_of_more_than_250_degrees_is_refused(best_dimensions: Dimension
 
 def test_an_unreachable_cube_is_refused_before_any_dimension(best: Design) -> None:
     """The design file's own closed forms stand before it; here they are passed by."""
-    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 60.0})})
+    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 80.0})})
     with pytest.raises(UnreachableError, match="chain"):
         dimensions(unchecked)
 
@@ -262,28 +258,68 @@ def test_pinion_and_sector_wind_equal_lengths_of_cable_and_keep_their_gap(best_d
     np.testing.assert_allclose(shoulder + c.pinion_axis_mm, best_dimensions.bracket.motor_axis_mm)
     turns = 3 * 2 * pi * c.pinion_pitch_radius_mm
     rim = h.sector_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0])
-    assert c.cable_length_mm == pytest.approx(rim + turns + 2 * (6.0 + 2.0 + 1.7 + 3.0))  # lug, nut, head, sleeve
+    nose = (5.0 + c.cable_diameter_mm / 2) * pi / 2  # a quarter turn
+    assert c.cable_length_mm == pytest.approx(
+        rim + nose + turns + 2 * (6.0 + 2.0 + 1.7 + 3.0)
+    )  # lug, nut, head, sleeve
 
 
-def test_the_rim_covers_the_pinion_and_the_lugs_stay_off_it_up_to_the_stops(best_dimensions: Dimensions) -> None:
+def boundary(corners: list[np.ndarray]) -> np.ndarray:
+    """(n, 2) points along the edges of a polygon."""
+    side = np.linspace(0, 1, 201)[:, None]
+    return np.concatenate([a + side * (b - a) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)])
+
+
+def test_the_rim_covers_the_pinion_and_the_lug_stays_off_it_up_to_the_stops(best_dimensions: Dimensions) -> None:
     c = capstan(best_dimensions)
     pinion = np.array(c.pinion_axis_mm)
-    side = np.linspace(0, 1, 201)
-    nearest = []
+    nearest, covered = [], []
     for theta in np.linspace(*best_dimensions.stops_rad, 101):
         seen = np.arctan2(pinion[1], pinion[0]) - theta  # polar angle of the pinion in the arm's frame
         seen = c.rim_angles_rad[0] + (seen - c.rim_angles_rad[0]) % (2 * pi)
         assert seen <= c.rim_angles_rad[1]
-        for end, sense in ((c.rim_angles_rad[0], -1), (c.rim_angles_rad[1], 1)):
-            radial = np.array([cos(end + theta), sin(end + theta)])
-            tangent = sense * np.array([-radial[1], radial[0]])
-            (r0, r1), s = c.lug_radii_mm, c.lug_length_mm
-            corners = [r0 * radial, r1 * radial, r1 * radial + s * tangent, r0 * radial + s * tangent]
-            edges = np.concatenate(
-                [a + side[:, None] * (b - a) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-            )
-            nearest.append(np.linalg.norm(edges - pinion, axis=1).min() - c.pinion_radius_mm)
+        covered.append((seen - c.rim_angles_rad[0]) * c.pitch_radius_mm)
+        end = c.rim_angles_rad[1] + theta
+        radial, tangent = np.array([cos(end), sin(end)]), np.array([-sin(end), cos(end)])
+        (r0, r1), s = c.lug_radii_mm, c.lug_length_mm
+        lug = boundary([r0 * radial, r1 * radial, r1 * radial + s * tangent, r0 * radial + s * tangent])
+        nearest.append(np.linalg.norm(lug - pinion, axis=1).min() - c.pinion_radius_mm)
     assert min(nearest) == pytest.approx(1.0, abs=1e-6)  # the running gap, reached exactly at a stop
+    assert min(covered) == pytest.approx(4.0)  # rim beyond the pinion at the other stop, before the cable turns in
+
+
+def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_the_rim(
+    best_dimensions: Dimensions,
+) -> None:
+    """Cable, lug, nut, head and sleeve there, laid off by hand along the nose; the cable bends as on the pinion."""
+    c, hexagon = capstan(best_dimensions), catalogue.hex_screw("M2.5")
+    low, line = c.rim_angles_rad[0], c.nose_radius_mm + c.cable_diameter_mm / 2
+    out, aside = np.array([cos(low), sin(low)]), np.array([sin(low), -cos(low)])
+    nose = (c.rim_radius_mm - c.nose_radius_mm) * out
+    np.testing.assert_allclose(c.nose_centre_mm, nose)
+    turn = np.linspace(0, c.turns_rad[0], 101)
+    cable = nose + line * (np.cos(turn)[:, None] * out + np.sin(turn)[:, None] * aside)
+    np.testing.assert_allclose(cable[0], c.pitch_radius_mm * out)  # where it leaves the rim
+    leaves = cable[-1]
+    np.testing.assert_allclose(leaves, nose + line * aside, atol=1e-12)  # and from there inwards along the radius
+    over, length = c.lug_radii_mm[1] - c.pitch_radius_mm, c.lug_length_mm
+    width, reach = hexagon.across_flats_mm / sqrt(3.0), length + 2.0 + hexagon.head_height_mm + 3.0
+    lug = boundary([leaves + v * aside - s * out for v, s in ((0, 0), (over, 0), (over, length), (0, length))])
+    rest = boundary(
+        [leaves + v * aside - s * out for v, s in ((0, length), (width, length), (width, reach), (0, reach))]
+    )
+    highest = np.linalg.norm(np.concatenate([cable, lug, rest]), axis=1).max() + c.cable_diameter_mm / 2
+    assert highest <= c.rim_radius_mm + c.cable_diameter_mm + 1e-9  # the cable on the rim, and nothing above it
+    hub = best_dimensions.arm.sector_screw_circle_mm / 2 + catalogue.screw("M3").head_diameter_mm / 2
+    assert np.linalg.norm(rest, axis=1).min() > hub  # the sleeve's end stays off what holds the sector
+    groove = c.pinion_pitch_radius_mm - c.cable_diameter_mm / 2
+    assert c.nose_radius_mm > groove
+    # a wall of 2 mm between the stop's slot and the sector's end, which lies under the lug's cable by the lug's depth
+    end = line - (c.pitch_radius_mm - c.lug_radii_mm[0])
+    assert end == pytest.approx(c.nose_bar_radius_mm)
+    slot = c.slot_radius_mm * np.array([cos(c.slot_angles_rad[0]), sin(c.slot_angles_rad[0])])
+    assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
+    assert c.wound_mm == pytest.approx(c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + line * pi / 2)
 
 
 def test_the_keep_out_radius_contains_lugs_screws_nuts_and_sleeves(best_dimensions: Dimensions) -> None:
@@ -316,8 +352,73 @@ def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | 
     side = np.linspace(-cube.half_side_mm, cube.half_side_mm, 31)
     points = np.array(list(product(side, side, cube.bottom_height_mm + cube.half_side_mm + side))) / 1e3
     geometry = d.design.geometry
-    lowest = elbow_positions(geometry, inverse_kinematics(geometry, points))[..., 2].min() * 1e3
+    elbows = elbow_positions(geometry, inverse_kinematics(geometry, points)) * 1e3
+    lowest = elbows[..., 2].min()
     assert under <= lowest - d.arm.boss_radius_mm - 2.0 + 1e-3  # the sampled lowest elbow is a little too high
+    over = np.hypot(elbows[..., 0], elbows[..., 1]) - d.arm.boss_radius_mm - 2.0 < d.base.radius_mm
+    if over.any():
+        assert top <= elbows[over][:, 2].min() - d.arm.boss_radius_mm - 2.0 + 1e-3
+
+
+DEEP = {"forearm_length_mm": 122.5, "bottom_height_mm": 47.7, "half_side_mm": 42.1}
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, DEEP, {"forearm_length_mm": 120.0, "half_side_mm": 25.0, "bottom_height_mm": 70.0}]
+)
+def test_arms_at_their_lower_stop_keep_2_mm_from_foot_block_and_base(changes: dict[str, float | str]) -> None:
+    """The beam is the hull of two circles: distances to a family of circles along it, at the stop and above it."""
+    d = edited(**changes)
+    a, b = d.arm, d.bracket
+    along = np.linspace(0.0, 1.0, 4001)
+    radius = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * along
+    low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
+    top = b.base_top_mm + b.foot_height_mm
+    block = boundary([np.array(v) for v in ((low, b.base_top_mm), (high, b.base_top_mm), (high, top), (low, top))])
+    gaps = []
+    for theta in np.linspace(d.stops_rad[0], d.stops_rad[0] + 0.5, 11):
+        centres = a.length_mm * along[:, None] * np.array([cos(theta), sin(theta)])
+        gaps.append(min(float((np.linalg.norm(centres - p, axis=1) - radius).min()) for p in block))
+        over = centres[:, 0] - radius + b.shoulder_u_mm < d.base.radius_mm
+        assert (centres[over, 1] - radius[over]).min(initial=0.0) >= d.base.top_mm + 2.0 - 1e-9
+    assert min(gaps) >= 2.0 - 1e-6
+    if changes is DEEP:  # as far out as that allows
+        assert min(gaps) == pytest.approx(2.0, abs=0.01)
+    assert b.foot_u_mm[1] - b.foot_u_mm[0] == pytest.approx(42.0)
+    middle = sum(b.foot_u_mm) / 2
+    for pair in (b.cheek_screw_u_mm, b.cheek_dowel_u_mm, b.base_screw_u_mm, b.base_dowel_u_mm):
+        assert sum(pair) / 2 == pytest.approx(middle)
+    half_widths = (-d.layers.encoder_cheek_mm[0], d.layers.motor_cheek_mm[1])
+    assert feet_apart(b.foot_u_mm[0], *half_widths) >= 4.0
+
+
+def feet_apart(inner: float, encoder_side: float, motor_side: float) -> float:
+    """Least distance of two neighbouring feet, rectangles from `inner` outwards, mm."""
+    far = inner + 42.0
+    one = [np.array(v) for v in ((inner, -encoder_side), (inner, motor_side), (far, motor_side), (far, -encoder_side))]
+    turn = np.array([[-0.5, sqrt(0.75)], [-sqrt(0.75), -0.5]])
+    p, q = boundary(one), boundary([v @ turn for v in one])
+    return float(min(np.linalg.norm(q - v, axis=1).min() for v in p))
+
+
+def test_arms_that_swing_in_too_far_leave_no_room_for_the_feet() -> None:
+    def arm_down(lowest: float) -> BracketDimensions:
+        d = edited()
+        shoulder = (radians(lowest), d.extremes.shoulder_max.value)
+        elbow = d.arm.length_mm * sin(radians(lowest))
+        return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, d.arm, d.capstan, d.bearing, d.motor)
+
+    with pytest.raises(DimensionError, match=r"^foot_block, place: arms that swing to -80\.0 deg push the foot to "):
+        arm_down(-80.0)
+    refused, made = -80.0, -60.0
+    nearest = arm_down(made).foot_u_mm[0]
+    for _ in range(40):
+        middle = (refused + made) / 2
+        try:
+            nearest, made = arm_down(middle).foot_u_mm[0], middle
+        except DimensionError:
+            refused = middle
+    assert nearest == pytest.approx(12.0, abs=1e-6)  # refused exactly where the feet come nearer to the centre
 
 
 @pytest.mark.parametrize("drive", ["capstan", "direct"])

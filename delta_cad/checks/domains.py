@@ -9,8 +9,11 @@ import numpy as np
 from delta_cad.checks.motion import box_motion, cube_boxes
 from delta_cad.mechanism.geometry import DeltaGeometry
 
-BOXES_PER_EDGE = (16, 32, 64)  # the first at which no box might hold a fold
+BOXES_PER_EDGE = 16
+HALVINGS = 3  # of boxes that are too coarse
+COARSE_RAD = 0.08  # a box over which an angle may change by more is halved: near a fold the angles change fast
 ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
+OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
 RASTER = 128  # cells along each angle of a raster
 
 
@@ -115,15 +118,14 @@ def domains(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> Dom
     Raises:
         FoldError: A chain may fold in the cube, at the finest subdivision.
     """
-    for count in BOXES_PER_EDGE:
-        motion = box_motion(g, *cube_boxes(centre_mm, half_side_mm, count))
-        if np.isfinite(motion.theta_change).all():
-            break
-    else:
-        raise FoldError(f"a chain may fold in the cube: not excluded with {BOXES_PER_EDGE[-1]} boxes an edge")
+    motion = box_motion(g, *_fine_boxes(g, centre_mm, half_side_mm))
+    if not np.isfinite(motion.theta_change).all():
+        finest = BOXES_PER_EDGE * 2**HALVINGS
+        raise FoldError(f"a chain may fold in the cube: not excluded with {finest} boxes an edge")
     theta, spread = motion.theta, motion.theta_change
     lean, lean_half = (motion.lean_low + motion.lean_high) / 2.0, (motion.lean_high - motion.lean_low) / 2.0
-    wrist_angle, elbow_spread = theta + motion.elbow_angle, motion.rotation + spread
+    wrist_angle = theta + motion.elbow_angle
+    elbow, elbow_half = (motion.elbow_low + motion.elbow_high) / 2.0, (motion.elbow_high - motion.elbow_low) / 2.0
 
     def raster(x: np.ndarray, dx: np.ndarray, y: np.ndarray, dy: np.ndarray) -> Raster:
         return Raster.of_boxes(np.stack([x, y], axis=1), np.stack([dx, dy], axis=1))
@@ -135,7 +137,20 @@ def domains(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> Dom
             raster(theta[:, i], spread[:, i], theta[:, (i + 1) % 3], spread[:, (i + 1) % 3]) for i in range(3)
         ),
         at_wrist=tuple(raster(wrist_angle[:, i], motion.rotation[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
-        at_elbow=tuple(
-            raster(motion.elbow_angle[:, i], elbow_spread[:, i], lean[:, i], lean_half[:, i]) for i in range(3)
-        ),
+        at_elbow=tuple(raster(elbow[:, i], elbow_half[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
     )
+
+
+def _fine_boxes(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) centres and (n, 3) half sides of boxes that fill the cube, smaller where the angles change fast."""
+    centres, halves = cube_boxes(centre_mm, half_side_mm, BOXES_PER_EDGE)
+    kept = []
+    for _ in range(HALVINGS):
+        motion = box_motion(g, centres, halves)
+        spread = np.maximum(motion.theta_change, motion.rotation).max(axis=1)
+        coarse = ~(spread <= COARSE_RAD)
+        kept.append((centres[~coarse], halves[~coarse]))
+        halves = np.repeat(halves[coarse] / 2.0, 8, axis=0)
+        centres = np.repeat(centres[coarse], 8, axis=0) + halves * np.tile(OCTANTS, (coarse.sum(), 1))
+    kept.append((centres, halves))
+    return np.concatenate([c for c, _ in kept]), np.concatenate([h for _, h in kept])

@@ -10,6 +10,8 @@ From `s . dp = s . e L_A dtheta` and `w = s . e` follow, for any path inside the
 3. The rod's direction a = s / L_B turns by at most `|dp| / w`. The rod's frame also spins about a, by `tan(lean)` times
    the component of da square to the shoulder axis: its whole rotation is at most `|dp| / (w cos(lean))`.
 4. The angle of s in the chain's plane changes by at most `|dp| / (w cos(lean))`, the lean by `asin(t / L_B)` exactly.
+5. The angle phi from the upper arm to s has `cos phi = (m - L_A) / sqrt(L_B^2 - t^2)`, so the ranges of m and t over
+   the box give its range without any w; near a fold, where w is small, this is the better bound.
 
 The smallest w of a box: `w^2` has the exact gradient `g = 2 (q, z) - 2 m grad m` at the centre and a Hessian whose norm
 is at most `2 + 2 |grad m|^2 + 2 |m| / L_A`, with `|grad m| = |(q, t, z)| / L_A`, hence
@@ -42,6 +44,7 @@ class BoxMotion:
             the chain's plane, rad.
         elbow_angle: (n, 3) angle from the upper arm to s in the chain's plane at the centres, in (0, pi), rad;
             with theta added it is measured from the radial direction towards +z.
+        elbow_low, elbow_high: (n, 3) range of that angle from the upper arm over the box, by 4 and 5, rad.
         lean: (n, 3) signed lean at the centres, rad.
         lean_low, lean_high: (n, 3) exact range of the lean over the box, rad.
     """
@@ -53,6 +56,8 @@ class BoxMotion:
     turn: np.ndarray
     rotation: np.ndarray
     elbow_angle: np.ndarray
+    elbow_low: np.ndarray
+    elbow_high: np.ndarray
     lean: np.ndarray
     lean_low: np.ndarray
     lean_high: np.ndarray
@@ -103,6 +108,11 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
     with np.errstate(invalid="ignore"):
         directed = ((np.abs(s) + change) @ halves_mm[..., None])[..., 0] * inverse / arm
     theta_change = np.minimum(forearm * turn / arm, np.where(np.isfinite(turn), directed, np.inf))
+    elbow = np.arctan2(w, m - arm)
+    with np.errstate(invalid="ignore"):
+        elbow_low, elbow_high = elbow - rotation - theta_change, elbow + rotation + theta_change
+    low, high = _elbow_range(arm, forearm, (q, t, z), halves_mm)
+    elbow_low, elbow_high = np.fmax(low, elbow_low), np.fmin(high, elbow_high)
     return BoxMotion(
         theta=theta,
         theta_change=theta_change,
@@ -110,11 +120,30 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
         forearm=forearm * turn,
         turn=turn,
         rotation=rotation,
-        elbow_angle=np.arctan2(w, m - arm),
+        elbow_angle=elbow,
+        elbow_low=elbow_low,
+        elbow_high=elbow_high,
         lean=lean,
         lean_low=lean_low,
         lean_high=lean_high,
     )
+
+
+def _elbow_range(
+    arm: float, forearm: float, wrist: tuple[np.ndarray, np.ndarray, np.ndarray], halves_mm: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) lowest and highest angle from the upper arm to s in the chain's plane, from the ranges of m and t."""
+    lowest, highest = np.zeros_like(wrist[0]), np.zeros_like(wrist[0])
+    reach: list[np.ndarray] = []
+    for value, direction in zip(wrist, (RADIAL, TANGENTIAL, VERTICAL * np.ones((3, 1))), strict=True):
+        spread = halves_mm @ np.abs(direction).T
+        near, far = np.maximum(np.abs(value) - spread, 0.0), np.abs(value) + spread
+        lowest, highest = lowest + near**2, highest + far**2
+        if direction is TANGENTIAL:
+            reach = [np.sqrt(np.maximum(forearm**2 - x**2, 1e-12)) for x in (far, near)]  # smallest, largest
+    along = [(x + arm**2 - forearm**2) / (2.0 * arm) - arm for x in (lowest, highest)]
+    cosines = [np.where(a < 0.0, a / reach[k], a / reach[1 - k]) for k, a in enumerate(along)]
+    return np.arccos(np.clip(cosines[1], -1.0, 1.0)), np.arccos(np.clip(cosines[0], -1.0, 1.0))
 
 
 def cube_boxes(centre_mm: np.ndarray, half_side_mm: float, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -15,7 +15,7 @@ from delta_cad.checks.domains import Domains
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
 from delta_cad.checks.motion import MM_PER_M
-from delta_cad.checks.pieces import near, pieces_of
+from delta_cad.checks.pieces import cut, near, pieces_of
 from delta_cad.checks.spaces import (
     Fixed,
     Handle,
@@ -32,6 +32,7 @@ from delta_cad.placement import LinkPlacement
 from delta_cad.tessellation import MeshLibrary
 
 REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
+SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
 
 
@@ -103,7 +104,7 @@ def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domai
     lean = (float(found.lean[:, 0].min()), float(found.lean[:, 1].max()))
     made = {
         "fixed": lambda p: Fixed("fixed links", p, ("fixed",)),
-        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", p, base, theta),
+        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", _arms_in_pieces(p), base, theta),
         "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, found.neighbours),
         "rods": lambda p: ParallelRods("the rods of a chain (lean)", p, width, lean),
         "wrist": lambda p: RodAtJoint(
@@ -117,7 +118,14 @@ def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domai
         "elbow": lambda p: RodAtJoint(
             "a rod and its arm", _in_pieces(p, 0.0, arm * X, width), arm * X, 0.0, width, found.at_elbow
         ),
-        "handle": lambda p: Handle("handle position", p, placement, limits.centre_mm, limits.half_side_mm),
+        "handle": lambda p: Handle(
+            "handle position",
+            _cut(p, lambda b: _slices(b) if b.link.startswith("rod") else [b], lambda a, b: "base" in (a.link, b.link)),
+            placement,
+            limits.centre_mm,
+            limits.half_side_mm,
+            found.theta,
+        ),
     }
     return [make(_unique(groups[kind])) for kind, make in made.items() if groups[kind]]
 
@@ -192,14 +200,14 @@ def _in_pieces(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: fl
     The rods' bodies are cut into pieces about the held ball, at x = `ball_mm` of the rod. A piece stays within its
     lever of the ball's centre however the rod is turned, so of the holder only what is within lever + limit counts.
     """
-    cut = [pieces_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
+    pieces = [pieces_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
     bodies: list[Body] = []
     index: dict[tuple[int, int], int] = {}
     reached: dict[tuple[int, str, float], int | None] = {}
     first, second, origin = [], [], []
     for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
         holder = pairs.bodies[a]
-        for j, piece in enumerate(cut[b]):
+        for j, piece in enumerate(pieces[b]):
             side = -0.5 if piece.link == "rod_0" else 0.5
             reach = piece.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
             key = (a, piece.link, reach)
@@ -217,3 +225,41 @@ def _in_pieces(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: fl
                 origin.append(k)
     names = [pairs.names[k] for k in origin]
     return Pairs(bodies, np.array(first, dtype=int), np.array(second, dtype=int), pairs.limit[origin], names)
+
+
+def _arms_in_pieces(pairs: Pairs) -> Pairs:
+    """The pairs of an arm and what is fixed, the arm's bodies cut along the arm.
+
+    What turns beside a cheek at a constant small gap, which its profile about the shoulder proves at once, is then
+    apart from the elbow's boss, which reaches over the cheek's plane elsewhere.
+    """
+    return _cut(pairs, lambda b: pieces_of(b, 0.0) if b.link == "arm" else [b], lambda a, b: True)  # noqa: ARG005
+
+
+def _slices(b: Body) -> list[Body]:
+    """A rod's body cut across into equal slices: near a fold the elbow moves much more than the wrist."""
+    x, plane = b.vertices[:, 0], b.placement[0, :3]
+    levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / SLICE_MM) + 1, endpoint=False)[1:] - b.placement[0, 3]
+    if not len(levels):
+        return [b]
+    slices = cut(b.mesh, plane, levels)
+    return [body(b.name, f"{b.key} slice {k}", b.link, mesh, b.placement) for k, mesh in enumerate(slices)]
+
+
+def _cut(pairs: Pairs, pieces: Callable[[Body], Sequence[Body]], wanted: Callable[[Body, Body], bool]) -> Pairs:
+    """The pairs with their bodies cut into pieces where that is wanted for the pair."""
+    bodies = list(pairs.bodies)
+    index: dict[int, list[int]] = {}
+    cut_up = []
+    for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
+        if not wanted(pairs.bodies[a], pairs.bodies[b]):
+            cut_up.append((a, b, k))
+            continue
+        for i in (a, b):
+            if i not in index:
+                made = pieces(pairs.bodies[i])
+                index[i] = [i] if len(made) == 1 else list(range(len(bodies), len(bodies) + len(made)))
+                bodies += made if len(made) > 1 else []
+        cut_up += [(i, j, k) for i in index[a] for j in index[b]]
+    first, second, origin = np.array(cut_up, dtype=int).T
+    return Pairs(bodies, first, second, pairs.limit[origin], [pairs.names[k] for k in origin])

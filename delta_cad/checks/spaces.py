@@ -271,12 +271,28 @@ class RodAtJoint(Space):
 
 
 class Handle(Space):
-    """All links in the base frame: the handle's position in the cube."""
+    """All links in the base frame: the handle's position in the cube.
+
+    Args:
+        name: For reports.
+        pairs: The pairs.
+        placement: The placement of the links.
+        centre_mm: (3,) centre of the cube, mm.
+        half_mm: Half its side, mm.
+        theta: (3, 2) lowest and highest shoulder angle of each chain, rad.
+    """
 
     def __init__(
-        self, name: str, pairs: Pairs, placement: LinkPlacement, centre_mm: np.ndarray, half_mm: float
+        self,
+        name: str,
+        pairs: Pairs,
+        placement: LinkPlacement,
+        centre_mm: np.ndarray,
+        half_mm: float,
+        theta: np.ndarray,
     ) -> None:
         super().__init__(name, pairs, sorted({b.link for b in pairs.bodies}))
+        self._theta = theta
         self._placement, self._centre, self._half = placement, centre_mm, half_mm
         g = placement.geometry
         self._arm, self._forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
@@ -316,6 +332,40 @@ class Handle(Space):
                 from_base[:, k] = np.max([abs(1.0 - f) * elbow + abs(f) * motion.handle for f in shares], axis=0) + spin
                 from_platform[:, k] = max(abs(1.0 - f) for f in shares) * turn + spin
         return [np.nan_to_num(m, nan=np.inf, posinf=np.inf) for m in (from_base, from_platform)]
+
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
+        """Height of what the platform carries over what an arm or the base carries, whatever the position."""
+        gap = super().always_apart(engine)
+        heights = [self._heights(b) for b in self.pairs.bodies]
+        for k, (i, j) in enumerate(zip(self.pairs.first.tolist(), self.pairs.second.tolist(), strict=True)):
+            (low_i, high_i), (low_j, high_j) = heights[i], heights[j]
+            gap[k] = max(low_i - high_j, low_j - high_i)
+        return gap
+
+    def _heights(self, b: Body) -> tuple[float, float]:
+        """Lowest and highest z of a body's exact surface over the cube, mm; infinite for rods and pinions."""
+        points, extra = b.vertices, b.mesh.deviation_mm
+        if b.link == "base":
+            low, high = points[:, 2].min(), points[:, 2].max()
+        elif b.link == "platform":
+            low = points[:, 2].min() + self._centre[2] - self._half
+            high = points[:, 2].max() + self._centre[2] + self._half
+        elif b.link.startswith("upper_arm"):
+            low, high = _swung(points, self._theta[int(b.link[-1])])
+        else:
+            return -np.inf, np.inf
+        return float(low) - extra, float(high) + extra
+
+
+def _swung(points: np.ndarray, theta: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest z of points (n, 3) of an arm while it turns through the angles (lowest, highest)."""
+    radius, start = np.hypot(points[:, 0], points[:, 2]), np.arctan2(points[:, 2], points[:, 0])
+    ends = radius * np.sin(start + theta[:, None])  # x sin(theta) + z cos(theta)
+    top, bottom = (
+        (start + theta[0] - peak) % (2.0 * np.pi) + np.ptp(theta) >= 2.0 * np.pi for peak in (0.5 * np.pi, 1.5 * np.pi)
+    )
+    low, high = np.where(bottom, -radius, ends.min(axis=0)), np.where(top, radius, ends.max(axis=0))
+    return float(low.min()), float(high.max())
 
 
 def _rod_levers(b: Body, forearm_mm: float) -> tuple[int, tuple[float, float], float]:

@@ -94,12 +94,15 @@ def dimensions(design: Design) -> Dimensions:
             motor,
             STOP_PIN_MM,
             arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
+            shaft_mm,
         )
+    half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
     bracket = bracket_dimensions(
         mechanism.base_radius_mm,
         shoulder,
         extremes.elbow_z_min.value * MM_PER_M,
         hardware.base_plate_thickness_mm,
+        half_width,
         arm,
         capstan,
         bearing,
@@ -122,11 +125,7 @@ def dimensions(design: Design) -> Dimensions:
         shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, encoder, magnet),
         forearm=forearm,
         platform=platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob),
-        base=base_dimensions(
-            bracket,
-            hardware.base_plate_thickness_mm,
-            max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1]),
-        ),
+        base=base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width),
         motor=motor,
         bearing=bearing,
         encoder=encoder,

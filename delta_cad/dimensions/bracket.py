@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, radians, sin
+from math import acos, cos, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD, require
 
 STOP_PIN_MM = 4.0
 FOOT_HEIGHT_MM = 14.0
 HEAD_WALL_MM = 5.0  # around the bearing seat
 PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
 CLEAR_MM = 2.0  # between parts that nothing brings closer
+FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
+FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
+PLATE_RIM_MM = 4.0  # base plate beyond the feet
 
 
 @dataclass(frozen=True)
@@ -48,11 +51,29 @@ def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -
     return normal - acos((arm.beam_root_radius_mm + pin_mm / 2) / distance_mm)
 
 
+def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float) -> float:
+    """Farthest that a foot may reach out from the shoulder below an arm at its lower stop, mm; inf above its edge.
+
+    The foot's upper outer corner keeps clear of the beam's lower edge, the tangent of root circle and boss circle.
+
+    Args:
+        arm: Upper arm.
+        stop_rad: Shoulder angle at the lower stop.
+        top_mm: Height of the foot's upper face over the shoulder plane (negative).
+    """
+    normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
+    away = arm.beam_root_radius_mm + CLEAR_MM
+    if not -pi < normal < -pi / 2:  # the edge does not lean over the foot
+        return float("inf")
+    return (away - top_mm * sin(normal)) / cos(normal)
+
+
 def bracket_dimensions(
     base_radius_mm: float,
     shoulder_rad: tuple[float, float],
     lowest_elbow_mm: float,
     base_thickness_mm: float,
+    half_width_mm: float,
     arm: ArmDimensions,
     capstan: CapstanDimensions | None,
     bearing: catalogue.Bearing,
@@ -60,15 +81,22 @@ def bracket_dimensions(
 ) -> BracketDimensions:
     """Bracket of a chain; the base lies as low as motor, sector and elbows ask for.
 
+    Elbows that stay outside the base plate may pass beside it; those that swing in over it pass above it, up to the
+    stop, and the feet then stand as far inside as the arm's beam asks for.
+
     Args:
         base_radius_mm: Base centre to shoulder axis.
         shoulder_rad: Smallest and largest shoulder angle over the cube.
         lowest_elbow_mm: Lowest height of an elbow axis over the cube.
         base_thickness_mm: Thickness of the base plate, whose underside stays below the elbows.
+        half_width_mm: How far the bracket reaches aside of its chain's plane.
         arm: Upper arm.
         capstan: Capstan, or None for a direct drive.
         bearing: Shoulder bearing.
         motor: Motor.
+
+    Raises:
+        DimensionError: The arms swing in so far that no room is left for the feet.
     """
     u = base_radius_mm
     if capstan is not None:
@@ -86,12 +114,23 @@ def bracket_dimensions(
         angles = (shoulder_rad[0] - beyond, shoulder_rad[1] + beyond)
         pins = tuple((u + distance * cos(a), distance * sin(a)) for a in angles)
     body = motor.diameter_mm / 2
-    base_top = -max(
-        body - dz + CLEAR_MM,
-        swept + CLEAR_MM + FOOT_HEIGHT_MM,
-        arm.boss_radius_mm + CLEAR_MM - lowest_elbow_mm - base_thickness_mm,
+    stop = shoulder_rad[0] - STOP_MARGIN_RAD
+    rim = hypot(u + FOOT_MM[1], half_width_mm) + PLATE_RIM_MM
+    boss = arm.boss_radius_mm + CLEAR_MM
+    elbows = boss - lowest_elbow_mm - base_thickness_mm
+    if u + arm.length_mm * cos(stop) - boss < rim:
+        elbows = boss + arm.length_mm * abs(sin(stop))
+    base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, elbows)
+    end = min(FOOT_MM[1], foot_outer_end_mm(arm, stop, base_top + FOOT_HEIGHT_MM))
+    inwards = FOOT_MM[1] - end
+    foot = (u + FOOT_MM[0] - inwards, u + end)
+    require(
+        foot[0] >= FOOT_INSIDE_MM,
+        "foot_block",
+        "place",
+        f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
+        f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
     )
-    foot = (u - 17.0, u + 25.0)
     count = motor.mount_count
     return BracketDimensions(
         shoulder_u_mm=u,
@@ -104,10 +143,10 @@ def bracket_dimensions(
         foot_height_mm=FOOT_HEIGHT_MM,
         base_top_mm=base_top,
         cheek_screw_u_mm=(foot[0] + 4.5, foot[1] - 4.5),
-        cheek_dowel_u_mm=(u - 5.0, u + 13.0),
+        cheek_dowel_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
         cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
-        base_screw_u_mm=(u - 0.5, u + 8.5),
-        base_dowel_u_mm=(u - 7.5, u + 15.5),
+        base_screw_u_mm=(foot[0] + 16.5, foot[1] - 16.5),
+        base_dowel_u_mm=(foot[0] + 9.5, foot[1] - 9.5),
         stop_pin_mm=STOP_PIN_MM,
         stop_pins_mm=pins,
     )

@@ -15,12 +15,20 @@ PINION_WRAPS = 3.0  # friction of three turns holds e^(0.15 * 6 pi) = 17 times t
 PINION_WALL_MM = 0.75  # steel sleeve bonded on the motor shaft
 GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
 SHAFT_ENGAGEMENT_MM = 6.0  # bonded length at least one shaft diameter
+NOSE_RADIUS_MM = 5.0  # under the cable at the rim's upper end: it bends no tighter there than on the pinion
+NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
+RIM_BEYOND_MM = 4.0  # rim between the pinion at the stop and the nose: keeps a wall of 2 mm beside the stop's slot
+HUB_WALL_MM = 8.0  # sector around the shaft in its upper half, where no screws are and the rods pass beside it
 SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 
 
 @dataclass(frozen=True)
 class CapstanDimensions:
-    """Sector, pinion and cable; angles are polar angles about the shoulder in the arm's frame."""
+    """Sector, pinion and cable; angles are polar angles about the shoulder in the arm's frame.
+
+    At the larger angle the cable leaves the rim along its tangent. At the smaller one, which passes under the platform,
+    the rim ends in a nose round which the cable turns inwards, so that nothing stands above the rim there.
+    """
 
     rim_radius_mm: float
     cable_diameter_mm: float
@@ -34,6 +42,9 @@ class CapstanDimensions:
     direction_rad: float
     ratio: float
     rim_angles_rad: tuple[float, float]
+    hub_radius_mm: float
+    nose_radius_mm: float
+    turns_rad: tuple[float, float]
     lug_length_mm: float
     lug_radii_mm: tuple[float, float]
     slot_radius_mm: float
@@ -47,6 +58,24 @@ class CapstanDimensions:
         """(u, z) of the pinion's axis from the shoulder."""
         return self.centre_distance_mm * cos(self.direction_rad), self.centre_distance_mm * sin(self.direction_rad)
 
+    @property
+    def nose_centre_mm(self) -> tuple[float, float]:
+        """(x, z) of the nose's axis from the shoulder."""
+        radius = self.rim_radius_mm - self.nose_radius_mm
+        return radius * cos(self.rim_angles_rad[0]), radius * sin(self.rim_angles_rad[0])
+
+    @property
+    def nose_bar_radius_mm(self) -> float:
+        """Half width of the sector's end below the nose: as far below the cable as the plate lies under a lug."""
+        return self.nose_radius_mm + self.cable_diameter_mm / 2 - (self.pitch_radius_mm - self.lug_radii_mm[0])
+
+    @property
+    def wound_mm(self) -> float:
+        """Length of the cable's middle on rim and nose, between its straight ends."""
+        low, high = self.rim_angles_rad
+        nose = self.nose_radius_mm + self.cable_diameter_mm / 2
+        return self.pitch_radius_mm * (high - low) + nose * self.turns_rad[0]
+
 
 def capstan_dimensions(
     pitch_radius_mm: float,
@@ -57,6 +86,7 @@ def capstan_dimensions(
     motor: catalogue.Motor,
     stop_pin_mm: float,
     slot_radius_mm: float,
+    shaft_mm: float,
 ) -> CapstanDimensions:
     """Capstan for a range of shoulder angles.
 
@@ -72,6 +102,7 @@ def capstan_dimensions(
         motor: Motor that carries the pinion.
         stop_pin_mm: Diameter of the stop pin.
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
+        shaft_mm: Diameter of the shoulder shaft.
 
     Raises:
         DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, the sector is too small
@@ -120,7 +151,7 @@ def capstan_dimensions(
     aside = acos((distance**2 + lug[1] ** 2 - near**2) / (2 * distance * lug[1]))
     direction = PINION_DIRECTION_RAD
     reach = (direction - shoulder_rad[1] - STOP_MARGIN_RAD, direction - shoulder_rad[0] + STOP_MARGIN_RAD)
-    rim = (reach[0] - aside, reach[1] + aside)
+    rim = (reach[0] - RIM_BEYOND_MM / pitch_radius_mm, reach[1] + aside)
     require(
         rim[1] - rim[0] <= radians(250.0),
         "sector",
@@ -144,12 +175,16 @@ def capstan_dimensions(
         direction_rad=direction,
         ratio=ratio,
         rim_angles_rad=rim,
+        hub_radius_mm=shaft_mm / 2 + HUB_WALL_MM,
+        nose_radius_mm=NOSE_RADIUS_MM,
+        turns_rad=(NOSE_TURN_RAD, 0.0),
         lug_length_mm=lug_length,
         lug_radii_mm=lug,
         slot_radius_mm=slot_radius_mm,
         slot_width_mm=slot_width,
         slot_angles_rad=(reach[0] + play, reach[1] - play),
         cable_length_mm=pitch_radius_mm * (rim[1] - rim[0])
+        + (NOSE_RADIUS_MM + d / 2) * NOSE_TURN_RAD
         + 2 * (lug_length + head)
         + PINION_WRAPS * tau * pinion_pitch,
         keep_out_radius_mm=hypot(lug[1], lug_length + head),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import ceil, hypot
 
 from delta_cad import catalogue
-from delta_cad.dimensions.bracket import BracketDimensions
+from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.rules import require
 
@@ -112,7 +112,7 @@ def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_
         "counterbore",
         f"hardware.base_plate_thickness_mm = {thickness_mm:g} must be at least {least:g} mm",
     )
-    radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + 4.0)
+    radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
     return BaseDimensions(
         radius_mm=radius,
         thickness_mm=thickness_mm,

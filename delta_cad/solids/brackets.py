@@ -47,8 +47,8 @@ def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
 
 
 def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
-    """(x, z) of the encoder board's screws in the shoulder's frame."""
-    half_x, half_z = d.encoder.hole_spacing_length_mm / 2, d.encoder.hole_spacing_width_mm / 2
+    """(x, z) of the encoder board's screws in the shoulder's frame; the board stands upright, its plug down."""
+    half_x, half_z = d.encoder.hole_spacing_width_mm / 2, d.encoder.hole_spacing_length_mm / 2
     return [(sx * half_x, sz * half_z) for sx in (-1, 1) for sz in (-1, 1)]
 
 

@@ -45,18 +45,23 @@ def capstan_of(d: Dimensions) -> CapstanDimensions:
 
 
 def rim_end(d: Dimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the cable leaves the rim: point, tangent away from the rim, radial direction, each (3,) in the arm's frame.
+    """Where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
 
     Args:
         d: Dimensions with a capstan.
-        end: 0 for the smaller polar angle, 1 for the larger.
+        end: 0 for the smaller polar angle, where the cable has turned inwards round the nose; 1 for the larger.
     """
     c = capstan_of(d)
-    angle, sense = c.rim_angles_rad[end], 1.0 if end else -1.0
-    radial = np.array([cos(angle), 0.0, sin(angle)])
+    sense = 1.0 if end else -1.0
+    angle = c.rim_angles_rad[end] + sense * c.turns_rad[end]
+    normal = np.array([cos(angle), 0.0, sin(angle)])
     tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
-    point = c.pitch_radius_mm * radial + np.array([0.0, sum(d.layers.sector_mm) / 2, 0.0])
-    return point, tangent, radial
+    middle = np.array([0.0, sum(d.layers.sector_mm) / 2, 0.0])
+    if end:
+        return middle + c.pitch_radius_mm * normal, tangent, normal
+    x, z = c.nose_centre_mm
+    nose = np.array([x, 0.0, z]) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * normal
+    return middle + nose, tangent, normal
 
 
 def tension_screw_frame(d: Dimensions, end: int) -> np.ndarray:
@@ -80,17 +85,22 @@ def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
 
 
 def make_sector(d: Dimensions) -> Part:
-    """Sector bolted to the arm: rim for the cable, lugs for the tension screws, arc slot around the stop pin."""
+    """Sector bolted to the arm: rim and nose for the cable, lugs for the tension screws, slot around the stop pin."""
     number, c, a, y = "sector", capstan_of(d), d.arm, d.layers.sector_mm
     inner = a.flange_radius_mm - 4.0
     low, high = c.rim_angles_rad
-    under = c.lug_length_mm / c.rim_radius_mm  # the plate goes on under the lugs
+    under = c.lug_length_mm / c.rim_radius_mm  # the plate goes on under the lug
     screw = catalogue.hex_screw(TENSION_SCREW)
 
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), y)
-        support = ring_segment(inner, c.lug_radii_mm[0] + 0.5, (low - under, high + under), y)
-        hub = bore_y(2 * a.flange_radius_mm, (0.0, 0.0), y)
+        support = ring_segment(inner, c.lug_radii_mm[0] + 0.5, (low, high + under), y)
+        x, z = c.nose_centre_mm
+        share = inner / (c.rim_radius_mm - c.nose_radius_mm)
+        bar = [(x, z, c.nose_bar_radius_mm), (share * x, share * z, c.nose_bar_radius_mm)]
+        nose = fuse(bore_y(2 * c.nose_radius_mm, (x, z), y), hull_along_y(bar, y))
+        hub = bore_y(2 * c.hub_radius_mm, (0.0, 0.0), y)
+        seat = ring_segment(c.hub_radius_mm - 1.0, a.flange_radius_mm, (-pi, 0.0), y)
         collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (y[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
         lugs = []
         for end in range(2):
@@ -106,7 +116,7 @@ def make_sector(d: Dimensions) -> Part:
                 )
             ]
             lugs.append(hull_along_y([(float(p[0]), float(p[2]), 0.0) for p in corners], y))
-        return fuse(plate, support, hub, collar, *lugs)
+        return fuse(plate, support, nose, hub, seat, collar, *lugs)
 
     shape = feature(number, "outline", "hardware.sector_radius_mm", body)
     through = (y[0] - THROUGH_MM, d.layers.motor_cheek_mm[0] + THROUGH_MM)
@@ -180,12 +190,18 @@ def make_cable(d: Dimensions) -> Part:
     middle = sum(c.rim_angles_rad) / 2
     top = cq.Vector(c.pitch_radius_mm * cos(middle), y, c.pitch_radius_mm * sin(middle))
 
+    def on_nose(turned_by: float) -> cq.Vector:
+        (x, z), angle = c.nose_centre_mm, c.rim_angles_rad[0] - turned_by
+        radius = c.nose_radius_mm + c.cable_diameter_mm / 2
+        return cq.Vector(x + radius * cos(angle), y, z + radius * sin(angle))
+
     def body() -> cq.Shape:
         start = cq.Vector(*(p0 + beyond * t0))
         path = cq.Wire.assembleEdges(
             [
                 cq.Edge.makeLine(start, cq.Vector(*p0)),
-                cq.Edge.makeThreePointArc(cq.Vector(*p0), top, cq.Vector(*p1)),
+                cq.Edge.makeThreePointArc(cq.Vector(*p0), on_nose(c.turns_rad[0] / 2), on_nose(0.0)),
+                cq.Edge.makeThreePointArc(on_nose(0.0), top, cq.Vector(*p1)),
                 cq.Edge.makeLine(cq.Vector(*p1), cq.Vector(*(p1 + beyond * t1))),
             ]
         )
@@ -210,8 +226,7 @@ def cable_volume_mm3(d: Dimensions) -> float:
     """Closed form of the drawn cable's volume: section times path (Pappus)."""
     c = capstan_of(d)
     beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + catalogue.hex_screw(TENSION_SCREW).head_height_mm + CRIMP_MM[1]
-    path = c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + 2 * beyond
-    return pi / 4 * c.cable_diameter_mm**2 * path
+    return pi / 4 * c.cable_diameter_mm**2 * (c.wound_mm + 2 * beyond)
 
 
 def make_crimp_sleeve(d: Dimensions) -> Part:

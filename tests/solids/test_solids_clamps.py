@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, sin, sqrt
+from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -81,13 +81,20 @@ def test_nut_and_sleeve_are_coaxial_with_the_tension_screw_and_in_order(
         assert sine < 1e-12
     threads = cylinders(part(best_assembly, "sector").solid, drill, concave=True)
     assert min(max(axis_distance(thread, screw)) for thread in threads) < AXIS_MM
-    # the screw's axis is the tangent of the cable's circle where the rim ends
-    angle = c.rim_angles_rad[end]
-    assert hypot(screw[0][0], screw[0][2]) == pytest.approx(c.pitch_radius_mm, abs=AXIS_MM)
+    # the screw's axis is the tangent of the cable's circle: at one end of the rim, at the other of the nose,
+    # which the cable goes round by a quarter turn
+    angle = c.rim_angles_rad[end] - (0.0 if end else pi / 2)
+    circle = c.pitch_radius_mm if end else 5.0 + c.cable_diameter_mm / 2
+    middle = np.zeros(3)
+    if not end:
+        middle = (c.rim_radius_mm - 5.0) * np.array([cos(angle + pi / 2), 0.0, sin(angle + pi / 2)])
+    middle[1] = screw[0][1]
+    assert np.linalg.norm(np.cross(screw[0] - middle, screw[1])) == pytest.approx(circle, abs=AXIS_MM)
     # along it, from the lug outwards: nut on the lug, room, head, sleeve on the head, the cable's end
     sense = 1.0 if end else -1.0
     outwards = sense * np.array([-sin(angle), 0.0, cos(angle)])
-    start = c.pitch_radius_mm * np.array([cos(angle), 0.0, sin(angle)])
+    start = middle + circle * np.array([cos(angle), 0.0, sin(angle)])
+    assert np.linalg.norm(np.cross(start - screw[0], screw[1])) < AXIS_MM
 
     def along(kind: str) -> tuple[float, float]:
         ends = [float((np.array(v.toTuple()) - start) @ outwards) for v in solids[kind].Vertices()]
@@ -100,7 +107,9 @@ def test_nut_and_sleeve_are_coaxial_with_the_tension_screw_and_in_order(
     assert nut[1] < bolt[1] - head
     assert sleeve == pytest.approx((8.0 + head, 11.0 + head), abs=AXIS_MM)
     cable = placed(part(best_assembly, "capstan_cable").solid, np.eye(4))
-    reach = max((np.array(v.toTuple()) - start) @ outwards for v in cable.Vertices())
+    ends = np.array([v.toTuple() for v in cable.Vertices()]) - start
+    ends = ends[np.linalg.norm(np.cross(ends, outwards), axis=1) < 1.0]  # of this end: those beside the screw's axis
+    reach = (ends @ outwards).max()
     assert reach == pytest.approx(sleeve[1], abs=AXIS_MM)
     for a, b in (("lock_nut", "tension_screw"), ("crimp_sleeve", "tension_screw"), ("lock_nut", "crimp_sleeve")):
         assert solids[a].intersect(solids[b]).Volume() < NOISE_MM3

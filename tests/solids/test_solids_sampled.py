@@ -97,14 +97,24 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     under = c.lug_length_mm / c.rim_radius_mm
     inner = a.flange_radius_mm - 4
     flat = (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
-    flat |= (radius >= inner) & (radius <= c.lug_radii_mm[0] + 0.5) & (np.abs(angle) <= half + under)
-    flat |= radius <= a.flange_radius_mm
+    flat |= (radius >= inner) & (radius <= c.lug_radii_mm[0] + 0.5) & (angle >= -half) & (angle <= half + under)
+    flat |= (radius <= a.flange_radius_mm) & (z <= 0)
+    flat |= radius <= a.shaft_bore_mm / 2 + 8.0
     empty = within(x, z, (0, 0), a.shaft_bore_mm)
-    for end, sense in ((low, -1.0), (high, 1.0)):
-        out = x * np.cos(end) + z * np.sin(end)
-        along = sense * (-x * np.sin(end) + z * np.cos(end))
-        flat |= (out >= c.lug_radii_mm[0]) & (out <= c.lug_radii_mm[1]) & (along >= 0) & (along <= c.lug_length_mm)
-        empty |= (np.hypot(out - c.pitch_radius_mm, y - (y0 + y1) / 2) < tension.tap_drill_mm / 2) & (along > -0.5)
+    depth, tap = c.pitch_radius_mm - c.lug_radii_mm[0], tension.tap_drill_mm / 2
+    # the upper end, seen along the radius through the nose's axis: out along it, aside from it away from the plate
+    out, aside = x * np.cos(low) + z * np.sin(low), x * np.sin(low) - z * np.cos(low)
+    top, cable = c.rim_radius_mm - 5.0, 5.0 + c.cable_diameter_mm / 2  # the nose's axis; the cable's line beside it
+    flat |= np.hypot(out - top, aside) <= 5.0
+    flat |= round_cone(out, aside, (inner, 0), cable - depth, (top, 0), cable - depth)
+    beside, beyond = aside - cable, top - out
+    lug = (beyond >= 0) & (beyond <= c.lug_length_mm)
+    flat |= (beside >= -depth) & (beside <= c.lug_radii_mm[1] - c.pitch_radius_mm) & lug
+    empty |= (np.hypot(beside, y - (y0 + y1) / 2) < tap) & (beyond > -0.5) & (beyond < c.lug_length_mm + 0.5)
+    # the other end: the cable runs on along the rim's tangent
+    out, along = x * np.cos(high) + z * np.sin(high), -x * np.sin(high) + z * np.cos(high)
+    flat |= (out >= c.lug_radii_mm[0]) & (out <= c.lug_radii_mm[1]) & (along >= 0) & (along <= c.lug_length_mm)
+    empty |= (np.hypot(out - c.pitch_radius_mm, y - (y0 + y1) / 2) < tap) & (along > -0.5)
     collar = (y >= y1) & (y <= d.layers.motor_cheek_mm[0]) & within(x, z, (0, 0), a.collar_diameter_mm)
     for at in on_circle(a.sector_screw_circle_mm / 2, [-150, -90, -30]):
         empty |= within(x, z, at, m3.tap_drill_mm)

@@ -89,7 +89,7 @@ def motor_cheek(d: Dimensions) -> float:
 def encoder_cheek(d: Dimensions) -> float:
     b, e = d.bracket, d.encoder
     t = d.layers.encoder_cheek_mm[1] - d.layers.encoder_cheek_mm[0]
-    x, z = e.hole_spacing_length_mm / 2, e.hole_spacing_width_mm / 2
+    x, z = e.hole_spacing_width_mm / 2, e.hole_spacing_length_mm / 2  # the board stands upright
     pads = [(sx * x, sz * z, 4.0) for sx in (-1, 1) for sz in (-1, 1)]
     bores = 4 * cyl(catalogue.screw("M2.5").tap_drill_mm, t) + 2 * cyl(catalogue.screw("M3").clearance_hole_mm, t)
     bores += seat(d, t) + 2 * cyl(3.0, t)
@@ -185,6 +185,7 @@ def cable(d: Dimensions) -> float:
     c = d.capstan
     assert c is not None
     wound = d.design.hardware.sector_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0])
+    wound += (5.0 + d.cable.diameter_mm / 2) * pi / 2  # a quarter turn round the nose
     beyond = c.lug_length_mm + 2.0 + catalogue.hex_screw("M2.5").head_height_mm + 3.0  # lug, nut, head, sleeve
     return cyl(d.cable.diameter_mm, wound + 2 * beyond)
 
