@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import importlib.metadata
+import math
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from delta_cad.design import Design, design_from_dict, design_to_json
 from optimizer.evaluator import VARIABLES
+from optimizer.problem import SIDE, step_problem
 from optimizer.requirements import Requirements, requirements_hash
 from optimizer.result import Result
+
+DECIMALS = 3
+"""Of a length in mm: one micrometre, finer than anything is machined to."""
+SAME_UM = 1e-3
+"""A half side this close below a whole micrometre counts as that: metres and back cost 1e-11."""
+GIVEN_UP_UM = 5
+"""Of the half side: a micrometre of the other lengths is worth less than one or two."""
 
 
 def design_of(given: Requirements, results: list[Result], method: str, seed: int, file: str) -> Design:
@@ -28,7 +38,7 @@ def design_of(given: Requirements, results: list[Result], method: str, seed: int
     Raises:
         DesignError: The design file refuses the lengths.
     """
-    lengths = dict(zip(VARIABLES, results[-1].design_mm, strict=True))
+    lengths = dict(zip(VARIABLES, presentable(results[-1]), strict=True))
     limits, task = given.limits, given.requirements
     asked: dict[str, Any] = task.model_dump()
     if limits.kappa_max is not None:
@@ -54,11 +64,49 @@ def design_of(given: Requirements, results: list[Result], method: str, seed: int
             "version": importlib.metadata.version("delta-haptics"),
             "method": method,
             "seed": seed,
+            "command": f"python -m optimizer synthesize REQ.toml --method {method} --seed {seed}",
             "requirements_sha256": requirements_hash(given),
             "steps": [_step(result) for result in results],
         },
     }
     return design_from_dict(data, file)
+
+
+def presentable(result: Result) -> tuple[float, ...]:
+    """The lengths of a result in whole micrometres, as a machinist is to be given them.
+
+    Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
+    on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
+    stay as they were found where that fails too, or where the half side is fixed to another figure.
+
+    Args:
+        result: A step's result.
+
+    Returns:
+        (6) lengths in the order of `VARIABLES`, mm.
+    """
+    found, problem = result.design_mm, result.problem
+    if not result.feasible:
+        return found
+    choices = [_rounded(v) for v in found]
+    floor = math.floor(found[SIDE] * 10**DECIMALS + SAME_UM)
+    for um in range(GIVEN_UP_UM + 1):
+        side = (floor - um) / 10**DECIMALS
+        smaller = step_problem(problem.requirements, problem.step, side)
+        ranges = list(zip(smaller.lower, smaller.upper, strict=True))
+        choices[SIDE] = [side]
+        kept = [[v for v in c if low <= v <= high] for c, (low, high) in zip(choices, ranges, strict=True)]
+        nearest_first = sorted(product(*kept), key=lambda lengths: math.dist(lengths, found))
+        for lengths in nearest_first:
+            if Result(smaller, result.method, lengths, result.status).feasible:
+                return lengths
+    return found
+
+
+def _rounded(length: float) -> list[float]:
+    """A length rounded down and up, the nearer one first."""
+    scaled = length * 10**DECIMALS
+    return sorted({math.floor(scaled) / 10**DECIMALS, math.ceil(scaled) / 10**DECIMALS}, key=lambda v: abs(v - length))
 
 
 def write_design(design: Design, path: Path) -> None:

@@ -99,7 +99,7 @@ def test_a_placed_solid_is_where_its_matrix_says(best_assembly: Assembly, best_d
     stud = next(p for p in best_assembly.parts if p.number == "ball_stud").solid
     for i, j in product(range(3), range(2)):
         (elbow,), (wrist,) = (spheres(placed(stud, at[f"ball_stud_{i}_{j}_{end}"]), ball) for end in ("elbow", "wrist"))
-        assert np.linalg.norm(wrist - elbow) == pytest.approx(112.079, abs=UM)
+        assert np.linalg.norm(wrist - elbow) == pytest.approx(DATA["mechanism"]["forearm_length_mm"], abs=UM)
 
 
 def test_the_socket_meets_the_stud_at_the_tilt_limit_and_not_before(

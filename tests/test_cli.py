@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from committed import BEST, DATA, changed
+from committed import BEST, DATA, PUBLISHED, changed
 
 from delta_cad import cli
 from delta_cad.cli import main
-from delta_cad.design import Design, design_schema
+from delta_cad.design import Design, design_schema, load_design
 from delta_cad.inspection import inspection
 from delta_cad.mechanism.workspace import Cube, cube_extremes
 
@@ -185,13 +185,14 @@ def test_inspect_says_which_requirement_fails(
     assert f"{value:g}" in " ".join(row["limit"] for row in rows if row["holds"] is False)
 
 
-def test_the_inspection_s_rows_are_the_mechanism_s_figures(best: Design) -> None:
-    rows = {row.quantity: row for row in inspection(best)}
+def test_the_inspection_s_rows_are_the_mechanism_s_figures() -> None:
+    published = load_design(PUBLISHED)
+    rows = {row.quantity: row for row in inspection(published)}
     # [RCIM2018] eq. (1) by hand: 27 + sqrt(3) 122 and 54 cos(30) / 2 + 183
     assert rows["longer side"].value == pytest.approx(238.310, abs=1e-3)
     assert rows["shorter side"].value == pytest.approx(206.383, abs=1e-3)
     assert (rows["longer side"].limit, rows["shorter side"].limit) == ("<= 270", "<= 220")
-    extremes = cube_extremes(best.geometry, Cube(0.057112, 0.0375), 3.0)
+    extremes = cube_extremes(published.geometry, Cube(0.057112, 0.0375), 3.0)
     assert rows["worst condition number"].value == extremes.kappa_max.value
     assert rows["lowest elbow"].value == pytest.approx(1e3 * extremes.elbow_z_min.value)
     torque = rows["joint torque for 3 N in the worst direction"]
@@ -225,7 +226,7 @@ def test_a_cube_out_of_reach_ends_with_2(
     command: str, best: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The design file's closed forms refuse it first; passed by, the mechanism does, and names the cube."""
-    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 60.0})})
+    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 80.0})})
     monkeypatch.setattr("delta_cad.design.load_design", lambda _: unchecked)
     rest = [] if command == "inspect" else ["--out", str(tmp_path / "out")]
     line = refused(capsys, [command, "--design", "best.json", *rest])

@@ -28,21 +28,33 @@ from delta_cad.design import (
 from delta_cad.mechanism import DeltaGeometry
 
 BEST = Path(__file__).parent.parent / "best.json"
+PUBLISHED = Path(__file__).parent / "references" / "published-optimum.json"
 
 
 # What is accepted
 
 
-def test_the_committed_design_is_the_published_optimum_with_the_hardware_spelled_out() -> None:
-    design = load_design(BEST)
+def test_the_published_optimum_is_kept_beside_the_committed_design() -> None:
+    design = load_design(PUBLISHED)
     g = design.geometry
     assert isinstance(g, DeltaGeometry)
     lengths = (g.base_radius, g.platform_radius, g.upper_arm_length, g.forearm_length)
     assert lengths == pytest.approx((0.040, 0.030, 0.082, 0.112079), rel=1e-15)  # one rounding of mm / 1000
     assert (design.mechanism.parallelogram_width_mm, design.cube.half_side_mm) == (54.0, 37.5)
     assert design.requirements.lean_max_deg == 28.0
+    raw = json.loads(PUBLISHED.read_text(encoding="utf-8"))
+    assert raw["hardware"] == design_from_dict(minimal()).model_dump()["hardware"]
+
+
+def test_the_committed_design_has_the_hardware_spelled_out_and_lengths_in_whole_micrometres() -> None:
     raw = json.loads(BEST.read_text(encoding="utf-8"))
     assert raw["hardware"] == design_from_dict(minimal()).model_dump()["hardware"]
+    lengths = [*raw["mechanism"].values(), *raw["cube"].values()]
+    assert lengths == [round(v, 3) for v in lengths]
+    assert raw["cube"]["half_side_mm"] >= 42.0  # a cube of 84 mm; the published one has 75 mm at the same kappa
+    assert raw["requirements"]["kappa_max"] == 2.27
+    assert raw["mechanism"]["base_radius_mm"] + raw["mechanism"]["upper_arm_length_mm"] <= 122.0
+    assert raw["requirements"]["lean_max_deg"] == 28.0
 
 
 def test_what_may_be_missing_has_the_promised_defaults() -> None:
