@@ -11,13 +11,16 @@ from optimizer.requirements import Requirements, load_requirements
 
 JOYSTICK = Path(__file__).parents[2] / "joystick.toml"
 
+FIXED: dict[str, Any] = {"gravity_torque_N_m": 0.11, "shoulder_deg": None}
+"""Whatever the machine that is built has come to weigh, and its stops."""
+
 
 def joystick(
     half_side_mm: float | None = None, half_side: tuple[float, float] | None = None, **limits: Any
 ) -> Requirements:
     """The committed requirements, some of them replaced."""
     given = load_requirements(JOYSTICK)
-    changed: dict[str, Any] = {"limits": given.limits.model_copy(update=limits)}
+    changed: dict[str, Any] = {"limits": given.limits.model_copy(update=FIXED | limits)}
     if half_side_mm is not None:
         changed["step_3"] = given.step_3.model_copy(update={"half_side_mm": half_side_mm})
     if half_side is not None:
