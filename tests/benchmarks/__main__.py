@@ -27,6 +27,7 @@ SUBJECTS = (
     "atlas",
     "front",
     "haptics_wall",
+    "haptics_simulation",
 )
 
 
