@@ -124,6 +124,18 @@ def test_a_place_that_cannot_be_written(
     assert "--out" in capsys.readouterr().err
 
 
+def test_what_the_search_refuses_is_exit_2(
+    masses: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise ValueError("a point of the cube cannot be reached")
+
+    monkeypatch.setattr(haptics.stiffness, "largest_walls", refused)
+    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 2
+    assert capsys.readouterr().err == f"{BEST}: a point of the cube cannot be reached\n"
+    assert not (tmp_path / "new").exists()
+
+
 def test_a_file_is_whole_or_not_at_all(tmp_path: Path) -> None:
     write_whole(tmp_path / "a" / "b.json", "one")
     with pytest.raises(UnicodeEncodeError):

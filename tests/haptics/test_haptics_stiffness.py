@@ -30,6 +30,7 @@ from haptics.stiffness import (
     Corner,
     End,
     Stiffness,
+    centre,
     edge,
     largest_walls,
     linear_limits,
@@ -166,7 +167,7 @@ def test_linear_limits_are_those_of_each_case(machine: Machine) -> None:
     viscous = dict(zip(("least", "nominal", "largest"), joint_friction(machine).viscous, strict=True))
     for end in ends[:2]:
         par = nominal_plant(machine)._replace(viscous=viscous[end.corner.friction])
-        here = linearise(par, [0.0, 0.0, 0.094612])
+        here = linearise(par, centre(machine))
         timing = Timing(T, end.corner.delay, par.current_lag)
         loop = here.joint_loop(AXES["z"], HANDS[end.corner.hand], timing, estimators[0])
         assert loop.radius(0.999 * end.stiffness, 0.0) < 1.0 < loop.radius(1.001 * end.stiffness, 0.0)
