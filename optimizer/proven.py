@@ -47,6 +47,8 @@ STARTS = 3
 VAIN = 8
 """Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
 takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
+IDLE = 500
+"""Questions in a row that gave neither a witness nor a better design; from then on none is looked into."""
 NEAR = 1e-7
 """Share of L within which two witnesses are the same."""
 
@@ -152,7 +154,7 @@ class _Proof:
         self.units[: len(first)] = first
         self.count, self.fixed = len(first), len(first)
         self.hits = np.zeros(WITNESSES, dtype=np.int64)
-        self.vain = 0
+        self.vain = self.idle = 0
 
     def run(self, incumbent_mm: tuple[float, ...] | np.ndarray | None) -> Proven:
         if self.space is None:
@@ -293,11 +295,13 @@ class _Proof:
             self.boxes = begun + int(state[1])
             top = int(state[0]) - 1
             if ended == QUESTION:
-                answer = self._answer(space, candidate, side, kappa, masks, top + 1)
-                if answer == "better":
-                    return "better"
-                if answer == "known":
-                    flags[top] = 1
+                flags[top] = 1
+                if self.idle < IDLE:
+                    answer = self._answer(space, candidate, side, kappa, masks, top + 1)
+                    if answer == "better":
+                        return "better"
+                    self.idle = self.idle + 1 if answer == "known" else 0
+                    flags[top] = answer == "known"
             elif ended != DONE:
                 opened = True
                 state[0] -= 1

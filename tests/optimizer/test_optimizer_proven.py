@@ -11,7 +11,7 @@ import pytest
 from optimizer_tasks import task
 
 from optimizer import proven, sqp
-from optimizer.certified import YIELDS, certified
+from optimizer.certified import YIELDS, certified, limits_of
 from optimizer.evaluator import figures_numpy, fold_points, half_surface
 from optimizer.extremes import worst_points
 from optimizer.problem import MM_PER_M, SIDE, Problem, ProblemError, step_problem
@@ -28,10 +28,14 @@ LIMITS = {
     "clearance_min_mm": 2.0,
     "gravity_torque_N_m": 0.1,
 }
+OUTLINE = {"outline_radius_max_mm": 122.0}
 TASKS = {
     "table 4, step 1": step_problem(task(), 1),
     "table 9 row 1, L_A free": step_problem(task((1, 130), (30, 50), (40, 60), (35, 200), (20, 80), (50, 90)), 1),
     "table 10, step 2": step_problem(task((1, 130), (30, 50), (40, 60), (35, 100)), 2),
+    "gravity, step 2": step_problem(
+        task((1, 130), (30, 50), (40, 60), (35, 100), limits=OUTLINE | {"gravity_torque_N_m": 0.5}), 2
+    ),
     "all limits, step 2": step_problem(task((80, 180), (25, 45), (20, 150), limits=LIMITS), 2),
     "rectangle, step 2": step_problem(
         task((80, 180), limits={"parallelogram_width_mm": 60.0, "kappa_max": 3.0}, upper_arm_length=(60, 120)), 2
@@ -314,6 +318,26 @@ def test_a_certified_design_yields_as_little_as_it_can() -> None:
     larger[SIDE] *= 1.01
     assert certified(problem, larger) is None
     assert certified(problem, larger * [1, 1, 3, 1, 1, 1]) is None  # outline
+
+
+def test_gravity_takes_its_share_of_the_torque() -> None:
+    """0.5 of 0.8 N m are gone and the limit binds: another optimum, at which the joints give the 0.3 N m left."""
+    found, without = solved("gravity, step 2"), solved("table 10, step 2")
+    assert found.objective < without.bound * 0.999
+    problem = TASKS["gravity, step 2"]
+    f = figures_numpy(np.array(found.design_mm)[None] / MM_PER_M, half_surface(41))
+    assert (3.0 * f.moment / f.determinant).max() == pytest.approx(0.3, rel=1e-3)
+    assert limits_of(problem, None).torque_max == pytest.approx(0.3, rel=1e-12)
+
+
+def test_what_is_certified_is_all_that_is_asked() -> None:
+    limits = limits_of(TASKS["all limits, step 3"], 2.0)
+    assert (limits.force, limits.kappa_max, limits.singularity) == (3.0, 2.0, True)
+    assert limits.torque_max == pytest.approx(0.7, rel=1e-12)
+    assert limits.shoulder == pytest.approx((math.radians(-40), math.radians(75)), rel=1e-15)
+    assert limits_of(TASKS["all limits, step 3"], 3.0).kappa_max == 2.5
+    first = limits_of(TASKS["table 4, step 1"], None)
+    assert first.asked == ("reach",)
 
 
 def test_what_the_proof_does_not_take_is_not_certified() -> None:
