@@ -70,11 +70,13 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert call("verify", out, "--design", BEST) == 0
     told, err = capsys.readouterr()
     assert err == ""
-    assert told.startswith("certificate.json holds: reach, singularity, torque, lean proved again at every point")
+    proved = "reach, singularity, torque, kappa, shoulder, lean"  # all that best.json asks
+    assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
     assert "covers all that best.json asks" in told
     torque = load_design(BEST).requirements.joint_torque_N_m
     assert (
-        f"every elbow arm >= 0 mm; det S of one sign; torque <= {torque:g} N m for 3 N in any direction; lean" in told
+        f"every elbow arm >= 0 mm; det S of one sign; torque <= {torque:g} N m for 3 N in any direction; kappa <= 2.27"
+        in told
     )
     assert "gravity is NOT taken off the torque" in told
 
