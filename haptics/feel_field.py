@@ -149,7 +149,7 @@ def feel_at(machine: Machine, drive: Drive, p: ArrayLike) -> FeelField:
         mass_max=eigenvalues[..., 2],
         mass_axes=1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1),
         friction_min=drive.coulomb / reach.max(axis=-1),
-        friction_max=drive.coulomb * np.linalg.norm(SIGNS[:4] @ rows, axis=-1).max(axis=-1),
+        friction_max=worst_friction(rows, drive.coulomb),
         position_step=drive.count * reach.max(axis=-1),
         force_step=drive.step * lever.max(axis=-1),
         force_continuous=inscribed_ball(columns, gravity, drive.continuous),
@@ -157,6 +157,19 @@ def feel_at(machine: Machine, drive: Drive, p: ArrayLike) -> FeelField:
         force_peak_best=np.linalg.norm(corners @ rows, axis=-1).max(axis=-1),
         gravity=np.abs(gravity).max(axis=-1),
     )
+
+
+def worst_friction(rows: np.ndarray, coulomb: float) -> np.ndarray:
+    """Friction at the handle against a steady motion in the worst direction: `c max |sum +-G_i|`.
+
+    Args:
+        rows: (..., 3 chains, 3) G_i, rad/m.
+        coulomb: Friction of each joint, N m.
+
+    Returns:
+        (...) N.
+    """
+    return coulomb * np.linalg.norm(SIGNS[:4] @ rows, axis=-1).max(axis=-1)
 
 
 def inscribed_ball(columns: np.ndarray, gravity: np.ndarray, limit: float) -> np.ndarray:

@@ -8,8 +8,14 @@ from scipy.optimize import linprog
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
-from delta_cad.mechanism import forward_kinematics, inverse_kinematics, jacobian
-from haptics.feel_field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix
+from delta_cad.mechanism import (
+    DeltaGeometry,
+    forward_kinematics,
+    inverse_jacobian,
+    inverse_kinematics,
+    jacobian,
+)
+from haptics.feel_field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
 from haptics.gravity import gravity_torque
 from haptics.linear import linearise
 from haptics.machine import Machine
@@ -113,6 +119,16 @@ def test_friction_is_what_a_motion_dissipates(machine: Machine, positions: np.nd
         assert friction.max() <= field.friction_max[k] * (1.0 + 1e-6)
         assert friction.min() == pytest.approx(field.friction_min[k], rel=0.08)  # a sharp cusp: 4000 directions
         assert friction.max() == pytest.approx(field.friction_max[k], rel=0.01)
+
+
+def test_worst_friction_of_a_flat_device_is_not_upwards() -> None:
+    """In the cube of the committed design the joints always add up; here two of them work against the third."""
+    rows = inverse_jacobian(DeltaGeometry(0.12, 0.02, 0.06, 0.15), [[0.0, 0.01, 0.06], [0.02, 0.01, 0.06]])
+    sampled = np.abs(rows @ directions().T).sum(axis=1).max(axis=1)
+    worst = worst_friction(rows, 1.0)
+    assert (np.linalg.norm(rows.sum(axis=1), axis=1) < 0.5 * worst).all()
+    assert (sampled <= worst).all()
+    assert sampled == pytest.approx(worst, rel=0.01)
 
 
 def test_no_smaller_force_moves_a_resting_handle(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
