@@ -59,7 +59,7 @@ def label_ends(ax: Axes, ends: Sequence[tuple[float, str, str]], gap: float = 0.
     places = [min(max((ends[k][0] - low) / (high - low), 0.0), 1.0) for k in order]
     for k in range(1, len(places)):
         places[k] = max(places[k], places[k - 1] + gap)
-    over = places[-1] - 1.0 if places else 0.0
+    over = places[-1] - (1.0 - gap / 2.0) if places else 0.0
     for k in range(len(places) - 1, -1, -1):
         if over <= 0.0:
             break

@@ -31,9 +31,9 @@ def wall_picture(scene: Scene, name: str) -> Figure:
     for column, (axis, limit) in enumerate(scene.facts["limits"].items()):
         runs = [run for run in scene.runs if run.facts["axis"] == axis]
         top, bottom = axes[0, column], axes[1, column]
-        more = "over " if limit["never_oscillated"] else ""
-        top.set_title(f"{axis}: limit {more}{limit['simulated_N_per_mm']:.1f} N/mm here, "
-                      f"{limit['published_N_per_mm']:g} N/mm in the paper")  # fmt: skip
+        more = "more than " if limit["never_oscillated"] else ""
+        top.set_title(f"{axis}: up to {more}{limit['simulated_N_per_mm']:.1f} N/mm here, "
+                      f"{limit['published_N_per_mm']:g} in the paper")  # fmt: skip
         for run in runs[::-1]:  # the calm ones on top
             time, role = run.series["time_s"], run.facts["role"]
             shown = (time >= TIME_S[0]) & (time <= TIME_S[1])
@@ -43,7 +43,7 @@ def wall_picture(scene: Scene, name: str) -> Figure:
                 )
         bottom.set_xlabel("time since the hand sets out, s")
     deepest = max(float(np.nanmax(run.series["penetration_mm"])) for run in scene.runs)
-    axes[0, 0].set(ylabel="penetration, mm", ylim=(-0.35 * deepest, 1.1 * deepest), xlim=TIME_S)
+    axes[0, 0].set(ylabel="penetration, mm", ylim=(-0.35 * deepest, 1.15 * deepest), xlim=TIME_S)
     limit = scene.facts["force_limit_N"]
     axes[1, 0].set(ylabel="force of the wall, N", ylim=(-0.05 * limit, 1.08 * limit))
     for column, axis in enumerate(scene.facts["limits"]):
@@ -51,10 +51,15 @@ def wall_picture(scene: Scene, name: str) -> Figure:
         for run in scene.runs:
             if run.facts["axis"] == axis:
                 end = float(np.mean(run.series["penetration_mm"][-200:]))
-                text = f"{run.facts['stiffness_N_per_mm']:.3g} N/mm\n{run.facts['verdict'].split(':')[0]}"
+                text = f"{run.facts['stiffness_N_per_mm']:.3g} N/mm\n{_short(run.facts['verdict'])}"
                 ends.append((end, text, COLOURS[run.facts["role"]]))
         label_ends(axes[0, column], ends, gap=0.15)
     for role, meaning in MEANINGS.items():
         axes[1, 0].plot([], [], color=COLOURS[role], label=meaning)
     figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return figure
+
+
+def _short(verdict: str) -> str:
+    """A verdict in a word or two."""
+    return verdict.split(":")[0].removeprefix("oscillates and ")

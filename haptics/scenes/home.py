@@ -90,15 +90,13 @@ def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -
     beyond = [b for b in PAPERS if cap.applied(b) < b]
     runs += [_released(machine, setting, b, [b], delay, seed, capped=False) for b in beyond]
     middle, start = origin(machine), _start(machine)
-    direction = (start - middle) / np.linalg.norm(start - middle)
-    friction = friction_force(machine, direction)
     facts: dict[str, Any] = {
         "setting": SETTING,
         "stiffness_N_per_m": setting.stiffness,
         "start_mm": [float(x) for x in MM_PER_M * start],
         "distance_at_start_mm": MM_PER_M * float(np.linalg.norm(start - middle)),
         "dead_radius_mm": MM_PER_M * setting.dead_radius,
-        "friction_N": friction,
+        "largest_friction_N": friction_holds(machine),
         "home_radius_mm": MM_PER_M * _home_radius(machine, setting),
         "force_limit_N": machine.design.requirements.force_N,
         "smallest_effective_mass_kg": mass,
@@ -293,7 +291,7 @@ def _discussion(facts: dict[str, Any], runs: list[Run]) -> list[str]:
         f"{facts['mass_for_the_papers_damping_kg']:.2g} kg with the same margin."
     )
     said.append(
-        f"The handle stops where friction ({facts['friction_N']:.2f} N) holds it against the spring, up to "
-        f"{facts['home_radius_mm']:.1f} mm from the origin; that radius counts as home."
+        f"The handle stops where friction, {facts['largest_friction_N']:.2f} N at most, holds it against the spring, "
+        f"up to {facts['home_radius_mm']:.1f} mm from the origin; that radius counts as home."
     )
     return said

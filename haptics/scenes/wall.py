@@ -19,8 +19,8 @@ from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervi
 from haptics.wall_limit import START, Search, search
 from haptics.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
 
-STEP, TOLERANCE = 1000.0, 25.0
-"""Of the search for the limit, N/m: coarser than the paper's protocol, which the command `stiffness` follows."""
+STEP, CEILING, TOLERANCE = 1000.0, 40e3, 25.0
+"""Of the search for the limit, N/m: coarser and farther than the paper's protocol, which `stiffness` follows."""
 ABOVE = 1.3
 """Times the limit: clearly beyond it."""
 VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
@@ -45,6 +45,7 @@ def wall(machine: Machine, *, hand: str = "medium", delay: float = DELAY[1] * PE
         found = search(
             simulated_predicate(machine, axis, who.hand, delay=delay, seed=seed),
             step=STEP,
+            ceiling=CEILING,
             tolerance=TOLERANCE,
         )
         published = 1000.0 * STIFFNESS_N_PER_MM[axis]

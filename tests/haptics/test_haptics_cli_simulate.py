@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -179,3 +180,31 @@ def test_ctrl_c_leaves_nothing(
     assert call("--scene", "home") == 130
     assert refused(capsys) == "interrupted; nothing was written\n"
     assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_pictures_without_matplotlib_are_refused_before_anything_is_simulated(
+    call: Callable[..., int], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "matplotlib.figure", raising=False)
+    assert call("--scene", "home", "--plot") == 2
+    assert "matplotlib is not installed" in refused(capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_labels_keep_apart_and_inside() -> None:
+    from matplotlib.figure import Figure
+
+    from haptics.pictures.style import label_ends
+
+    rng = np.random.default_rng(2)
+    for ends in ([0.5] * 6, [1.0] * 6, [2.0, -1.0, 0.9, float("nan")], rng.uniform(0.0, 1.0, 7).tolist(), []):
+        ax = Figure().subplots()
+        ax.set_ylim(0.0, 1.0)
+        label_ends(ax, [(end, f"{k}", "k") for k, end in enumerate(ends)], gap=0.1)
+        places = sorted((float(text.get_position()[1]), ends[int(text.get_text())]) for text in ax.texts)
+        assert len(places) == sum(np.isfinite(ends)) if ends else not places
+        heights = [place for place, _ in places]
+        assert all(b - a > 0.0999 for a, b in zip(heights, heights[1:], strict=False))
+        assert all(0.0 <= height <= 0.95 + 1e-12 for height in heights)
+        assert [end for _, end in places] == sorted(end for _, end in places)  # in the order of the lines
