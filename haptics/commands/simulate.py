@@ -44,7 +44,7 @@ def run(given: argparse.Namespace) -> int:
     if given.hand is not None and given.scene != "wall":
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
     if given.plot:
-        import matplotlib.figure  # noqa: F401  # if it is missing, tell so before anything is simulated
+        import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
     from delta_cad.design import DesignError
     from haptics.machine import load_machine
     from haptics.masses import MassError

@@ -143,7 +143,8 @@ def test_friction_at_the_handle(machine: Machine) -> None:
     e /= np.linalg.norm(e, axis=1)[:, None]
     rates = e @ inverse_jacobian(machine.geometry, p).T
     all_of_them = par.coulomb * np.abs(rates).sum(axis=1)
-    assert friction_force(machine, e[0]) == pytest.approx(all_of_them[0], rel=1e-12)
+    one_by_one = [friction_force(machine, direction) for direction in e[:20]]
+    assert one_by_one == pytest.approx(all_of_them[:20].tolist(), rel=1e-12)
     assert all_of_them.max() <= friction_holds(machine) * (1.0 + 1e-12)
     assert all_of_them.max() == pytest.approx(friction_holds(machine), rel=0.01)  # 2000 directions on a sphere
 
