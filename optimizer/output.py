@@ -18,11 +18,15 @@ DECIMALS = 3
 """Of a length in mm: one micrometre, finer than anything is machined to."""
 SAME_UM = 1e-3
 """A half side this close below a whole micrometre counts as that: metres and back cost 1e-11."""
+DIGITS = 8
+"""Of the figures in the provenance; solvers end within 1e-9."""
 GIVEN_UP_UM = 5
 """Of the half side: a micrometre of the other lengths is worth less than one or two."""
 
 
-def design_of(given: Requirements, results: list[Result], method: str, seed: int, file: str) -> Design:
+def design_of(
+    given: Requirements, results: list[Result], method: str, seed: int, file: str, command: str | None = None
+) -> Design:
     """The last result as a design.
 
     Args:
@@ -31,6 +35,7 @@ def design_of(given: Requirements, results: list[Result], method: str, seed: int
         method: That found them.
         seed: That they were found with.
         file: Name that error messages start with.
+        command: That makes the file again, for its provenance; None leaves it out.
 
     Returns:
         The design, its provenance filled in.
@@ -64,7 +69,7 @@ def design_of(given: Requirements, results: list[Result], method: str, seed: int
             "version": importlib.metadata.version("delta-haptics"),
             "method": method,
             "seed": seed,
-            "command": f"python -m optimizer synthesize REQ.toml --method {method} --seed {seed}",
+            **({} if command is None else {"command": command}),
             "requirements_sha256": requirements_hash(given),
             "steps": [_step(result) for result in results],
         },
@@ -120,4 +125,9 @@ def write_design(design: Design, path: Path) -> None:
 def _step(result: Result) -> dict[str, Any]:
     record = result.record()
     names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
-    return {name: record[name] for name in names}
+    return {name: _settled(record[name]) for name in names}
+
+
+def _settled(value: Any) -> Any:
+    """A figure without the digits that differ from one machine's arithmetic to another's."""
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value

@@ -15,6 +15,10 @@ from optimizer.problem import SIDE, Problem, outline_margin
 from optimizer.program import ROUNDING
 from optimizer.sqp import Ending
 
+GUESSES = ("converged", "sampled", "not improved")
+"""Endings of which only a bound tells how far they are from the best there is."""
+CLOSE = 1e-3
+"""Relative gap below which nothing is left to be gained that could be built."""
 FINE_GRID = 41
 """Points along an edge of the surface on which a result checks itself, before each face's worst point is polished."""
 
@@ -75,8 +79,13 @@ class Result:
 
     @property
     def advice(self) -> str:
-        """What to do about how it ended."""
-        return ADVICE[self.status]
+        """What to do about how it ended; a bound beside it says more than a guess."""
+        gap = None if self.proof is None else self.proof.gap
+        if self.status not in GUESSES or gap is None:
+            return ADVICE[self.status]
+        if gap <= CLOSE:
+            return "the best there is within the bounds, but for the gap"
+        return f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
 
     @cached_property
     def violations(self) -> dict[str, float]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
 
 from optimizer.evaluator import fold_points, shared_points
 from optimizer.extremes import Worst, design_worst
@@ -109,7 +110,8 @@ def search(
     """
     found = Search()
     for k, start in enumerate(starts):
-        found.endings.append(descend(problem, start, found))
+        with threadpool_limits(1):  # with more, the last digits depend on how the threads share the sums
+            found.endings.append(descend(problem, start, found))
         if report is not None:
             report(k + 1, len(starts), found.best.level if found.best else -np.inf)
         if stop():
@@ -158,9 +160,8 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     for _ in range(ROUNDS):
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
-            if (
-                program.level_index is not None
-            ):  # a smaller cube, a lower level: inside, where the line search can start
+            if program.level_index is not None:
+                # a smaller cube, a lower level: inside, where the line search can start
                 unknowns[program.level_index] = max(unknowns[program.level_index] - STEP_BACK, program.level_min)
             answer = minimize(
                 program.objective,

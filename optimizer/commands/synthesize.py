@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, Parser, natural, refuse
 
 if TYPE_CHECKING:
     from optimizer.requirements import Requirements
@@ -112,6 +112,20 @@ def run(given: argparse.Namespace) -> int:
     return _deliver(task, given, results, store)
 
 
+def _again(given: argparse.Namespace) -> str:
+    """The command that gives the same design, without what is at its default."""
+    words = [f"python -m optimizer synthesize {given.requirements.name} --method {given.method} --seed {given.seed}"]
+    usual = Parser(add_help=False)
+    arguments(usual)
+    default = usual.parse_args(["REQ.toml"])
+    for name in ("steps", "population", "generations", "gap", "boxes"):
+        value = getattr(given, name)
+        if value != getattr(default, name):
+            text = ",".join(map(str, value)) if name == "steps" else f"{value:g}"
+            words.append(f"--{name} {text}")
+    return " ".join([*words, *(["--no-proof"] if given.no_proof else [])])
+
+
 def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any) -> int:
     """Writes the design of the last step, prints the results, and says how it went."""
     from delta_cad.design import DesignError
@@ -122,7 +136,8 @@ def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result
     problem = ""
     if last.feasible:
         try:
-            write_design(design_of(task, results, given.method, given.seed, given.out.name), given.out)
+            command = _again(given)
+            write_design(design_of(task, results, given.method, given.seed, given.out.name, command), given.out)
         except DesignError as error:
             problem = f"{given.out.name} was not written: {error}"
         except OSError as error:

@@ -45,7 +45,10 @@ def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requi
     design = load_design(BEST)
     told = design.provenance
     assert told["requirements_sha256"] == requirements_hash(given)
-    assert told["command"] == f"python -m optimizer synthesize REQ.toml --method {told['method']} --seed {told['seed']}"
+    assert (
+        told["command"]
+        == f"python -m optimizer synthesize joystick.toml --method {told['method']} --seed {told['seed']}"
+    )
     again = design_of(given, solved, "sqp", 1, "again.json")
     assert again.mechanism == design.mechanism  # to the last digit: both are whole micrometres
     assert again.cube == design.cube
