@@ -23,12 +23,12 @@ from haptics.wall_limit import AXES, START
 from haptics.wall_trial import PERIOD
 
 GRID = 15
-"""Points an edge of the cube for the summary: the extremes lie on corners, edges or faces, which it holds; figures move
-by 3 % from one point to the next."""
+"""Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of
+the points, nothing is proven between them."""
 SLICE = 41
 """Points an edge of a map."""
 WALL_GRID = (5, 5, 3)
-"""Points of the map of the linear wall limit along x, y, z: it varies by 1 % over that of the committed design."""
+"""Points of the map of the linear wall limit along x, y, z: it varies by 3 % over that of the committed design."""
 MASS_ERROR = 0.05
 """Share by which the masses of the gravity compensation may be off: screws, cables and density of what is built."""
 HARD = 2000.0

@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import Any
 
 from haptics.passivity import Verdict
-from haptics.stiffness import CEILING, AxisWall, End, Range, Stiffness
+from haptics.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffness
 from haptics.wall_limit import START
 
 SCHEMA = "delta-stiffness/1"
@@ -128,7 +128,10 @@ def stiffness_text(name: str, found: Stiffness) -> str:
                 at.setdefault(str(getattr(chosen(wall), which).corner), []).append(wall.axis)
             says = "; ".join(f"{', '.join(axes)}: {corner}" for corner, axes in at.items())
             lines.append(f"  {label:<10}{which:<8}  {says}")
-    lines += ["", f"Default wall, {START * N_PER_MM:g} N/mm, simulated with nominal friction and delay:"]
+    lines += [
+        "",
+        f"Default wall, {START * N_PER_MM:g} N/mm, simulated, friction and delay nominal, {PLACES} places of counts:",
+    ]
     for wall in found.axes:
         says = ", ".join(f"{hand} {'stands' if stands else 'OSCILLATES'}" for hand, stands in wall.steady.items())
         low = wall.simulated.lowest

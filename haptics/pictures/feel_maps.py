@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -10,6 +13,8 @@ from haptics.pictures.style import styled
 
 HEIGHTS = ("bottom", "middle", "top")
 FILL, LINES, EVEN = 48, 6, 0.02
+WIDE = 5.0
+"""Ratio of the largest to the smallest value from which the scale is logarithmic."""
 FLAT = 0.1
 """Least range of the scale as a share of the values: what varies less looks even, as it feels."""
 
@@ -38,10 +43,12 @@ def feel_map(
     missing = max(FLAT * max(abs(low), abs(high)) - (high - low), 0.0)
     if missing > 0.0 or high == low:
         low, high = low - missing / 2.0 - 1e-12, high + missing / 2.0 + 1e-12
-    levels = np.linspace(low, high, FILL + 1)
+    wide = low > 0.0 and high > WIDE * low
+    levels = np.geomspace(low, high, FILL + 1) if wide else np.linspace(low, high, FILL + 1)
+    scale = LogNorm(low, high) if wide else Normalize(low, high)
     axes = figure.subplots(1, 3, sharex=True, sharey=True)
     colours = "viridis_r" if small else "viridis"
-    filled = [ax.contourf(x_mm, y_mm, values[k], levels=levels, cmap=colours) for k, ax in enumerate(axes)]
+    filled = [ax.contourf(x_mm, y_mm, values[k], levels=levels, cmap=colours, norm=scale) for k, ax in enumerate(axes)]
     for k, ax in enumerate(axes):
         least, most = float(values[k].min()), float(values[k].max())
         if most - least > EVEN * max(abs(most), abs(least)):  # else lines would speak of nothing
@@ -55,7 +62,12 @@ def feel_map(
         ax.set(xlabel="x, mm", aspect="equal")
         ax.grid(visible=False)
     axes[0].set_ylabel("y, mm")
-    bar = figure.colorbar(filled[0], ax=axes, shrink=0.9, pad=0.015, ticks=MaxNLocator(7))
+    ticks: Any = MaxNLocator(7)
+    if wide:
+        round_ones = [float(f"{value:.2g}") for value in np.geomspace(low, high, 7)]
+        ticks = [value for value in round_ones if low <= value <= high]
+    bar = figure.colorbar(filled[0], ax=axes, shrink=0.9, pad=0.015, ticks=ticks, format="%g")
+    bar.ax.minorticks_off()
     bar.set_label(label)
     if small:
         bar.ax.invert_yaxis()  # good is up

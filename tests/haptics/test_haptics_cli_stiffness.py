@@ -37,7 +37,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
     limits = {"light": 2000.0, "medium": 4400.0, "firm": 9000.0}
 
     def answers(*_: Any) -> Any:
-        def ask(_axis: str, case: Corner) -> Predicate:
+        def ask(_axis: str, case: Corner, _seed: int) -> Predicate:
             return lambda stiffness: stiffness <= limits[case.hand]
 
         return ask

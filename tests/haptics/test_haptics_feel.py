@@ -37,7 +37,7 @@ def quick_walls(machine: Machine, limits: dict[str, float] | None = None) -> Sti
     """The simulation's place taken by limits of the hands, N/m."""
     known = {"light": 1500.0, "medium": 4400.0, "firm": 9000.0} if limits is None else limits
 
-    def ask(_axis: str, case: Corner) -> Predicate:
+    def ask(_axis: str, case: Corner, _seed: int) -> Predicate:
         return lambda stiffness: stiffness <= known[case.hand]
 
     return largest_walls(machine, axes=("x",), ask=ask)
@@ -121,7 +121,7 @@ def test_whether_it_buzzes(machine: Machine, found: Feel) -> None:
     assert (shaken.short, shaken.good) == ("Yes.", False)
     assert "x with the light hand" in shaken.text
 
-    def at_corners(_axis: str, case: Corner) -> Predicate:
+    def at_corners(_axis: str, case: Corner, _seed: int) -> Predicate:
         return lambda stiffness: stiffness <= (2000.0 if case.friction == "nominal" else 500.0)
 
     doubtful = buzzes(largest_walls(machine, axes=("x",), ask=at_corners), summaries)
@@ -298,3 +298,25 @@ def test_what_the_mechanism_refuses_is_exit_2(
     told = capsys.readouterr()
     assert told.err == f"{BEST}: cube: the three forearms lie in one plane\n"
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.0], [1.0, 1.2], [1.0, 40.0], [-3.0, 40.0], [0.0, 0.0]])
+@pytest.mark.parametrize("small", [True, False])
+def test_a_map_is_drawn_whatever_its_range(values: list[float], small: bool) -> None:
+    from haptics.pictures.feel_maps import feel_map
+
+    places = np.linspace(-10.0, 10.0, 5)
+    field = np.linspace(*values, 75).reshape(3, 5, 5)
+    figure = feel_map("what it is", "figure, N", places, places, np.array([50.0, 60.0, 70.0]), field, small)
+    figure.canvas.draw()
+    *panels, bar = figure.axes
+    assert [panel.get_title().split("\n")[0] for panel in panels] == [
+        "bottom, z = 50.0 mm",
+        "middle, z = 60.0 mm",
+        "top, z = 70.0 mm",
+    ]
+    assert panels[2].get_title().endswith(f"to {values[1]:.4g}")
+    assert bar.get_ylabel() == "figure, N"
+    assert bar.yaxis_inverted() == small  # good is up
+    low, high = sorted(bar.get_ylim())
+    assert low <= values[0] <= values[1] <= high

@@ -25,6 +25,7 @@ from haptics.stiffness import (
     CEILING,
     FLOOR,
     NOMINAL_TOLERANCE,
+    PLACES,
     RIVAL,
     TOLERANCE,
     Corner,
@@ -119,7 +120,7 @@ def test_cases_far_from_an_end_are_not_simulated() -> None:
 
 
 def test_the_protocol_and_the_bisection_find_a_known_limit(machine: Machine) -> None:
-    found = largest_walls(machine, axes=("y",), ask=lambda _axis, _case: below(4300.0))
+    found = largest_walls(machine, axes=("y",), ask=lambda _axis, _case, _seed: below(4300.0))
     (wall,) = found.axes
     assert wall.axis == "y"
     assert wall.nominal.protocol == 4300.0
@@ -132,7 +133,7 @@ def test_the_protocol_and_the_bisection_find_a_known_limit(machine: Machine) -> 
 
 
 def test_a_hand_that_shakes_the_default_wall_is_named(machine: Machine) -> None:
-    def ask(axis: str, case: Corner) -> Predicate:
+    def ask(axis: str, case: Corner, _seed: int) -> Predicate:
         return below(1000.0 if (axis, case.hand) == ("z", "light") else 4300.0)
 
     found = largest_walls(machine, axes=("x", "z"), ask=ask)
@@ -141,8 +142,15 @@ def test_a_hand_that_shakes_the_default_wall_is_named(machine: Machine) -> None:
     assert "z  light OSCILLATES, medium stands, firm stands" in text
 
 
+def test_one_place_of_the_counts_is_enough_to_shake_it(machine: Machine) -> None:
+    def ask(_axis: str, case: Corner, seed: int) -> Predicate:
+        return below(1000.0 if (case.hand, seed) == ("firm", PLACES - 1) else 4300.0)
+
+    assert largest_walls(machine, axes=("y",), ask=ask).shaken == [("y", "firm")]
+
+
 def test_a_nominal_wall_that_never_stands(machine: Machine) -> None:
-    found = largest_walls(machine, axes=("x",), ask=lambda _axis, _case: lambda _stiffness: False)
+    found = largest_walls(machine, axes=("x",), ask=lambda _axis, _case, _seed: lambda _stiffness: False)
     (wall,) = found.axes
     assert wall.nominal.protocol is None
     assert wall.simulated.lowest.stiffness == wall.simulated.highest.stiffness == 0.0
@@ -151,7 +159,7 @@ def test_a_nominal_wall_that_never_stands(machine: Machine) -> None:
 
 
 def test_walls_that_always_stand_are_lower_bounds(machine: Machine) -> None:
-    found = largest_walls(machine, axes=("x",), ask=lambda _axis, _case: lambda _stiffness: True)
+    found = largest_walls(machine, axes=("x",), ask=lambda _axis, _case, _seed: lambda _stiffness: True)
     assert found.axes[0].simulated.highest.open
     text = stiffness_text("device", found)
     assert ">=" in text
@@ -249,7 +257,7 @@ def test_what_cannot_be_is_refused(machine: Machine, given: dict[str, Any], mess
 
 def test_a_set_without_the_nominal_hand_takes_its_first(machine: Machine) -> None:
     hands = {"one": Hand(0.1, 5.0, 300.0)}
-    ask: Callable[[str, Corner], Predicate] = lambda _axis, _case: below(2000.0)  # noqa: E731
+    ask: Callable[[str, Corner, int], Predicate] = lambda _axis, _case, _seed: below(2000.0)  # noqa: E731
     (wall,) = largest_walls(machine, axes=("x",), hands=hands, ask=ask).axes
     assert wall.corner.hand == "one"
     assert replace(wall.corner, hand="medium") == SOME
