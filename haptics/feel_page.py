@@ -153,7 +153,7 @@ def feel_markdown(found: Feel) -> str:
         "",
         "## Walls at the centre, simulated",
         "",
-        "| axis | paper, its prototype | protocol | bisection | range over hands, friction, delay | passivity verdict |",
+        "| axis | paper, its prototype | protocol | bisection | range over hands, friction, delay | passivity |",
         "|---|---:|---:|---:|---|---|",
     ]
     for wall in found.stiffness.axes:
@@ -167,7 +167,7 @@ def feel_markdown(found: Feel) -> str:
     lines += [
         "",
         f"N/mm; nominal: {found.stiffness.axes[0].corner}. The verdict is on "
-        f"{START / 1e3:g} N/mm; it counts no friction that sticks. FAILS: a hand of the set makes the linear loop unstable.",
+        f"{START / 1e3:g} N/mm; no friction that sticks counts. FAILS: a hand of the set makes the linear one unstable.",
         "",
         "## Beside devices on the market",
         "",
