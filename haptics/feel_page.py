@@ -167,7 +167,7 @@ def feel_markdown(found: Feel) -> str:
     lines += [
         "",
         f"N/mm; nominal: {found.stiffness.axes[0].corner}. The verdict is on "
-        f"{START / 1e3:g} N/mm; no friction that sticks counts. FAILS: a hand of the set makes the linear one unstable.",
+        f"{START / 1e3:g} N/mm; no friction that sticks counts. FAILS: a hand of the set makes the linear loop swing.",
         "",
         "## Beside devices on the market",
         "",
