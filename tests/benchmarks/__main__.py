@@ -28,6 +28,7 @@ SUBJECTS = (
     "front",
     "haptics_wall",
     "haptics_simulation",
+    "haptics_firmware",
 )
 
 
