@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import hashlib
 import json
 import math
-import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from delta_cad.mechanism import Cube, DeltaGeometry, MechanismError
 from delta_cad.mechanism.findings import Finding, Verdict
 from delta_cad.mechanism.limits import CONDITIONS, Limits
+from delta_cad.whole import write_whole
 from optimizer.certificate import Certificate, CertificateError, UnreadableError
 from optimizer.certificate_gravity import GravityShare, Masses
 
@@ -258,36 +255,6 @@ def write_certificate(certificate: Certificate, path: str | Path) -> None:
     text = json.dumps(data, indent=1, allow_nan=False)
     lines = ",\n".join("  " + json.dumps(leaf, separators=(",", ":")) for leaf in leaves)
     write_whole(path, text[:-2] + ',\n "leaves": [\n' + lines + "\n ]\n}\n")
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Writes a text file whole or not at all; see `write_all`."""
-    write_all({path: text})
-
-
-def write_all(texts: Mapping[Path, str]) -> None:
-    """Writes text files, all of them whole or none: each beside its place, then all renamed.
-
-    Args:
-        texts: Where to, replaced if it is there, its directory made if it is not -> the content.
-
-    Raises:
-        OSError: One cannot be written; nothing is left beside its place.
-    """
-    beside = {path: path.with_name(f".{path.name}.{os.getpid()}") for path in texts}
-    try:
-        for path, text in texts.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            beside[path].write_text(text, encoding="utf-8")
-        for path in texts:
-            if path.is_dir():
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        for path in texts:
-            beside[path].replace(path)
-    finally:
-        for part in beside.values():
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
 
 
 def read_certificate(path: str | Path) -> Certificate:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.design import Design, design_from_dict, design_to_json
+from delta_cad.whole import write_whole
 from optimizer.evaluator import VARIABLES
 from optimizer.problem import SIDE, step_problem
 from optimizer.requirements import Requirements, requirements_hash
@@ -116,10 +117,7 @@ def _rounded(length: float) -> list[float]:
 
 def write_design(design: Design, path: Path) -> None:
     """Writes a design file whole or not at all: beside its place, then renamed."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(design_to_json(design), encoding="utf-8")
-    partial.replace(path)
+    write_whole(path, design_to_json(design))
 
 
 def _step(result: Result) -> dict[str, Any]:

@@ -28,9 +28,9 @@ def run(given: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.design import DesignError
     from delta_cad.mechanism import MechanismError
+    from delta_cad.whole import whole_folder
     from haptics.feel import QUANTITIES, feel
     from haptics.feel_page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-    from haptics.folder import whole_folder
     from haptics.machine import load_machine
     from haptics.masses import MassError
 

@@ -31,11 +31,11 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.design import DesignError
+    from delta_cad.whole import write_whole
     from haptics.machine import load_machine
     from haptics.masses import MassError
     from haptics.stiffness import largest_walls
     from haptics.stiffness_page import stiffness_facts, stiffness_text
-    from haptics.whole_file import write_whole
 
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:

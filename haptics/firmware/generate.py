@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import secrets
-import shutil
+import errno
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import float64, typeof
 
+from delta_cad.whole import whole_folder
 from haptics.controller import Controller, fresh, tick
 from haptics.faults import TABLE
 from haptics.firmware.layout import PRELUDE, is_record, members, record_name
@@ -180,19 +180,11 @@ def write_firmware(files: dict[str, str], folder: Path) -> None:
     Raises:
         OSError: The folder cannot be written, or holds something else than a controller.
     """
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    if folder.exists() and not {path.name for path in folder.iterdir()} <= set(files):
-        raise FileExistsError(17, "holds other files than a controller", str(folder))
-    partial = folder.with_name(f".{folder.name}.{secrets.token_hex(8)}.part")
-    try:
-        partial.mkdir()
+    if folder.is_dir() and not {path.name for path in folder.iterdir()} <= set(files):
+        raise FileExistsError(errno.EEXIST, "holds other files than a controller", str(folder))
+    with whole_folder(folder) as part:
         for name, text in files.items():
-            (partial / name).write_text(text, encoding="utf-8")
-        if folder.exists():
-            shutil.rmtree(folder)
-        partial.rename(folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+            (part / name).write_text(text, encoding="utf-8")
 
 
 def _initialiser(value: Any, kind: Any, depth: int) -> str:

@@ -37,7 +37,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from optimizer.certificate_file import write_all
+    from delta_cad.whole import write_all
     from optimizer.genetic import GeneticError
     from optimizer.paper import cases
     from optimizer.paper_facts import facts

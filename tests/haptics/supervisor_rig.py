@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from committed import BEST
+from committed import PUBLISHED
 
 from delta_cad.design import load_design
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
@@ -15,7 +15,7 @@ from haptics.pose_margins import pose_margins
 from haptics.safety import Supervisor
 from haptics.supervisor_limits import Limits, safety_limits
 
-DESIGN = load_design(BEST)
+DESIGN = load_design(PUBLISHED)
 GEOMETRY: DeltaGeometry = DESIGN.geometry
 MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
 PLANT: Plant = plant(GEOMETRY, MASSES)

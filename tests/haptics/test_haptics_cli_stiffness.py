@@ -16,7 +16,6 @@ from haptics.cli import main
 from haptics.commands.stiffness import NAME
 from haptics.stiffness import Corner
 from haptics.wall_limit import Predicate
-from haptics.whole_file import write_whole
 
 
 def call(*arguments: object) -> int:
@@ -134,14 +133,6 @@ def test_what_the_search_refuses_is_exit_2(
     assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 2
     assert capsys.readouterr().err == f"{BEST}: a point of the cube cannot be reached\n"
     assert not (tmp_path / "new").exists()
-
-
-def test_a_file_is_whole_or_not_at_all(tmp_path: Path) -> None:
-    write_whole(tmp_path / "a" / "b.json", "one")
-    with pytest.raises(UnicodeEncodeError):
-        write_whole(tmp_path / "a" / "b.json", "\ud800")  # no UTF-8: fails while it is written
-    assert (tmp_path / "a" / "b.json").read_text() == "one"
-    assert [file.name for file in (tmp_path / "a").iterdir()] == ["b.json"]
 
 
 def test_help_is_light() -> None:

@@ -1,4 +1,4 @@
-"""A wall that the passivity verdict calls passive gives no energy in the simulated loop; one that fails it gives some."""
+"""A wall that the passivity verdict calls passive gives no energy in the simulated loop; one that is not gives some."""
 
 from __future__ import annotations
 

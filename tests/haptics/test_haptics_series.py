@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptics.folder import whole_folder
 from haptics.loop import Recording
 from haptics.scenes.record import DECIMALS, Promise, Scene, series
 from haptics.series import write_csv, write_parquet
@@ -72,40 +71,3 @@ def test_columns_carry_units_and_are_rounded_to_them() -> None:
 def test_a_scene_is_kept_if_all_its_promises_are() -> None:
     assert Scene("", "", [], {}, [Promise("a", True)], []).kept
     assert not Scene("", "", [], {}, [Promise("a", True), Promise("b", False)], []).kept
-
-
-def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
-    place = tmp_path / "out" / "name"
-    with whole_folder(place) as part:
-        (part / "a").write_text("1")
-        assert not place.exists()
-    assert (place / "a").read_text() == "1"
-    with pytest.raises(KeyboardInterrupt):
-        _interrupted(place)
-    assert [path.name for path in place.iterdir()] == ["a"]
-    with whole_folder(place) as part:
-        (part / "c").write_text("3")
-    assert [path.name for path in place.iterdir()] == ["c"]
-    assert [path.name for path in place.parent.iterdir()] == ["name"]
-
-
-def _interrupted(place: Path) -> None:
-    with whole_folder(place) as part:
-        (part / "b").write_text("2")
-        raise KeyboardInterrupt
-
-
-def test_a_folder_left_by_a_kill_between_two_renames_is_put_back_or_replaced(tmp_path: Path) -> None:
-    old, part = tmp_path / "name.old", tmp_path / "name.part"
-    old.mkdir()
-    part.mkdir()
-    with whole_folder(tmp_path / "name") as folder:
-        (folder / "a").write_text("1")
-    assert [path.name for path in tmp_path.iterdir()] == ["name"]
-
-
-def test_a_file_with_the_folders_name_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "name").write_text("mine")
-    with pytest.raises(FileExistsError, match="a file has the folder's name"), whole_folder(tmp_path / "name"):
-        raise AssertionError  # it is not come so far
-    assert (tmp_path / "name").read_text() == "mine"

@@ -13,7 +13,6 @@ from front_tasks import joystick
 from optimizer import front_proof
 from optimizer.checkpoint import Checkpoint
 from optimizer.convergence import Trace
-from optimizer.folder import whole_folder
 from optimizer.front import Curve, Point, at_side
 from optimizer.front_page import COLUMNS, page, record, telling, write_csv, write_facts
 from optimizer.front_proof import proved
@@ -145,46 +144,3 @@ def test_bound_without_an_incumbent_is_none(trade: Trade, monkeypatch: pytest.Mo
     far = dataclasses.replace(trade.main.points[0].result, design_mm=(82.0, 80.0, 40.0, 30.0, 150.0, 42.6))
     point = Point(dataclasses.replace(far, problem=at_side(joystick(), 42.6)), ())
     assert proved(dataclasses.replace(trade.main, points=(point,))).points[0].bound is None
-
-
-def test_folder_takes_its_place_when_it_is_full(tmp_path: Path) -> None:
-    target = tmp_path / "new" / "front"
-    for text in ("first", "second"):
-        with whole_folder(target) as folder:
-            assert list(folder.iterdir()) == []
-            (folder / "a").write_text(text)
-            assert folder != target
-        assert (target / "a").read_text() == text
-    assert [path.name for path in target.parent.iterdir()] == ["front"]
-
-
-def test_folder_that_fails_leaves_what_was(tmp_path: Path) -> None:
-    target = tmp_path / "front"
-    target.mkdir()
-    (target / "a").write_text("old")
-
-    def fill() -> None:
-        with whole_folder(target) as folder:
-            (folder / "a").write_text("new")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        fill()
-    assert (target / "a").read_text() == "old"
-    assert [path.name for path in tmp_path.iterdir()] == ["front"]
-
-
-def test_folder_of_a_killed_run_is_put_right(tmp_path: Path) -> None:
-    for name in ("front.part", "front.old"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "rest").write_text("")
-    with whole_folder(tmp_path / "front") as folder:
-        assert list(folder.iterdir()) == []
-    assert [path.name for path in tmp_path.iterdir()] == ["front"]
-
-
-def test_file_in_the_folders_place_is_not_replaced(tmp_path: Path) -> None:
-    (tmp_path / "front").write_text("a file")
-    with pytest.raises(FileExistsError, match="a file has the folder's name"), whole_folder(tmp_path / "front"):
-        pass
-    assert (tmp_path / "front").read_text() == "a file"

@@ -19,7 +19,6 @@ import pytest
 
 from delta_cad import console
 from optimizer import cli
-from optimizer.certificate_file import write_all
 from optimizer.commands import reproduce
 from optimizer.paper import FILE, STEP_OF_TABLE, Case, cases, numbers, posed, start_of
 from optimizer.paper_facts import Facts, facts
@@ -477,15 +476,6 @@ def test_an_interrupted_run_writes_nothing(
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
     assert shown[1:] == ["table 8 row 1 (1 of 2): ga", "table 8 row 1 (1 of 2): sqp"]
     assert list(tmp_path.iterdir()) == []
-
-
-def test_two_files_are_written_both_or_none(tmp_path: Path) -> None:
-    (tmp_path / "a").write_text("old")
-    (tmp_path / "b").mkdir()
-    with pytest.raises(IsADirectoryError):
-        write_all({tmp_path / "a": "new", tmp_path / "b": "new"})
-    assert (tmp_path / "a").read_text() == "old"
-    assert sorted(f.name for f in tmp_path.iterdir()) == ["a", "b"]
 
 
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
