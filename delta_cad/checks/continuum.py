@@ -1,12 +1,17 @@
 """Proof of a least distance over a continuum of positions by adaptive subdivision.
 
 A box of variables is proven for a pair when `distance at the centre - travel of both bodies inside the box` is at least
-the limit. Four lower bounds of the distance are tried, cheapest first: bounding spheres, oriented bounding boxes, the
-gap of the meshes' convex hulls along the direction between the points that were closest in the box from which this one
-was cut, and the FCL distance of the meshes; the latter two less both deviations. The gap along any direction n is a
-lower bound: `|q - p| >= n . (q - p) >= min over b of n . q - max over a of n . p` for |n| = 1, and the extremes are at
-vertices of the hulls. What is not proven is cut in two along every variable, until nothing is left or the travel in a
-box is below `SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
+the limit. Four lower bounds are tried, cheapest first: bounding spheres, oriented bounding boxes, a slab, and the FCL
+distance of the meshes; the latter two less both deviations.
+
+Slab: for a unit vector n and points p of one body and q of the other `|q - p| >= n . (q - p)`, and at the box's centre
+`n . (q - p) >= min over q of n . q - max over p of n . p`, whose extremes are at vertices of the meshes' convex hulls.
+So only the travel along n counts (`Space.along`), which is much less than the travel where n looks across a motion. Any
+n is right; the one between the closest points is good, and once measured it goes on to the boxes into which this one is
+cut. What was never measured tries the directions that the space knows.
+
+What is not proven is cut in two along every variable, until nothing is left or the travel in a box is below
+`SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ from delta_cad.checks.spaces import GUARD_MM, Space
 
 SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
 WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
+HOPE = 0.5  # of the travel along a measured normal: with so much to spare most of the halves pass with that normal
 OPEN_MAX = 200_000  # boxes times pairs held at once: 0.5 s and 100 MB
 CALLS_MAX = 60_000  # distance calls for one space; 0.1-0.2 ms each
 
@@ -57,25 +63,27 @@ def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> P
     centres, halves = space.root()
     pair = np.flatnonzero(~(space.always_apart(engine) >= pairs.limit + GUARD_MM))
     box = np.zeros(len(pair), dtype=int)
-    normal = np.full((len(pair), 3), np.nan)  # from the first body to the second, in the frame of the first one's link
+    normal = np.full((len(pair), 3), np.nan)  # from the first body to the second, in the common frame
+    measured = np.zeros(len(pair), dtype=bool)  # whether the normal is that of the box from which this one was cut
     bounds = Bounds(space)
     while len(pair):
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls
         before = engine.calls
-        travel, open_, hopeless = _not_proven(bounds, centres, halves, box, pair, normal, engine, allowed)
+        travel, open_, hopeless = _not_proven(bounds, centres, halves, box, pair, normal, measured, engine, allowed)
         proof.calls += engine.calls - before
         stuck = np.isin(open_, hopeless) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
-        box, pair, normal = box[open_], pair[open_], normal[open_]
+        box, pair, normal, measured = box[open_], pair[open_], normal[open_], measured[open_]
         if proof.calls >= calls_max or len(open_) > OPEN_MAX:
             stuck[:] = True
         for k in np.unique(pair[stuck]):
             at = box[stuck][pair[stuck] == k][0]
             proof.undecided.append((pairs.names[k], _described(space, centres[at], halves[at])))
         keep = ~np.isin(pair, pair[stuck])
-        normal = np.repeat(normal[keep], 2 ** centres.shape[1], axis=0)
+        count = 2 ** centres.shape[1]
+        normal, measured = np.repeat(normal[keep], count, axis=0), np.repeat(measured[keep], count)
         centres, halves, box, pair, kept = _halved(space, centres, halves, box[keep], pair[keep])
-        normal = normal[kept]
+        normal, measured = normal[kept], measured[kept]
     return proof
 
 
@@ -97,24 +105,31 @@ class Bounds:
             self._hulls[k] = self.bodies[k].hull
         return self._hulls[k]
 
-    def hulls_gap(self, a: np.ndarray, b: np.ndarray, normal: np.ndarray, b_in_a: np.ndarray) -> np.ndarray:
+    def hulls_gap(
+        self, a: np.ndarray, b: np.ndarray, normal: np.ndarray, frame_a: np.ndarray, frame_b: np.ndarray
+    ) -> np.ndarray:
         """Gap of the convex hulls of two bodies' meshes along a direction: they are nowhere closer.
 
         Args:
             a: (n,) one body.
             b: (n,) the other.
-            normal: (n, 3) unit directions from a to b in the frame of a's link.
-            b_in_a: (n, 4, 4) frame of b's link in the frame of a's link.
+            normal: (n, 3) unit directions from a to b in the common frame.
+            frame_a: (n, 4, 4) frame of a's link in the common frame.
+            frame_b: (n, 4, 4) frame of b's link in the common frame.
 
         Returns:
             (n,) gaps, mm; negative where the hulls overlap along the direction.
         """
-        gap = (b_in_a[:, :3, 3] * normal).sum(axis=1)
-        seen = (np.swapaxes(b_in_a[:, :3, :3], 1, 2) @ normal[..., None])[..., 0]
-        for bodies, direction in ((a, -normal), (b, seen)):
-            for k in np.unique(bodies):
-                of = bodies == k
-                gap[of] += np.einsum("ni,hi->nh", direction[of], self.hull(int(k))).min(axis=1)
+        gap = np.zeros(len(normal))
+        if not len(gap):
+            return gap
+        for bodies, frame, direction in ((a, frame_a, -normal), (b, frame_b, normal)):
+            gap += (frame[:, :3, 3] * direction).sum(axis=1)
+            seen = (direction[:, None, :] @ frame[:, :3, :3])[:, 0]
+            order = np.argsort(bodies, kind="stable")
+            found, starts = np.unique(bodies[order], return_index=True)
+            for k, of in zip(found.tolist(), np.split(order, starts[1:]), strict=True):
+                gap[of] += np.einsum("ni,hi->nh", seen[of], self.hull(k)).min(axis=1)
         return gap
 
 
@@ -125,13 +140,15 @@ def _not_proven(
     box: np.ndarray,
     pair: np.ndarray,
     normal: np.ndarray,
+    measured: np.ndarray,
     engine: DistanceEngine,
     calls_allowed: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(k,) travel of each (box, pair), the indices of those not proven, and of these the hopeless ones.
 
     Hopeless is what no smaller box can mend: at the box's centre, which may occur, the meshes are too close. The
-    normals are replaced by those between the closest points where these were measured.
+    normals are replaced by those between the closest points where these were measured, which `measured` then tells; a
+    distance is put off by one halving where the last normal promises to do for most of the halves.
     """
     space, bodies, pairs = bounds.space, bounds.bodies, bounds.space.pairs
     a, b = pairs.first[pair], pairs.second[pair]
@@ -154,32 +171,91 @@ def _not_proven(
     )
     left = left[~(gap[left] >= need[left])]
 
-    strays = bounds.deviation[a] + bounds.deviation[b]
-    b_in_a = np.linalg.inv(frames[box[left], a[left]]) @ frames[box[left], b[left]]
-    known = np.isfinite(normal[left, 0])
-    at = left[known]
-    gap = np.full(len(left), -np.inf)
-    gap[known] = bounds.hulls_gap(a[at], b[at], normal[at], b_in_a[known]) - strays[at]
-    still = ~(gap >= need[left])
-    b_in_a, left = b_in_a[still], left[still]
+    slabs = _Slabs(bounds, centres, halves, frames, box, pair)
+    spare = slabs.best(left, normal, apart)
+    later = measured[left] & (spare >= -HOPE * slabs.travel[left]) & (travel[left] >= SMALLEST_TRAVEL_MM)
+    measured[:] = False
+    still = ~(spare >= 0.0)
+    left, later = left[still], later[still]
 
+    b_in_a = np.linalg.inv(frames[box[left], a[left]]) @ frames[box[left], b[left]]
     possible = space.reachable(centres, np.zeros_like(halves))
-    open_: list[int] = []
+    open_ = np.ones(len(left), dtype=bool)
     hopeless: list[int] = []
     for m in np.argsort(box[left], kind="stable").tolist():
         k = int(left[m])
-        if engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
-            open_.append(k)
+        if later[m] or engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
             continue
         one, other = bodies[a[k]], bodies[b[k]]
         d, at_a, at_b = engine.closest_points(one, other, one.placement, b_in_a[m] @ other.placement)
-        certain = d - strays[k]
-        if not certain >= need[k]:
-            open_.append(k)
-            normal[k] = (at_b - at_a) / d if d > 0.0 else np.nan
+        certain = d - bounds.deviation[a[k]] - bounds.deviation[b[k]]
+        open_[m] = not certain >= need[k]
+        if open_[m]:
+            normal[k] = frames[box[k], a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
+            measured[k] = d > 0.0
             if certain < need[k] - travel[k] and possible[box[k]]:
                 hopeless.append(k)
-    return travel, np.array(open_, dtype=int), np.array(hopeless, dtype=int)
+    new = np.flatnonzero(measured[left])
+    open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
+    return travel, left[open_], np.array(hopeless, dtype=int)
+
+
+class _Slabs:
+    """Pairs that a slab across a fixed direction separates at all positions of their boxes.
+
+    Args:
+        bounds: The bodies.
+        centres: (n, d) centres of the boxes.
+        halves: (n, d) half widths.
+        frames: (n, bodies, 4, 4) frames of the bodies' links at the centres.
+        box: (m,) box of each pair.
+        pair: (m,) the pairs.
+
+    Attributes:
+        travel: (m,) travel along the direction last tried, mm; 0 where none was.
+    """
+
+    def __init__(
+        self,
+        bounds: Bounds,
+        centres: np.ndarray,
+        halves: np.ndarray,
+        frames: np.ndarray,
+        box: np.ndarray,
+        pair: np.ndarray,
+    ) -> None:
+        self._bounds, self._frames, self._box, self._pair = bounds, frames, box, pair
+        self._along = bounds.space.along(centres, halves)
+        pairs = bounds.space.pairs
+        self.travel = np.zeros(len(pair))
+        self._a, self._b = pairs.first[pair], pairs.second[pair]
+        self._least = pairs.limit[pair] + bounds.deviation[self._a] + bounds.deviation[self._b] + GUARD_MM
+
+    def spare(self, k: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """(n,) by how much the hulls of pairs k (n,) are farther apart along (n, 3) directions than needed, mm."""
+        a, b, box = self._a[k], self._b[k], self._box[k]
+        gap = self._bounds.hulls_gap(a, b, normal, self._frames[box, a], self._frames[box, b])
+        self.travel[k] = self._along(box, self._pair[k], normal)
+        return gap - self._least[k] - self.travel[k]
+
+    def best(self, k: np.ndarray, normal: np.ndarray, between: np.ndarray) -> np.ndarray:
+        """(n,) what `spare` gives for pairs k (n,): not negative where they are certainly far enough apart, mm.
+
+        Along the pair's `normal` (m, 3) where it has one; otherwise along the direction `between` (m, 3) the middles of
+        both and those that the space knows, of which the best becomes the pair's normal.
+        """
+        fresh = ~np.isfinite(normal[k, 0])
+        spare = np.full(len(k), -np.inf)
+        spare[~fresh] = self.spare(k[~fresh], normal[k[~fresh]])
+        new, best = k[fresh], spare[fresh]
+        middle = between[new] / np.maximum(np.linalg.norm(between[new], axis=1), 1e-9)[:, None]
+        for n in (middle, *self._bounds.space.directions):
+            facing = np.where(middle @ n < 0.0, -1.0, 1.0)[:, None] * n if n.ndim == 1 else n
+            found = self.spare(new, facing)
+            better = found > best
+            normal[new[better]], best = facing[better], np.fmax(best, found)
+        spare[fresh] = best
+        return spare
 
 
 def _halved(

@@ -12,13 +12,13 @@ import numpy as np
 from delta_cad.assembly import Assembly
 from delta_cad.checks.bodies import Body, bodies_of, body
 from delta_cad.checks.domains import Domains
+from delta_cad.checks.handle import Handle
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
 from delta_cad.checks.motion import MM_PER_M
 from delta_cad.checks.pieces import cut, near, pieces_of
 from delta_cad.checks.spaces import (
     Fixed,
-    Handle,
     Pairs,
     ParallelRods,
     RodAtJoint,

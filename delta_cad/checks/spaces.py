@@ -17,7 +17,7 @@ of the angles of the three chains: equal shapes, equally placed to `EQUAL_MM`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,10 +25,9 @@ import numpy as np
 from delta_cad.checks.bodies import Body, DistanceEngine, body, revolved_about_y
 from delta_cad.checks.containment import holds
 from delta_cad.checks.domains import Raster
-from delta_cad.checks.links import fixed_frame, swept_links, turn_about_z
+from delta_cad.checks.links import turn_about_z
 from delta_cad.checks.meridian import Meridian, meridian_gap, rectangles_gap
-from delta_cad.checks.motion import MM_PER_M, box_motion
-from delta_cad.placement import LinkPlacement, frames
+from delta_cad.placement import frames
 
 X, Y, Z = np.eye(3)
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
@@ -61,7 +60,10 @@ class Space(ABC):
         name: For reports.
         pairs: The pairs whose relative position depends on these variables only.
         links: Names of the links that `frames` places, in order.
+        directions: (k, 3) directions of the common frame in which a gap is looked for before a distance is measured.
     """
+
+    directions = np.eye(3)
 
     def __init__(self, name: str, pairs: Pairs, links: Sequence[str]) -> None:
         self.name, self.pairs, self.links = name, pairs, tuple(links)
@@ -85,6 +87,23 @@ class Space(ABC):
         Returns:
             One (n, bodies) array in mm for each frame of reference; a pair may use any one of them for both bodies.
         """
+
+    def along(
+        self, centres: np.ndarray, halves: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """How much closer pairs come along directions while the variables stay in boxes.
+
+        Args:
+            centres: (n, d) centres of the boxes.
+            halves: (n, d) half widths.
+
+        Returns:
+            A function of boxes (k,), pairs (k,) and unit directions (k, 3) from the first body to the second, fixed in
+            the common frame. It gives (k,) bounds, mm, on how much `n . (q - p)` falls, from its value at the box's
+            centre, for any point p of the first and q of the second body.
+        """
+        motion, first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
+        return lambda box, pair, _: np.min([m[box, first[pair]] + m[box, second[pair]] for m in motion], axis=0)
 
     def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
         """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
@@ -268,112 +287,6 @@ class RodAtJoint(Space):
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
         """Whether the rasters have angles in the boxes."""
         return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
-
-
-class Handle(Space):
-    """All links in the base frame: the handle's position in the cube.
-
-    Args:
-        name: For reports.
-        pairs: The pairs.
-        placement: The placement of the links.
-        centre_mm: (3,) centre of the cube, mm.
-        half_mm: Half its side, mm.
-        theta: (3, 2) lowest and highest shoulder angle of each chain, rad.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        pairs: Pairs,
-        placement: LinkPlacement,
-        centre_mm: np.ndarray,
-        half_mm: float,
-        theta: np.ndarray,
-    ) -> None:
-        super().__init__(name, pairs, sorted({b.link for b in pairs.bodies}))
-        self._theta = theta
-        self._placement, self._centre, self._half = placement, centre_mm, half_mm
-        g = placement.geometry
-        self._arm, self._forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
-        self._rods = [(k, *_rod_levers(b, self._forearm)) for k, b in enumerate(pairs.bodies) if b.link[:3] == "rod"]
-        self._turning = [
-            (k, int(b.link[-1]), b.lever_about_y())
-            for k, b in enumerate(pairs.bodies)
-            if b.link.startswith("upper_arm") or (b.link.startswith("pinion") and placement.drive_ratio == 1.0)
-        ]
-        self._carried = [k for k, b in enumerate(pairs.bodies) if b.link == "platform"]
-
-    def root(self) -> tuple[np.ndarray, np.ndarray]:
-        """The whole range as one box."""
-        return self._centre[None], np.full((1, 3), self._half)
-
-    def frames(self, centres: np.ndarray) -> np.ndarray:
-        """Frames of the links at the variables."""
-        links = dict(self._placement(centres))
-        for name in swept_links(self._placement):
-            links[name] = np.broadcast_to(fixed_frame(name, self._placement), (len(centres), 4, 4))
-        return np.stack([links[name] for name in self.links], axis=1)
-
-    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
-        """Travel of every body in the boxes."""
-        motion = box_motion(self._placement.geometry, centres, halves)
-        from_base = np.zeros((len(centres), len(self.pairs.bodies)))
-        from_platform = np.repeat(motion.handle[:, None], len(self.pairs.bodies), axis=1)
-        for k, i, lever in self._turning:
-            from_base[:, k] = lever * motion.theta_change[:, i]
-            from_platform[:, k] += from_base[:, k]
-        from_base[:, self._carried] = motion.handle[:, None]
-        from_platform[:, self._carried] = 0.0
-        with np.errstate(invalid="ignore"):
-            for k, i, shares, off_axis in self._rods:
-                elbow, turn = self._arm * motion.theta_change[:, i], self._forearm * motion.turn[:, i]
-                spin = off_axis * motion.rotation[:, i]
-                from_base[:, k] = np.max([abs(1.0 - f) * elbow + abs(f) * motion.handle for f in shares], axis=0) + spin
-                from_platform[:, k] = max(abs(1.0 - f) for f in shares) * turn + spin
-        return [np.nan_to_num(m, nan=np.inf, posinf=np.inf) for m in (from_base, from_platform)]
-
-    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
-        """Height of what the platform carries over what an arm or the base carries, whatever the position."""
-        gap = super().always_apart(engine)
-        heights = [self._heights(b) for b in self.pairs.bodies]
-        for k, (i, j) in enumerate(zip(self.pairs.first.tolist(), self.pairs.second.tolist(), strict=True)):
-            (low_i, high_i), (low_j, high_j) = heights[i], heights[j]
-            gap[k] = max(low_i - high_j, low_j - high_i)
-        return gap
-
-    def _heights(self, b: Body) -> tuple[float, float]:
-        """Lowest and highest z of a body's exact surface over the cube, mm; infinite for rods and pinions."""
-        points, extra = b.vertices, b.mesh.deviation_mm
-        if b.link == "base":
-            low, high = points[:, 2].min(), points[:, 2].max()
-        elif b.link == "platform":
-            low = points[:, 2].min() + self._centre[2] - self._half
-            high = points[:, 2].max() + self._centre[2] + self._half
-        elif b.link.startswith("upper_arm"):
-            low, high = _swung(points, self._theta[int(b.link[-1])])
-        else:
-            return -np.inf, np.inf
-        return float(low) - extra, float(high) + extra
-
-
-def _swung(points: np.ndarray, theta: np.ndarray) -> tuple[float, float]:
-    """Lowest and highest z of points (n, 3) of an arm while it turns through the angles (lowest, highest)."""
-    radius, start = np.hypot(points[:, 0], points[:, 2]), np.arctan2(points[:, 2], points[:, 0])
-    ends = radius * np.sin(start + theta[:, None])  # x sin(theta) + z cos(theta)
-    top, bottom = (
-        (start + theta[0] - peak) % (2.0 * np.pi) + np.ptp(theta) >= 2.0 * np.pi for peak in (0.5 * np.pi, 1.5 * np.pi)
-    )
-    low, high = np.where(bottom, -radius, ends.min(axis=0)), np.where(top, radius, ends.max(axis=0))
-    return float(low.min()), float(high.max())
-
-
-def _rod_levers(b: Body, forearm_mm: float) -> tuple[int, tuple[float, float], float]:
-    """Chain, lowest and highest share of the way from elbow to wrist, and largest distance from the rod's axis, mm."""
-    points, extra = b.vertices, b.mesh.deviation_mm
-    low, high = points[:, 0].min() - extra, points[:, 0].max() + extra
-    off_axis = float(np.hypot(points[:, 1], points[:, 2]).max()) + extra
-    return int(b.link.split("_")[1]), (low / forearm_mm, high / forearm_mm), off_axis
 
 
 def arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:

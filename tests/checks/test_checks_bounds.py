@@ -191,7 +191,7 @@ def test_the_gap_of_hulls_is_never_above_the_distance_and_is_it_between_convex_b
         if d == 0.0:
             continue
         for normal, exact in ((q - p) / d, True), (random_frame(1.0)[0, :3], False):
-            gap = bounds.hulls_gap(np.array([i]), np.array([j]), normal[None], pose[None])[0]
+            gap = bounds.hulls_gap(np.array([i]), np.array([j]), normal[None], np.eye(4)[None], pose[None])[0]
             assert gap <= d + 1e-9
             if exact and i == j == 0:  # boxes are convex; the meshes of balls not quite
                 assert gap == pytest.approx(d, abs=1e-6)
