@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, MechanismError
 from delta_cad.mechanism.findings import Finding, Verdict
 from delta_cad.mechanism.limits import CONDITIONS, Limits
@@ -27,6 +28,7 @@ STATEMENT = (
     "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
 )
 Point = tuple[float, float, float]
+_Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _Index = Annotated[int, Field(ge=0, lt=2**60)]  # as fine as `check_tiling` looks; fits 64 bits
 
 
@@ -61,7 +63,7 @@ class _Masses(_Record):
     acceleration_m_s2: Point
     carried_mass_kg: float
     arm_moment_kg_m: float
-    file_sha256: str
+    file_sha256: _Sha256
 
 
 class _Gravity(_Record):
@@ -90,17 +92,17 @@ class _File(_Record):
     schema_id: Literal["delta-certificate/1"] = Field(alias="schema")
     statement: str
     verdict: Verdict
-    design: str
-    design_hash: str
+    design: str = Field(pattern=NAME_PATTERN)
+    design_hash: _Sha256
     geometry: _Geometry
     cube: _Cube
     limits: _Limits
     gravity: _Gravity | None
     findings: list[_Finding]
     determinant: _Determinant
-    boxes: int
+    boxes: int = Field(ge=0)
     leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]]
-    digest: str
+    digest: _Sha256
 
 
 def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
@@ -192,7 +194,8 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
 
     Raises:
         UnreadableError: A field is missing, unknown or of the wrong kind, or no mechanism or limit can have its value.
-        CertificateError: The digest is not that of the content, or verdict and top height do not follow from the rest.
+        CertificateError: The digest is not that of the content, the statement is not `STATEMENT`, or verdict and top
+            height do not follow from the rest.
     """
     try:
         read = _File.model_validate(data)
@@ -202,15 +205,22 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         certificate = _certificate(read)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        where = ".".join(_printable(part) for part in first["loc"]) or "the file"
         raise UnreadableError(f"{file}: {where}: {first['msg']}") from None
     except MechanismError as error:
         raise UnreadableError(f"{file}: {error}") from None
+    if read.statement != STATEMENT:
+        raise CertificateError(f"{file}: statement is not what its numbers prove; it must be the one that {SCHEMA} has")
     if certificate.verdict != read.verdict:
         raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
     if float(certificate.cube.upper[2]) != read.cube.top_height_m:
         raise CertificateError(f"{file}: top_height_m is not bottom_height_m plus twice half_side_m")
     return certificate
+
+
+def _printable(part: str | int) -> str:
+    """A key of a file, so that none can move a terminal's cursor or break the line."""
+    return str(part) if isinstance(part, int) or part.isidentifier() else ascii(part)
 
 
 def _certificate(read: _File) -> Certificate:

@@ -12,6 +12,7 @@ from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 if TYPE_CHECKING:
     from delta_cad.design import Design
     from optimizer.certificate import Certificate, Replay
+    from optimizer.certificate_gravity import GravityShare
 
 NAME = "verify"
 TEXT = "independent replay of a certificate: holds, or what is wrong with it"
@@ -23,11 +24,18 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--design", type=Path, metavar="FILE", help="design that it should be about, and be enough for"
     )
-    command.add_argument(
+    gravity = command.add_mutually_exclusive_group()
+    gravity.add_argument(
         "--mass-properties",
         type=Path,
         metavar="FILE",
         help="file that gravity's share should come from; needs --design",
+    )
+    gravity.add_argument(
+        "--gravity-torque",
+        type=float,
+        metavar="N_m",
+        help="torque that should be left for gravity at every joint, given by hand; needs --design",
     )
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
@@ -40,14 +48,19 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.certificate_gravity import GravityError
 
     name = given.certificate.name
-    if given.mass_properties is not None and given.design is None:
-        return refuse("--mass-properties needs --design: masses belong to a machine", BAD_INPUT)
+    if given.design is None:
+        if given.mass_properties is not None:
+            return refuse("--mass-properties needs --design: masses belong to a machine", BAD_INPUT)
+        if given.gravity_torque is not None:
+            return refuse("--gravity-torque needs --design: it is taken off the torque of a machine", BAD_INPUT)
     certificate = None
     try:
         design = None if given.design is None else load_design(given.design)
         certificate = read_certificate(given.certificate)
         if design is not None and given.mass_properties is not None:
             _same_masses(certificate, design, given.mass_properties)
+        if design is not None and given.gravity_torque is not None:
+            _enough_reserve(certificate, design, given.gravity_torque)
         with Line() as line:
             replay = verify(
                 certificate,
@@ -80,6 +93,21 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
 
 
+def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
+    """Holds that at least a torque given by hand is left for gravity."""
+    from optimizer.certificate import CertificateError
+    from optimizer.certificate_gravity import given_share
+
+    wanted, share = given_share(design, reserve).reserve, certificate.gravity
+    if share is None and wanted == 0.0:
+        return
+    if share is None:
+        raise CertificateError(f"torque: nothing is left for gravity, not {wanted:.9g} N m")
+    fault = share.less_than(wanted)
+    if fault is not None:
+        raise CertificateError(f"torque: {fault}")
+
+
 def _missing(certificate: Certificate, replay: Replay) -> str:
     """Why a certificate that replays is no proof of its design; "" if it is."""
     from optimizer.certificate_report import place
@@ -105,6 +133,7 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "design": certificate.design,
         "design_checked": given.design is not None,
         "masses_checked": given.mass_properties is not None,
+        "gravity_torque_checked": given.gravity_torque is not None,
         "geometry": told["geometry"],
         "cube": told["cube"],
         "limits": told["limits"],
@@ -114,6 +143,7 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "gravity_taken_off": share is not None,
         "gravity_weight_N": None if share is None else share.weight,
         "gravity_reserve_N_m": None if share is None else share.reserve,
+        "mass_properties_sha256": None if share is None or share.masses is None else share.masses.sha256,
         "leaves": replay.leaves,
         "boxes": replay.boxes,
     }
@@ -123,19 +153,32 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
     from optimizer.certificate_report import limit_words
 
     about = "" if given.design is None else f", and covers all that {given.design.name} asks"
-    if certificate.gravity is None:
-        gravity = "gravity is NOT taken off the torque"
-    elif certificate.gravity.masses is None:
-        gravity = f"gravity is taken off by hand, {certificate.gravity.reserve:g} N m"
-    else:
-        checked = "checked" if given.mass_properties is not None else "as recorded, their file not given"
-        gravity = f"gravity is taken off, {certificate.gravity.masses.carried_mass:.4g} kg at the wrists, {checked}"
     g, cube = certificate.geometry, certificate.cube
     L_A, L_B, R, r = (1e3 * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
     side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height
     return (
-        f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}\n"
+        f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}; "
+        f"{_gravity_words(given, certificate.gravity)}\n"
         f"{'; '.join(limit_words(certificate.limits, name) for name in replay.proved)}\n"
         f"{certificate.design}: L_A {L_A:g}, L_B {L_B:g}, R {R:g}, r {r:g}, cube of {side:g} from {low:g} mm up\n"
-        f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined; {gravity}"
+        f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined"
+    )
+
+
+def _gravity_words(given: argparse.Namespace, share: GravityShare | None) -> str:
+    """For what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
+    nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
+    if share is None:
+        compared = "as asked" if given.gravity_torque == 0.0 else nothing
+        return f"GRAVITY is NOT taken off the torque, {compared}"
+    if share.masses is None:
+        left = f"GRAVITY is taken off by hand, {share.reserve:g} N m of every joint's {share.torque:g} N m"
+        if given.gravity_torque is None:
+            return f"{left}, {nothing}"
+        return f"{left}, at least the {given.gravity_torque:g} N m given"
+    m = share.masses
+    checked = "checked" if given.mass_properties is not None else "AS RECORDED, its file not given: --mass-properties"
+    return (
+        f"GRAVITY is taken off, {m.carried_mass:.4g} kg at the wrists and {share.reserve:.4g} N m, of the mass file of "
+        f"SHA-256 {m.sha256[:12]}, {checked}"
     )

@@ -78,7 +78,11 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
         f"every elbow arm >= 0 mm; det S of one sign; torque <= {torque:g} N m for 3 N in any direction; kappa <= 2.27"
         in told
     )
-    assert "gravity is NOT taken off the torque" in told
+    assert "GRAVITY is NOT taken off the torque, NOTHING GIVEN TO COMPARE THAT WITH" in told.splitlines()[0]
+    assert call("verify", out, "--design", BEST, "--gravity-torque", "0") == 0
+    assert "GRAVITY is NOT taken off the torque, as asked\n" in capsys.readouterr().out
+    assert call("verify", out, "--design", BEST, "--gravity-torque", "0.08") == 1
+    assert "torque: nothing is left for gravity, not 0.08 N m; the certificate" in capsys.readouterr().err
 
 
 def test_proved_bounds_hold_and_are_a_hundred_thousandth_from_what_is_attained(
@@ -130,11 +134,25 @@ def test_weight_of_a_build_is_taken_off_and_checked(tmp_path: Path, capsys: pyte
     # force and weight act on the same bound of the Jacobian: their sum is what is compared with the limit
     assert row["proved"] == pytest.approx(alone + (row["proved"] - gravity["reserve_N_m"]) * 3 / (3 + 9.81 * carried))
     assert call("verify", out, "--design", path, "--mass-properties", file) == 0
-    assert "kg at the wrists, checked" in capsys.readouterr().out
+    assert re.search(
+        r"kg at the wrists and \S+ N m, of the mass file of SHA-256 [0-9a-f]{12}, checked\n", capsys.readouterr().out
+    )
     assert call("verify", out) == 0
-    assert "as recorded, their file not given" in capsys.readouterr().out
+    assert "AS RECORDED, its file not given: --mass-properties" in capsys.readouterr().out.splitlines()[0]
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.01") == 1
+    assert "torque: gravity's share comes from a mass file: compare it with that" in capsys.readouterr().err
     assert call("verify", out, "--json") == 0
-    assert json.loads(capsys.readouterr().out)["gravity_weight_N"] == gravity["weight_N"]
+    told = json.loads(capsys.readouterr().out)
+    assert told["gravity_weight_N"] == gravity["weight_N"]
+    assert told["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    lighter = json.loads(out.read_text())
+    lighter["gravity"]["masses"] = None
+    (tmp_path / "by_hand.json").write_text(json.dumps(redigested(lighter)))
+    assert call("verify", tmp_path / "by_hand.json", "--design", path) == 0
+    assert "taken off by hand" in (told := capsys.readouterr().out)
+    assert "NOTHING GIVEN TO COMPARE THAT WITH" in told
+    assert call("verify", tmp_path / "by_hand.json", "--design", path, "--mass-properties", file) == 1
+    assert "gravity's share does not come from" in capsys.readouterr().err
     file.write_text(file.read_text() + "\n")
     assert call("verify", out, "--design", path, "--mass-properties", file) == 1
     assert "torque: gravity's share does not come from mass_properties.json" in capsys.readouterr().err
@@ -145,7 +163,20 @@ def test_gravity_by_hand_decides_the_verdict(tmp_path: Path, capsys: pytest.Capt
     assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.48") == 0
     assert "gravity is taken off: 0.48 N m of every joint's 0.8 N m, as given by hand" in capsys.readouterr().out
     assert call("verify", out, "--design", path) == 0
-    assert "gravity is taken off by hand, 0.48 N m" in capsys.readouterr().out
+    words = capsys.readouterr().out.splitlines()[0]
+    assert "GRAVITY is taken off by hand, 0.48 N m of every joint's 0.8 N m, NOTHING GIVEN TO COMPARE THAT" in words
+    for reserve in ("0.48", "0.1", "0"):
+        assert call("verify", out, "--design", path, "--gravity-torque", reserve) == 0
+        assert f"at least the {reserve} N m given\n" in capsys.readouterr().out
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.4801") == 1
+    assert "torque: only 0.48 N m are left for gravity, not 0.4801 N m; the cert" in capsys.readouterr().err
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.48", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["gravity_torque_checked"] is True
+    none = json.loads(out.read_text())
+    for forged in (none | {"gravity": none["gravity"] | {"reserve_N_m": 0.0}}, none | {"gravity": None}):
+        (tmp_path / "less.json").write_text(json.dumps(redigested(forged)))
+        assert call("verify", tmp_path / "less.json", "--design", path, "--gravity-torque", "0.48") == 1
+        capsys.readouterr()
     assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.49") == 1
     err = capsys.readouterr().err
     assert err.startswith("design.json: torque is refuted: torque with gravity is 0.805971 N m at (")
@@ -261,9 +292,7 @@ def test_tampered_certificates_exit_1(tmp_path: Path, capsys: pytest.CaptureFixt
     def refused(words: str, fitting: bool = True, **change: Any) -> None:
         data = good | change
         if fitting:
-            rest = {key: value for key, value in data.items() if key != "digest"}
-            text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-            data["digest"] = hashlib.sha256(text.encode()).hexdigest()
+            data = redigested(data)
         out.write_text(json.dumps(data))
         assert call("verify", out, "--design", path, "--json") == 1
         told, err = capsys.readouterr()
@@ -285,6 +314,44 @@ def test_tampered_certificates_exit_1(tmp_path: Path, capsys: pytest.CaptureFixt
     refused("torque: the torque of 0.7 N m is more", gravity=good["gravity"] | {"reserve_N_m": 0.2})
     smaller = {"bottom_height_m": 0.057112, "half_side_m": 0.01, "top_height_m": 0.057112 + 2 * 0.01}
     refused("other dimensions", cube=smaller)
+    refused("statement is not what its numbers prove", statement="All is well, everything up to 100 N.")
+
+
+def redigested(data: dict[str, Any]) -> dict[str, Any]:
+    """What a forger does who knows the format: a digest that fits."""
+    rest = {key: value for key, value in data.items() if key != "digest"}
+    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
+    return rest | {"digest": hashlib.sha256(text.encode()).hexdigest()}
+
+
+def test_a_certificate_with_fields_that_no_design_has_is_unreadable_and_nothing_of_it_reaches_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    file = masses(tmp_path, load_design(path))
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 0
+    capsys.readouterr()
+    good = json.loads(out.read_text())
+    evil = "\x1b[31mred\nline"
+    weighed = good["gravity"]["masses"]
+    for change, where in (
+        ({"boxes": -5}, "boxes"),
+        ({"design": evil}, "design"),
+        ({"design": "fine\n"}, "design"),
+        ({"design_hash": evil}, "design_hash"),
+        ({"gravity": good["gravity"] | {"masses": weighed | {"file_sha256": evil}}}, "gravity.masses.file_sha256"),
+        ({evil: 1}, "'\\x1b[31mred\\nline'"),
+    ):
+        out.write_text(json.dumps(redigested(good | change)))
+        assert call("verify", out) == 2
+        told, err = capsys.readouterr()
+        assert told == ""
+        assert err.startswith(f"c.json: {where}: ")
+        assert "\x1b" not in err
+        assert err.count("\n") == 1
+    out.write_text(json.dumps(good | {"digest": evil}))
+    assert call("verify", out) == 2
+    assert capsys.readouterr().err.startswith("c.json: digest: ")
 
 
 def test_another_design_exits_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -310,6 +377,8 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
     (tmp_path / "dir").mkdir()
     (tmp_path / "text.json").write_text("{")
     (tmp_path / "list.json").write_text("[1]")
+    assert call("certify", "--design", path, "--out", "right.json") == 0
+    capsys.readouterr()
     weak = changed(tmp_path, force_N=1e-9).rename(tmp_path / "weak.json")
     changed(tmp_path)
     cases = (
@@ -330,6 +399,9 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
         (("verify", "list.json"), "list.json: the file: "),
         (("verify", path), "design.json: schema: "),
         (("verify", path, "--mass-properties", "none.json"), "--mass-properties needs --design"),
+        (("verify", path, "--gravity-torque", "0.1"), "--gravity-torque needs --design"),
+        (("verify", path, "--gravity-torque", "0.1", "--mass-properties", "a"), "not allowed with"),
+        (("verify", "right.json", "--design", path, "--gravity-torque", "nan"), "gravity torque = nan: must be >= 0"),
         (("verify", path, "--design", "none.json"), "none.json: cannot be read"),
     )
     for arguments, words in cases:
