@@ -26,8 +26,13 @@ COULOMB = (0.25, 0.6, 1.0)
 """Least, nominal and largest share of that friction that does not depend on the speed: brushes, bearings, cable."""
 VISCOUS = (0.0, 0.4, 0.75)
 """The share that grows with it, likewise; the nominal ones add up to the no-load torque."""
-PRESLIDING = 1e-3
-"""Turn of a joint by which cable, brushes and bearings give way before they slip, rad: half a degree of the motor."""
+PRESLIDING = (1e-3, 3e-4, 1e-4)
+"""Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
+the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a light hand
+depends: the softest goes with the least friction, the stiffest with the largest."""
+BRISTLE_RATIO = (0.0, 0.05, 0.2)
+"""Share of critical damping with which a joint rings on an unslipped bristle, least, nominal, largest: none; wire rope
+and grease (a loss factor of 0.1); what friction models in the literature take at most. From memory."""
 DELAY = (0.0, 0.5, 1.0)
 """From reading to torque in periods: at once, half a period to compute and send, a whole one."""
 CURRENT_LAG = 0.2e-3
@@ -39,15 +44,28 @@ one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s 
 
 @dataclass(frozen=True)
 class Friction:
-    """Of one joint.
+    """Of one joint; each least, nominal, largest.
 
     Attributes:
-        coulomb: Least, nominal, largest, N m.
-        viscous: Least, nominal, largest, N m s/rad.
+        coulomb: N m.
+        viscous: N m s/rad.
+        presliding: rad; the least friction is the softest.
+        bristle_damping: N m s/rad.
     """
 
     coulomb: tuple[float, float, float]
     viscous: tuple[float, float, float]
+    presliding: tuple[float, float, float]
+    bristle_damping: tuple[float, float, float]
+
+    def of(self, par: Plant, place: int) -> Plant:
+        """A plant with the friction at one place of the range: 0 least, 1 nominal, 2 largest."""
+        return par._replace(
+            coulomb=self.coulomb[place],
+            viscous=self.viscous[place],
+            presliding=self.presliding[place],
+            bristle_damping=self.bristle_damping[place],
+        )
 
 
 def joint_friction(machine: Machine) -> Friction:
@@ -64,7 +82,11 @@ def joint_friction(machine: Machine) -> Friction:
     low, middle, high = COULOMB
     thin, usual, thick = VISCOUS
     torque, slope = ratio * idle, ratio**2 * idle / IDLE_SPEED
-    return Friction((low * torque, middle * torque, high * torque), (thin * slope, usual * slope, thick * slope))
+    coulomb = (low * torque, middle * torque, high * torque)
+    inertia = machine.masses.arm_inertia + machine.masses.rotor_inertia
+    parts = zip(BRISTLE_RATIO, coulomb, PRESLIDING, strict=True)
+    least, nominal, largest = (2.0 * ratio * math.sqrt(c / turn * inertia) for ratio, c, turn in parts)
+    return Friction(coulomb, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
 
 
 def encoder_count(machine: Machine) -> float:
@@ -93,16 +115,9 @@ def nominal_plant(machine: Machine) -> Plant:
     Returns:
         The plant.
     """
-    friction = joint_friction(machine)
-    return plant(
-        machine.geometry,
-        machine.masses,
-        machine.design.requirements.gravity_m_s2,
-        coulomb=friction.coulomb[1],
-        viscous=friction.viscous[1],
-        presliding=PRESLIDING,
-        current_lag=CURRENT_LAG,
-    )
+    gravity = machine.design.requirements.gravity_m_s2
+    smooth = plant(machine.geometry, machine.masses, gravity, current_lag=CURRENT_LAG)
+    return joint_friction(machine).of(smooth, 1)
 
 
 def default_controller(

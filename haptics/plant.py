@@ -10,8 +10,9 @@ forearm of constant length asks `s_i . (v - u_i) = 0`, and once more differentia
     c = sum m_uv L_A (e h - x theta_dot^2) + (m_uu L_A^2 + I) h G
 
 and the names of `masses`. Friction of a joint is a bristle in series with a slider (Prandtl, Jenkin): its deflection b
-follows the turn, `db = d theta / presliding`, until it slips at -1 or 1; torque `-coulomb b - viscous theta_dot`. It
-sticks without creeping, slips, and is passive. b depends on the path alone, so a step takes it in closed form and no
+follows the turn, `db = d theta / presliding`, until it slips at -1 or 1; torque `-coulomb b - viscous theta_dot -
+bristle_damping (1 - b^2) theta_dot`: the last is what metal, cable and grease take while they bend. It sticks without
+creeping or ringing on, slips, and is passive. b depends on the path alone, so a step takes it in closed form and no
 stiffness is left to the integrator. Importing this module loads numba.
 
 Source:
@@ -56,6 +57,7 @@ class Plant(NamedTuple):
         coulomb: Friction torque of a joint that slips, N m.
         viscous: N m s/rad.
         presliding: Turn by which the bristle bends before it slips, rad.
+        bristle_damping: Of a bristle that is not bent, N m s/rad; none where it slips.
         current_lag: Time constant of the current loop, s; 0 for none.
     """
 
@@ -75,6 +77,7 @@ class Plant(NamedTuple):
     coulomb: float
     viscous: float
     presliding: float
+    bristle_damping: float
     current_lag: float
 
 
@@ -104,6 +107,7 @@ def plant(
     coulomb: float = 0.0,
     viscous: float = 0.0,
     presliding: float = 1e-3,
+    bristle_damping: float = 0.0,
     current_lag: float = 0.0,
 ) -> Plant:
     """The parameters of a machine.
@@ -115,6 +119,7 @@ def plant(
         coulomb: N m at a joint.
         viscous: N m s/rad at a joint.
         presliding: rad, positive.
+        bristle_damping: N m s/rad.
         current_lag: s.
 
     Returns:
@@ -123,7 +128,8 @@ def plant(
     Raises:
         ValueError: A figure is not finite, one is negative, or `presliding` is not positive.
     """
-    for name, value in (("coulomb", coulomb), ("viscous", viscous), ("current_lag", current_lag)):
+    none_negative = {"coulomb": coulomb, "viscous": viscous, "bristle_damping": bristle_damping}
+    for name, value in (none_negative | {"current_lag": current_lag}).items():
         if not (math.isfinite(value) and value >= 0.0):
             raise ValueError(f"{name} is {value!r}; it must be finite and not negative")
     if not (math.isfinite(presliding) and presliding > 0.0):
@@ -146,6 +152,7 @@ def plant(
         coulomb=float(coulomb),
         viscous=float(viscous),
         presliding=float(presliding),
+        bristle_damping=float(bristle_damping),
         current_lag=float(current_lag),
     )
 
@@ -259,7 +266,8 @@ def derivative(par, hand, anchor, force, command, state, theta, work, out):
         out[6 + i] = 0.0
         torque -= par.viscous * work[3, i]
         if par.coulomb > 0.0:
-            torque -= par.coulomb * bristle(state[6 + i], work[5, i] - theta[i], par.presliding)
+            bent = bristle(state[6 + i], work[5, i] - theta[i], par.presliding)
+            torque -= par.coulomb * bent + par.bristle_damping * (1.0 - bent * bent) * work[3, i]
         fx += torque * work[i, 0]
         fy += torque * work[i, 1]
         fz += torque * work[i, 2]

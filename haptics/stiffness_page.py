@@ -14,6 +14,8 @@ N_PER_MM = 1e-3
 """N/m in N/mm."""
 WIDTH = 110
 NOTE = (
+    "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "
+    "(assumptions.py), a guess on which stiff walls and light hands depend more than on all else",
     "simulation: 0.6 of the design's force leant on the wall; counts, sticking friction, saturation and leaving the "
     "wall are in it. A swing above 3 counts that is not halved within 0.5 s counts as oscillation, so that it may stop "
     "short of the linear limit. Where the encoders' counts lie moves it by some 10 %",
@@ -109,8 +111,8 @@ def stiffness_text(name: str, found: Stiffness) -> str:
         f"{name}: largest stable wall, N/mm; period {found.period * 1e3:g} ms, delay {delays} ms, "
         f"damping {found.damping:g} N s/m asked, {applied:.3g} applied",
         "",
-        f"{'':6}{'paper':>7}{'simulated':>11}{'':>10}{'':>18}{'linear':>9}",
-        f"{'axis':<6}{'':>7}{'protocol':>11}{'bisection':>10}{'range':>18}{'nominal':>9}{'range':>18}",
+        f"{'':6}{'paper':>7}{'simulated':>11}{'':>10}{'':>22}{'linear':>9}",
+        f"{'axis':<6}{'':>7}{'protocol':>11}{'bisection':>10}{'range':>22}{'nominal':>9}{'range':>18}",
     ]
     for wall in found.axes:
         first, middle = wall.nominal.protocol, wall.nominal.bisection
@@ -118,7 +120,7 @@ def stiffness_text(name: str, found: Stiffness) -> str:
         protocol = f"below {START * N_PER_MM:g}" if first is None else f"{more}{first * N_PER_MM:.1f}"
         lines.append(
             f"{wall.axis:<6}{wall.published * N_PER_MM:7.1f}{protocol:>11}{more + format(middle * N_PER_MM, '.2f'):>10}"
-            f"{_span(wall.simulated):>18}{wall.linear_nominal * N_PER_MM:9.2f}{_span(wall.linear):>18}"
+            f"{_span(wall.simulated):>22}{wall.linear_nominal * N_PER_MM:9.2f}{_span(wall.linear):>18}"
         )
     lines += ["", f"nominal: {found.axes[0].corner}. The ranges' ends:"]
     for label, chosen in (("simulated", lambda wall: wall.simulated), ("linear", lambda wall: wall.linear)):

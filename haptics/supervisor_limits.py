@@ -207,7 +207,7 @@ def safety_limits(design: Design, *, period: float = 1e-3, ambient_C: float = RE
         "joint_acceleration": 2.0 * torque / drive.reflected_inertia_kg_m2,
         "theta_low": low - 0.05,
         "theta_high": high + 0.05,
-        "frozen_turn": 0.2,
+        "frozen_turn": 1.2,
         "frozen_torque": 0.25 * torque,
         "frozen_time": 2.0,
         "probe_time": 0.2,

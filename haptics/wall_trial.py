@@ -163,8 +163,7 @@ def with_friction(machine: Machine, level: Level) -> Plant:
     """
     if level not in LEVELS:
         raise ValueError(f"friction is {level!r}; it must be one of {', '.join(LEVELS)}")
-    friction, place = joint_friction(machine), LEVELS.index(level)
-    return nominal_plant(machine)._replace(coulomb=friction.coulomb[place], viscous=friction.viscous[place])
+    return joint_friction(machine).of(nominal_plant(machine), LEVELS.index(level))
 
 
 class _Bench:

@@ -192,8 +192,8 @@ def test_the_simulation_of_best(simulated: Stiffness) -> None:
         assert low.stiffness < wall.nominal.bisection < high.stiffness
         assert (low.corner.hand, high.corner.hand) == ("light", "firm")
         assert (low.corner.delay, high.corner.delay) == (T, 0.0)
-        # a heavy hand drowns the friction of the joints; what counts and the criterion take off is below a third
-        assert wall.nominal.bisection == pytest.approx(wall.linear_nominal, rel=0.33)
+        # what counts and the criterion take off is below a third; friction that sticks can only help
+        assert wall.nominal.bisection > 0.67 * wall.linear_nominal
         assert wall.linear.lowest.stiffness < wall.linear_nominal < wall.linear.highest.stiffness
         assert wall.default_verdict.kind is not Kind.PASSIVE  # K T / 2 alone is 15 times the viscous friction
         assert wall.found_verdict is not None
@@ -201,10 +201,13 @@ def test_the_simulation_of_best(simulated: Stiffness) -> None:
 
 
 def test_later_torques_and_lighter_hands_bear_less(machine: Machine) -> None:
+    """With the least friction, where the simulation comes near the linear model."""
     for hand, delay in (("medium", 2e-3), ("light", 0.5e-3)):
-        stands = simulated_predicate(machine, "x", HANDS[hand], "nominal", delay, substeps=4)
+        stands = simulated_predicate(machine, "x", HANDS[hand], "least", delay, substeps=4)
         assert not stands(7000.0)
-    assert simulated_predicate(machine, "x", HANDS["medium"], "nominal", 0.5e-3, substeps=4)(7000.0)
+    usual = simulated_predicate(machine, "x", HANDS["medium"], "least", 0.5e-3, substeps=4)
+    assert usual(7000.0)
+    assert not usual(14000.0)  # half as much again as the linear limit of 9.5 N/mm
 
 
 def test_what_is_asked_for_reaches_the_loop(machine: Machine) -> None:
