@@ -49,13 +49,14 @@ def pieces_of(b: Body, centre_x_mm: float) -> list[Body]:
     ]
 
 
-def near(b: Body, point_mm: np.ndarray, reach_mm: float) -> Body | None:
+def near(b: Body, point_mm: np.ndarray, reach_mm: float, axes: np.ndarray | None = None) -> Body | None:
     """What of a body can be closer than a reach to a point: all of its surface in the cube around the point.
 
     Args:
         b: The body.
         point_mm: (3,) the point in the link's frame, mm.
-        reach_mm: Half the side of the cube, mm; its faces are square to the part's axes.
+        reach_mm: Half the side of the cube, mm.
+        axes: (3, 3) columns: the cube's directions in the link's frame; without them those of the part.
 
     Returns:
         A body of the same name; the body itself if the cube is larger, None where nothing is within reach.
@@ -67,14 +68,16 @@ def near(b: Body, point_mm: np.ndarray, reach_mm: float) -> Body | None:
     place = b.placement
     middle = place[:3, :3].T @ (point_mm - place[:3, 3])
     triangles = b.mesh.triangles - middle
-    for normal in (*np.eye(3), *-np.eye(3)):
+    normals = np.eye(3) if axes is None else axes.T @ place[:3, :3]
+    for normal in (*normals, *-normals):
         triangles = above(triangles, normal, -reach_mm)
     if not len(triangles):
         return None
     mesh = _soup(triangles + middle, b.mesh.deviation_mm)
     place_of = np.round(point_mm, 6).tolist()
     turn = np.round(place, 6).tolist()
-    return body(b.name, f"{b.key} at {turn} within {reach_mm:.6f} of {place_of}", b.link, mesh, place)
+    faces = np.round(normals, 6).tolist()
+    return body(b.name, f"{b.key} at {turn} within {reach_mm:.6f} of {place_of} square to {faces}", b.link, mesh, place)
 
 
 def cut(mesh: Mesh, normal: np.ndarray, levels: np.ndarray) -> list[Mesh]:

@@ -2,12 +2,12 @@
 
 Every (position, pair) starts with a lower bound from bounding spheres and then from oriented boxes. The lowest bound
 is measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the
-convex hull of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And the
-convex hulls of the two bodies are at least as far apart as their extents along any direction, here the one between the
-closest points. An arm and what is fixed are no closer than their profiles about the shoulder axis (`meridian`). It ends
-when no bound is below the smallest distance found, so the result is the same as that of measuring everything, to
-`TOLERANCE_MM`. Pairs whose relative position depends on one shoulder angle only are measured at `SPREAD` of the
-positions, spread over that angle.
+convex hull of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And
+the convex hulls of the two bodies are at least as far apart as their extents along any direction, here the one
+between the closest points. Of the platform a rod's body only reaches what is near its ball. An arm and what is fixed
+are no closer than their profiles about the shoulder axis (`meridian`). It ends when no bound is below the smallest
+distance found, so the result is the same as that of measuring everything, to `TOLERANCE_MM`. Pairs whose relative
+position depends on one shoulder angle only are measured at `SPREAD` of the positions, spread over that angle.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from itertools import product
 import numpy as np
 
 from delta_cad.checks.bodies import Body, DistanceEngine, boxes_gap
-from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.checks.links import chain_of, fixed_frame, swept_links, turn_about_z
 from delta_cad.checks.meridian import Meridian, meridian_gap
 from delta_cad.checks.pairing import HeldApart
-from delta_cad.placement import CHAINS, LinkPlacement
+from delta_cad.checks.pieces import near
+from delta_cad.placement import CHAINS, MM_PER_M, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
 SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
@@ -159,24 +160,26 @@ class Sampler:
         if not len(poses):
             return None
         low = np.maximum(np.maximum(bound[poses], self._box_bounds(pair, poses)), self._always(pair))
+        local = self._near_the_wrist(pair, best)
+        if local is None:
+            return None
+        one, other = local
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
         corners = pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T
-        hull_a, hull_b = pair.a.hull, pair.b.hull
+        hull_a, hull_b = one.hull, other.hull
         result: Sample | None = None
         while True:
             kept = low < best - TOLERANCE_MM
             poses, low, relative = poses[kept], low[kept], relative[kept]
             if not len(poses):
-                return result
+                return result if one is pair.a and other is pair.b else self._whole(result)
             k = int(np.argmin(low))
-            d, at_a, at_b = self._engine.closest_points(
-                pair.a, pair.b, pair.a.placement, relative[k] @ pair.b.placement
-            )
+            d, at_a, at_b = self._engine.closest_points(one, other, one.placement, relative[k] @ other.placement)
             if result is None or d < result.distance_mm:
                 result = Sample(pair, d, int(poses[k]))
             best = min(best, d)
             if d <= 0.0:
-                return result
+                return result  # of a part of the surface, so the whole touches too
             low = np.maximum(
                 low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1)
             )
@@ -185,6 +188,32 @@ class Sampler:
             reach = np.einsum("ni,hi->nh", np.swapaxes(relative[:, :3, :3], 1, 2) @ normal, hull_b)
             low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())
             low[k] = np.inf
+
+    def _whole(self, sample: Sample | None) -> Sample | None:
+        """A sample measured again between whole bodies: a part stands for the whole only below its bound."""
+        if sample is None:
+            return None
+        a, b = sample.pair.a, sample.pair.b
+        poses = (self.frames[x.link][sample.pose] @ x.placement for x in (a, b))
+        return Sample(sample.pair, self._engine.distance(a, b, *poses), sample.pose)
+
+    def _near_the_wrist(self, pair: HeldApart, best: float) -> tuple[Body, Body] | None:
+        """The bodies of a pair, of the platform only what a body of a rod reaches; None where that is nothing.
+
+        A rod turns about the centre of its ball, so its body stays within its lever of it, and what of the platform is
+        farther than lever + `best` from there is farther than `best` from the body at every position. What is left is
+        nearly convex where the platform is not, and its hull then says much more.
+        """
+        rods = [b for b in (pair.a, pair.b) if b.link.startswith("rod")]
+        if not np.isfinite(best) or len(rods) != 1 or "platform" not in (pair.a.link, pair.b.link):
+            return pair.a, pair.b
+        (rod,), g, links = rods, self._placement.geometry, self.frames
+        wrist = np.array([g.forearm_length * MM_PER_M, 0.0, 0.0])
+        ball = (links[rod.link][0] @ np.append(wrist, 1.0))[:3] - links["platform"][0][:3, 3]  # it never turns
+        reach = rod.lever(wrist) + best + max(pair.a.mesh.deviation_mm, pair.b.mesh.deviation_mm)
+        chain = turn_about_z(2.0 * np.pi / 3.0 * chain_of(rod.link))[:3, :3]
+        found = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
+        return None if found[0] is None or found[1] is None else (found[0], found[1])
 
     def _box_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
         """(k,) lower bounds of the distance from oriented bounding boxes at some positions, mm."""

@@ -164,7 +164,7 @@ def test_what_is_near_a_point_keeps_every_distance_within_reach() -> None:
     engine = DistanceEngine()
     for n in range(60):
         point, reach = b.vertices[RNG.integers(len(mesh.vertices))] + RNG.uniform(-9, 9, 3), RNG.uniform(3, 15)
-        local = near(b, point, reach)
+        local = near(b, point, reach, random_frame(1.0)[:3, :3] if n % 2 else None)
         probe = body("probe", f"probe {n}", "", tessellate(ball(0.5), 0.05, 0.3), at(*point))
         whole = engine.distance(probe, b, probe.placement, frame)
         if local is None:
