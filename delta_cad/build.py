@@ -245,7 +245,8 @@ def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Prog
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     write_bom(bill_of_materials(assembly, unit_mass), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
-    write_mass_properties(machine.masses, folder / "mass_properties.json")
+    from_design = {"input_sha256": design_hash(machine.dimensions.design)}
+    write_mass_properties(machine.masses | from_design, folder / "mass_properties.json")
     d = machine.dimensions
     gravity = d.design.requirements.gravity_m_s2
     write_twin(twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity), folder / "twin.xml")

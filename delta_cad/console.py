@@ -5,6 +5,7 @@ heavy.
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import re
 import signal
@@ -66,6 +67,11 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         return DONE
     except KeyboardInterrupt:
         return refuse("interrupted; nothing was written", INTERRUPTED)
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return refuse(f"the output could not be written: {error.strerror}", NOT_MET)
     except ModuleNotFoundError as error:
         return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
     return code

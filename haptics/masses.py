@@ -14,6 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,8 @@ SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
 ALIKE = 1e-6
 """Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding."""
+MASS_MAX = 1e3
+"""kg; beyond any joystick, so that grams given as kilograms are refused."""
 SLENDER = 1e-2
 """Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do."""
 
@@ -199,18 +202,28 @@ def _body(bodies: object, name: str, file: str) -> tuple[float, np.ndarray, np.n
     body = bodies.get(name) if isinstance(bodies, Mapping) else None
     if not isinstance(body, Mapping):
         raise MassError(f"{file}: bodies.{name}: is missing")
+    parts: list[Any] = [body.get(key) for key in ("mass_kg", "centre_m", "inertia_kg_m2")]
+    if not all(_in_numbers(part) for part in parts):
+        raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers")
     try:
-        mass = float(body["mass_kg"])
-        centre = np.array(body["centre_m"], dtype=float)
-        inertia = np.array(body["inertia_kg_m2"], dtype=float)
-    except (KeyError, TypeError, ValueError):
+        mass, centre, inertia = float(parts[0]), np.array(parts[1], dtype=float), np.array(parts[2], dtype=float)
+    except (TypeError, ValueError, OverflowError):
         raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers") from None
     shaped = centre.shape == (3,) and inertia.shape == (3, 3)
     if not shaped or not (math.isfinite(mass) and np.isfinite(centre).all() and np.isfinite(inertia).all()):
         raise MassError(f"{file}: bodies.{name}: must be finite, with a (3) centre and a (3, 3) inertia")
-    if not mass > 0.0:
-        raise MassError(f"{file}: bodies.{name}.mass_kg is {mass!r}; it must be > 0 kg")
+    if not 0.0 < mass <= MASS_MAX:
+        raise MassError(f"{file}: bodies.{name}.mass_kg is {mass!r}; it must be > 0 and at most {MASS_MAX:g} kg")
+    if not (np.diag(inertia) > 0.0).all():
+        raise MassError(f"{file}: bodies.{name}.inertia_kg_m2: moments of inertia must be > 0 kg m^2")
     return mass, centre, inertia
+
+
+def _in_numbers(value: object) -> bool:
+    """Whether nested lists hold numbers only; true, false and text are none."""
+    if isinstance(value, list):
+        return all(_in_numbers(part) for part in value)
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _require_alike(bodies: list[tuple[float, np.ndarray, np.ndarray]], kind: str, file: str) -> None:

@@ -13,6 +13,8 @@ from delta_cad.console import BAD_INPUT, DONE, NOT_MET, refuse
 NAME = "gravity"
 TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
 MM_PER_M = 1000.0
+LARGEST = 1e6
+"""Of a coordinate in mm or a mass in g: a kilometre, a ton."""
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
@@ -126,7 +128,7 @@ def _masses(text: str) -> tuple[float, ...]:
 
 def _three(text: str) -> tuple[float, ...]:
     numbers = tuple(float(part) for part in text.split(","))
-    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+    if len(numbers) != 3 or not all(math.isfinite(n) and abs(n) <= LARGEST for n in numbers):
         raise ValueError(text)
     return numbers
 
