@@ -20,14 +20,17 @@ from delta_cad.mechanism import inverse_kinematics
 from haptics.assumptions import default_controller
 from haptics.cli import main
 from haptics.controller import Controller, fresh, tick
+from haptics.device import Sample
+from haptics.faults import EXTERNAL, Fault, findings
 from haptics.filters import foaw
 from haptics.firmware.generate import sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.translate import Translation, TranslationError, literal
+from haptics.host import Host
 from haptics.machine import Machine
 from haptics.masses import Masses
 from haptics.rows import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
-from haptics.supervisor_memory import ENABLE, REQUEST, RESET
+from haptics.supervisor_memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
@@ -45,11 +48,22 @@ def machine(best: Design) -> Machine:
     return Machine(best, MASSES, drive_torque(best))
 
 
-def compiled(controller: Controller, folder: Path) -> Any:
+def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
     """The C controller as a library; warnings are errors."""
     write_firmware(sources(controller, "under-test"), folder)
     library, code = folder.with_suffix(".so"), folder / "delta_controller.c"
-    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-fPIC", "-shared"]
+    flags = [
+        "-std=c99",
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-ffp-contract=off",
+        "-fPIC",
+        "-shared",
+        *macros,
+    ]
     compiler = shutil.which("cc")
     assert compiler is not None, "a C compiler is needed"
     subprocess.run([compiler, *flags, str(code), "-o", str(library), "-lm"], check=True)
@@ -57,6 +71,8 @@ def compiled(controller: Controller, folder: Path) -> Any:
     double = ctypes.POINTER(ctypes.c_double)
     loaded.delta_tick.restype = ctypes.c_longlong
     loaded.delta_tick.argtypes = [double, double, ctypes.c_long, ctypes.c_double, double, double]
+    loaded.delta_signal.argtypes = [double, ctypes.c_longlong]
+    loaded.delta_heard.argtypes = [double, ctypes.c_double]
     return loaded
 
 
@@ -111,6 +127,132 @@ def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Pat
     assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor, equal_nan=True)
     assert seen.bit_count() >= 5  # the run met faults
     assert rendered > 500  # and rendered force
+
+
+class Twins:
+    """The host in Python and the C controller, told the same; the handle trembles at its home, and ticks must agree."""
+
+    def __init__(self, machine: Machine, folder: Path, stale: float = math.inf, *macros: str) -> None:
+        controller = default_controller(machine, stale=stale)
+        given = default_controller(machine, stale=math.inf) if macros else controller
+        self.library = compiled(given, folder / "controller", *macros)
+        self.host, self.now = Host(controller, LAWS), 0.0
+        memory = self.host.memory
+        self.memory = np.zeros(memory.filters.size + memory.supervisor.size + memory.work.size)
+        self.supervisor = self.memory[memory.filters.size :][: memory.supervisor.size]
+        self.library.delta_start(pointer(self.memory))
+        self.theta = inverse_kinematics(machine.geometry, HOME)
+
+    def press(self, button: str) -> None:
+        """enable, disable or reset on both."""
+        getattr(self.host, button)()
+        getattr(self.library, f"delta_{button}")(pointer(self.memory))
+
+    def signal(self, bits: int) -> None:
+        """To C; the host has it from the sample."""
+        self.flags = bits
+        self.library.delta_signal(pointer(self.memory), bits)
+
+    flags = 0
+
+    def tick(self, ticks: int = 1) -> np.ndarray:
+        """Some ticks; the last torques."""
+        out = np.full(3, np.nan)
+        for _ in range(ticks):
+            self.now += 1e-3
+            theta = self.theta + 4e-4 * math.sin(60.0 * self.now)
+            ours = self.host(Sample(theta, self.now, self.flags))
+            bits = self.library.delta_tick(
+                pointer(self.memory), pointer(LAWS), len(LAWS), self.now, pointer(theta), pointer(out)
+            )
+            assert bits == self.host.bits
+            assert np.array_equal(out, ours)
+            assert np.array_equal(self.supervisor, self.host.memory.supervisor)
+        return out
+
+    @property
+    def latched(self) -> int:
+        """In C."""
+        return int(self.supervisor[LATCHED])
+
+
+@pytest.mark.parametrize("fault", findings(EXTERNAL))
+def test_what_comes_from_outside_latches_in_c_as_in_python(machine: Machine, tmp_path: Path, fault: Fault) -> None:
+    twins = Twins(machine, tmp_path)
+    twins.signal(fault.bit)  # while nothing is enabled, only the emergency stop latches
+    twins.tick()
+    assert twins.latched == (fault.bit if fault is Fault.EMERGENCY_STOP else 0)
+    twins.signal(0)
+    twins.press("reset")
+    twins.tick()
+    twins.press("enable")
+    torque = twins.tick(700)
+    assert np.abs(torque).max() > 0.02
+    twins.signal(fault.bit)
+    assert np.abs(twins.tick()).max() > 0.0  # along the slew
+    assert twins.latched == fault.bit == 1 << int(fault)
+    twins.signal(0)
+    assert not np.any(twins.tick(60))
+    assert twins.latched == fault.bit  # released, and yet latched
+    twins.press("reset")
+    twins.tick()
+    assert twins.latched == 0
+    twins.press("enable")
+    assert np.abs(twins.tick(700)).max() > 0.02
+
+
+def test_other_bits_cannot_be_signalled_in_c(machine: Machine, tmp_path: Path) -> None:
+    twins = Twins(machine, tmp_path)
+    twins.signal(-1)
+    assert int(twins.supervisor[SIGNALS]) == EXTERNAL
+    twins.signal(~EXTERNAL)
+    assert twins.supervisor[SIGNALS] == 0.0
+
+
+@pytest.mark.parametrize("macros", [(), ("-DDELTA_STALE_S=0.1",)], ids=["from the design", "by the macro"])
+def test_a_host_that_falls_silent_is_noticed_in_c(machine: Machine, tmp_path: Path, macros: tuple[str, ...]) -> None:
+    twins = Twins(machine, tmp_path, 0.1, *macros)
+    stale = Fault.COMMAND_STALE.bit
+    twins.press("enable")
+    twins.tick(100)
+    assert not twins.host.bits & stale
+    twins.tick(2)
+    assert twins.host.bits & stale
+    twins.host.heard()
+    twins.library.delta_heard(pointer(twins.memory), twins.now + 7.0)  # from the future: as the last tick
+    twins.tick(99)
+    assert not twins.host.bits & stale
+    for wrong in (math.nan, math.inf):
+        twins.library.delta_heard(pointer(twins.memory), wrong)
+    twins.tick(3)
+    assert twins.host.bits & stale
+    twins.library.delta_heard(pointer(twins.memory), twins.now - 0.05)
+    assert twins.supervisor[HEARD] == twins.now - 0.05
+
+
+def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(machine: Machine, tmp_path: Path) -> None:
+    twins = Twins(machine, tmp_path)
+    twins.press("enable")
+    twins.tick(700)
+    assert not twins.host.bits & Fault.COMMAND_STALE.bit
+    guide = (tmp_path / "controller" / "README.md").read_text()
+    assert "that age is INFINITY, which switches code 17 off" in guide
+    limited = sources(default_controller(machine, stale=0.25), "limited")
+    assert "that age is 0.25, which code 17 waits for" in limited["README.md"]
+    assert "#define DELTA_STALE_S 0.25" in limited["delta_controller.c"]
+
+
+def test_header_and_guide_have_what_can_be_raised(machine: Machine) -> None:
+    files = sources(default_controller(machine), "a")
+    rows = [
+        line.split(" | ") for line in files["README.md"].splitlines() if line.startswith("| ") and line[2].isdigit()
+    ]
+    by = {int(row[0].strip("| ")): row[2] for row in rows}
+    assert set(by) == {int(fault) for fault in Fault} - {Fault.ORDER}  # a tick keeps its own order
+    assert {code for code, text in by.items() if "delta_signal" in text} == {int(f) for f in findings(EXTERNAL)}
+    assert by[int(Fault.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
+    for fault in findings(EXTERNAL):
+        assert f"#define DELTA_{fault.name} (1LL << {int(fault)})" in files["delta_controller.h"]
 
 
 def test_what_is_written_does_not_depend_on_the_day(machine: Machine) -> None:
