@@ -18,7 +18,8 @@ import numpy as np
 from optimizer import sqp
 from optimizer.evaluator import VARIABLES
 from optimizer.extremes import design_worst
-from optimizer.infeasible import InfeasibleError, explain
+from optimizer.front_limits import BEYOND, RANGE_MIN, at_side, beyond, no_cube
+from optimizer.infeasible import explain
 from optimizer.problem import MM_PER_M, SIDE, Problem, outline_size, step_problem
 from optimizer.requirements import Requirements
 from optimizer.result import Result
@@ -31,12 +32,8 @@ COLD = 3
 POINTS_MIN = 4
 SMALLEST_SHARE = 0.25
 """Where the requirements bound no half side from below: a smaller part of the largest cube is no workspace."""
-RANGE_MIN = 1e-3
-"""Of the largest half side: less is no range of sizes but one size."""
 PIECE_MIN = 1e-4
 """Of the range: a shorter piece is not halved, whatever kappa does in it."""
-BEYOND = 0.01
-"""Larger by this part than the largest half side: where it is asked which constraints contradict each other."""
 LARGER_ROUNDS = 5
 """Times that a larger cube found beyond the largest is followed; once has not been seen yet."""
 BETTER = 1e-9
@@ -194,7 +191,7 @@ class Tracer:
         starts = sqp.start_points(problem, self.seed)
         best = sqp.search(problem, starts).best
         if best is None:
-            error = explain(self.given, problem, None, self.seed)
+            error = explain(self.given, problem, None, self.seed) or no_cube(self.given, self.seed)
             raise error or FrontError("no design found from the starts of this seed; give another --seed")
         for _ in range(LARGER_ROUNDS):
             design = _mm(problem, np.array(best.x))
@@ -315,37 +312,6 @@ class Tracer:
             if self.store is not None:
                 self.store.finish(key, kept)
         return tuple(kept["words"])
-
-
-def at_side(given: Requirements, side: float) -> Problem:
-    """Step 3 at a half side in mm, whatever `bounds_mm.half_side` says."""
-    asked = given.step_3.model_copy(update={"half_side_mm": side})
-    return step_problem(given.model_copy(update={"step_3": asked}), 3)
-
-
-def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
-    """The smallest set of constraints that cannot be met together 1 % beyond the largest half side.
-
-    Args:
-        given: The requirements.
-        largest: Largest half side, mm.
-        seed: Of the feasibility searches.
-
-    Returns:
-        The constraints in words; none where the searches found a larger cube feasible.
-    """
-    problem, bound = at_side(given, largest * (1.0 + BEYOND)), given.bounds_mm.half_side[1]
-    if problem.upper[SIDE] > bound:
-        return (f"half side <= {bound:g} mm (bounds_mm.half_side)",)
-    return conflict_words(problem, explain(problem.requirements, problem, None, seed))
-
-
-def conflict_words(problem: Problem, error: InfeasibleError | None) -> tuple[str, ...]:
-    """The members of a contradiction in words, the half side by its number."""
-    if error is None:
-        return ()
-    side = f"half side {problem.lower[SIDE]:.4g} mm"
-    return tuple(side if name == "half_side" else problem.describe(name) for name in error.conflict)
 
 
 def active_constraints(result: Result) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from typing import Any
 from optimizer.convergence import Trace
 from optimizer.evaluator import VARIABLES
 from optimizer.front import Curve, Point
+from optimizer.front_limits import BEYOND
 from optimizer.published import Published
 from optimizer.requirements import requirements_hash
 from optimizer.trade import Trade
@@ -210,8 +211,13 @@ def _curve(curve: Curve) -> dict[str, Any]:
 def _beyond(curve: Curve) -> str:
     if not curve.beyond:
         return "What limits the cube was not found: no set of constraints was shown to contradict a cube 1 % larger."
-    shown = "no search met" if curve.largest_bound is None else "it is proved that nothing meets"
-    return f"Beyond the largest cube {shown} these together: {'; '.join(curve.beyond)}."
+    proved = curve.largest_bound is not None and curve.largest_bound < (1.0 + BEYOND) * curve.largest
+    return (
+        f"At the largest cube bind: {', '.join(curve.points[-1].active) or 'nothing'}. For a cube {100.0 * BEYOND:g} % "
+        f"larger these are already too much together{' by search' if len(curve.beyond) > 1 else ''}: "
+        f"{'; '.join(curve.beyond)}. What binds and is not among them gives less than that, even if it is left out"
+        + ("; that no design within all requirements has such a cube is proved." if proved else ".")
+    )
 
 
 def _binding(curve: Curve, name: str) -> str:

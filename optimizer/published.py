@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from optimizer.evaluator import VARIABLES
-from optimizer.front import at_side
+from optimizer.front_limits import at_side
 from optimizer.paper import cases
 from optimizer.problem import SIDE
 from optimizer.program import ROUNDING

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from optimizer.front import POINTS_MIN, Curve, Point, Report, Tracer, conflict_words
+from optimizer.front import POINTS_MIN, Curve, Point, Report, Tracer
+from optimizer.front_limits import conflict_words
 from optimizer.infeasible import InfeasibleError
 from optimizer.problem import outline_size, step_problem
 from optimizer.requirements import Requirements

@@ -115,7 +115,7 @@ class _Run:
     def run(self) -> int:
         """Everything, in order; returns the exit code."""
         from optimizer.convergence import traces
-        from optimizer.front import at_side
+        from optimizer.front_limits import at_side
         from optimizer.front_page import record
         from optimizer.front_proof import proved
         from optimizer.published import published_designs

@@ -77,8 +77,9 @@ def front(curve: Curve, published: Sequence[Published], chosen: Point | None, ti
     _binding(binding, curve.points)
     quality.set(ylabel="worst condition number in the cube")
     torque.set(ylabel=f"worst joint torque\nfor {task.force_N:g} N (N m)", xlabel="side of the cube, 2 L (mm)")
-    free = "upper left" if quality.get_yscale() == "log" else "lower right"  # a steep front leaves the other corner
-    quality.legend(handles=_legend(curve, published, chosen), loc=free)
+    # above the axes: a front may pass through any corner of them
+    handles = _legend(curve, published, chosen)
+    quality.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.01), ncols=3)
     return figure
 
 

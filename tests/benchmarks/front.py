@@ -80,7 +80,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 def _cold(given: Requirements, curve: Curve, say: Callable[[str], None]) -> float:
     """By how much cold starts are better than the front at most, %; negative where they never are."""
     from optimizer import sqp
-    from optimizer.front import at_side
+    from optimizer.front_limits import at_side
 
     say("cold starts at five points")
     best = -100.0

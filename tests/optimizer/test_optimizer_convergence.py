@@ -12,7 +12,7 @@ from front_tasks import joystick
 from optimizer import convergence, genetic, sqp
 from optimizer.checkpoint import Checkpoint
 from optimizer.convergence import Trace, band, traces
-from optimizer.front import at_side
+from optimizer.front_limits import at_side
 from optimizer.problem import Problem
 
 

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from front_tasks import check, joystick
 
-from optimizer import front, sqp
+from optimizer import front, front_limits, sqp
 from optimizer.checkpoint import Checkpoint
-from optimizer.front import Curve, FrontError, Tracer, at_side
-from optimizer.infeasible import InfeasibleError
+from optimizer.front import Curve, FrontError, Tracer
+from optimizer.front_limits import at_side
+from optimizer.infeasible import InfeasibleError, explain
 from optimizer.problem import step_problem
 from optimizer.result import Result
 from optimizer.trade import with_torque
@@ -198,6 +199,20 @@ def test_one_size_is_no_range() -> None:
 def test_contradiction_is_raised() -> None:
     with pytest.raises(InfeasibleError, match="half_side >= 60 mm"):
         Tracer(joystick(half_side=(60.0, 100.0)), 5).curve()
+
+
+def test_kappa_of_1_holds_in_no_cube() -> None:
+    """In a point it does, so that step 2 alone shows no contradiction."""
+    given = joystick(kappa_max=1.0)
+    assert explain(given, step_problem(given, 2), None, 0) is None
+    with pytest.raises(InfeasibleError, match=r"step 2: limits.kappa_max = 1.0 .*half side 0.1 mm cannot be met") as e:
+        Tracer(given, 5).curve()
+    assert set(e.value.conflict) == {"conditioning", "half_side"}
+    assert front_limits.conflict_words(step_problem(given, 2), e.value) == (
+        "limits.kappa_max = 1.0",
+        "half side 0.1 mm",
+    )
+    assert front_limits.no_cube(joystick(), 0) is None
 
 
 def test_search_that_finds_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

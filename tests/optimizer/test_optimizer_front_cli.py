@@ -179,6 +179,15 @@ def test_contradiction_exits_1_and_names_it(tmp_path: Path, capsys: pytest.Captu
     assert [path.name for path in tmp_path.iterdir()] == ["task.toml"]
 
 
+def test_a_kappa_that_no_cube_has_exits_1_and_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = requirements(tmp_path, kappa_max="1")
+    assert call(path, *SMALL, "--out", tmp_path) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("task.toml: step 2: limits.kappa_max = 1.0 and half side 0.1 mm cannot be met together")
+    assert [path.name for path in tmp_path.iterdir()] == ["task.toml"]
+
+
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
     """What one line a bad call is refused with."""
     assert call(*arguments) == 2

@@ -13,7 +13,8 @@ from front_tasks import joystick
 from optimizer import front_proof
 from optimizer.checkpoint import Checkpoint
 from optimizer.convergence import Trace
-from optimizer.front import Curve, Point, at_side
+from optimizer.front import Curve, Point
+from optimizer.front_limits import at_side
 from optimizer.front_page import COLUMNS, page, record, telling, write_csv, write_facts
 from optimizer.front_proof import proved
 from optimizer.published import published_designs
@@ -88,7 +89,10 @@ def test_telling_points_are_the_ends_the_wanted_cube_the_knee_and_new_limits(tra
 def test_page_tells_points_fronts_published_designs_and_pictures(trade: Trade) -> None:
     text = page(trade, published_designs(trade.main.given), [("front.png", "the front")])
     assert text.startswith("# dashboard-joystick: cube, conditioning, torque, outline\n")
-    assert "Beyond the largest cube no search met these together: this; that." in text
+    assert (
+        "At the largest cube bind: outline, lean. For a cube 1 % larger these are already too much together by search: "
+        "this; that. What binds and is not among them gives less than that, even if it is left out.\n"
+    ) in text
     assert "the limit binds nowhere" in text
     assert "| outline 0.9 | R + L_A <= 100 mm | none | impossible: a and b |" in text
     assert "| 7, 1 | GA | 75.4 |" in text
@@ -122,7 +126,9 @@ def test_bounds_are_proved_kept_and_told(trade: Trade, tmp_path: Path) -> None:
     text = page(dataclasses.replace(trade, main=found), [], [])
     assert "For 3 of the 3 points it is proved" in text
     assert "No cube has a side above 84.8" in text
-    assert "it is proved that nothing meets these together" in text
+    assert "is proved." not in text  # the bound is 6 % beyond the largest here
+    near = page(dataclasses.replace(trade, main=dataclasses.replace(found, largest_bound=40.39)), [], [])
+    assert "even if it is left out; that no design within all requirements has such a cube is proved.\n" in near
     store = Checkpoint(tmp_path / "kept", {}, resume=True)
     again = proved(trade.main, stop=lambda: False, store=store)
     store.close()

@@ -18,7 +18,8 @@ from matplotlib.figure import Figure
 from delta_cad.mechanism import Cube, DeltaGeometry
 from optimizer.convergence import Trace
 from optimizer.evaluator import VARIABLES
-from optimizer.front import Curve, Point, at_side
+from optimizer.front import Curve, Point
+from optimizer.front_limits import at_side
 from optimizer.maps import slices
 from optimizer.pictures import convergence, front, maps, trade, workspace
 from optimizer.pictures.style import pretty, save
@@ -136,6 +137,19 @@ def test_front_draws_points_published_designs_and_what_is_impossible() -> None:
     assert "everywhere: lean, outline" in said
     assert "limits.kappa_max = 2.27" in said
     assert "0.69 N m are left beside gravity's share: far above the picture" in said
+
+
+def test_legend_of_the_front_covers_nothing_of_it() -> None:
+    main = curve(bounds=True)
+    figure = front.front(main, published_designs(main.given), main.points[-1], "a task")
+    figure.draw_without_rendering()
+    for ax in figure.axes[:2]:
+        legend = ax.get_legend()
+        assert legend is not None
+        box = legend.get_window_extent()
+        assert not any(box.overlaps(other.get_window_extent()) for other in figure.axes)
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+        assert box.y1 <= figure.bbox.y1
 
 
 def test_front_without_limits_proofs_or_published_designs_has_no_word_of_them() -> None:

@@ -10,7 +10,8 @@ import pytest
 from front_tasks import check, joystick
 
 from optimizer import sqp
-from optimizer.front import Curve, at_side
+from optimizer.front import Curve
+from optimizer.front_limits import at_side
 from optimizer.problem import outline_margin
 from optimizer.trade import Trade, Trader, largest_reach, scaled_outline, torque_levels, with_torque
 
