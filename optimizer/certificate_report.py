@@ -120,6 +120,8 @@ def report_rows(c: Certificate, extremes: CubeExtremes | None, found: tuple[Boun
             verdict == "refuted" and proved is not None and allowed is not None
         ):  # of the shoulder's two, the one in order
             verdict = "proved" if (proved <= allowed if upper else proved >= allowed) else verdict
+        if verdict == "proved" and proved is not None and allowed is not None:  # the limit itself is a proved bound
+            proved = min(proved, allowed) if upper else max(proved, allowed)
         rows.append(
             Row(
                 condition,

@@ -11,6 +11,9 @@ from delta_cad.mechanism.errors import GeometryError
 CONDITIONS = ("reach", "singularity", "torque", "kappa", "shoulder", "lean")
 """Names of the conditions, in the order in which they are tested and reported."""
 
+FORCE_OR_TORQUE = (1e-6, 1e6)
+"""N or N m: keeps every product of the proof far from underflow and overflow."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -42,9 +45,9 @@ class Limits:
         if (self.force is None) != (self.torque_max is None):
             raise GeometryError("force and torque_max belong together; one of them is missing")
         if self.force is not None and self.torque_max is not None:
-            # 1e-6 and 1e6 keep every product of the proof far from underflow and overflow
-            _require("force", self.force, 1e-6 <= self.force <= 1e6, "within 1e-6 and 1e6 N")
-            _require("torque_max", self.torque_max, 1e-6 <= self.torque_max <= 1e6, "within 1e-6 and 1e6 N m")
+            low, high = FORCE_OR_TORQUE
+            _require("force", self.force, low <= self.force <= high, "within 1e-6 and 1e6 N")
+            _require("torque_max", self.torque_max, low <= self.torque_max <= high, "within 1e-6 and 1e6 N m")
         if self.kappa_max is not None:
             _require("kappa_max", self.kappa_max, 1.0 <= self.kappa_max <= 1e6, "within 1 and 1e6")
         if self.shoulder is not None:

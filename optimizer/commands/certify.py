@@ -18,6 +18,10 @@ NAME = "certify"
 TEXT = "proof over every point of the cube that a design keeps its limits; writes a certificate that `verify` replays"
 
 
+class _UnprovableError(ValueError):
+    """A requirement beyond what the prover's arithmetic takes; the message names its field."""
+
+
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file")
@@ -49,11 +53,25 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design)
+        _require_provable(given.design.name, design)
         return _certify(given, design, share_of(design, given.mass_properties, given.gravity_torque))
-    except (DesignError, GravityError) as error:
+    except (DesignError, GravityError, _UnprovableError) as error:
         return refuse(str(error), BAD_INPUT)
     except GeometryError as error:
         return refuse(f"{given.design.name}: {error}", BAD_INPUT)
+
+
+def _require_provable(file: str, design: Design) -> None:
+    """Names the field that the prover would refuse as a limit without one."""
+    from delta_cad.mechanism.limits import FORCE_OR_TORQUE
+
+    low, high = FORCE_OR_TORQUE
+    for field, unit in (("force_N", "N"), ("joint_torque_N_m", "N m")):
+        value = getattr(design.requirements, field)
+        if not low <= value <= high:
+            raise _UnprovableError(
+                f"{file}: requirements.{field} = {value:g}: must be within {low:g} and {high:g} {unit} to be proved"
+            )
 
 
 def share_of(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:

@@ -21,7 +21,7 @@ from delta_cad import console
 from delta_cad.design import Design, design_hash, design_to_dict, load_design
 from delta_cad.mechanism import Extreme, conditioning, cube_extremes, reach_excess, rod_lean, worst_joint_torque
 from optimizer import cli
-from optimizer.certificate import cube_of
+from optimizer.certificate import cube_of, limits_of
 from optimizer.certificate_bounds import bounds
 from optimizer.certificate_gravity import KNOWN
 from optimizer.certificate_report import rounded
@@ -149,7 +149,8 @@ def test_weight_of_a_build_is_taken_off_and_checked(tmp_path: Path, capsys: pyte
     lighter["gravity"]["masses"] = None
     (tmp_path / "by_hand.json").write_text(json.dumps(redigested(lighter)))
     assert call("verify", tmp_path / "by_hand.json", "--design", path) == 0
-    assert "taken off by hand" in (told := capsys.readouterr().out)
+    told = capsys.readouterr().out
+    assert "taken off by hand" in told
     assert "NOTHING GIVEN TO COMPARE THAT WITH" in told
     assert call("verify", tmp_path / "by_hand.json", "--design", path, "--mass-properties", file) == 1
     assert "gravity's share does not come from" in capsys.readouterr().err
@@ -181,6 +182,40 @@ def test_gravity_by_hand_decides_the_verdict(tmp_path: Path, capsys: pytest.Capt
     err = capsys.readouterr().err
     assert err.startswith("design.json: torque is refuted: torque with gravity is 0.805971 N m at (")
     assert "0.00597 N m above the limit of 0.8 N m" in err
+
+
+def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The bounds beside a proof keep some distance from the extreme: 1e-5, or a thousandth of a degree."""
+    loose, out = changed(tmp_path), tmp_path / "c.json"
+    assert call("certify", "--design", loose, "--out", out, "--json") == 0
+    free = {row["figure"]: row["attained"] for row in json.loads(capsys.readouterr().out)["conditions"]}
+    near = {
+        "kappa_max": free["kappa"] * (1.0 + 3e-6),
+        "lean_max_deg": free["lean"] + 3e-4,
+        "shoulder_min_deg": free["shoulder, smallest"] - 3e-4,
+        "shoulder_max_deg": free["shoulder, largest"] + 3e-4,
+    }
+    path = changed(tmp_path, **near)
+    assert call("certify", "--design", path, "--out", out, "--json") == 0
+    rows = {row["figure"]: row for row in json.loads(capsys.readouterr().out)["conditions"]}
+    for figure in ("kappa", "lean", "shoulder, smallest", "shoulder, largest"):
+        assert rows[figure]["verdict"] == "proved"
+        assert rows[figure]["proved"] == rows[figure]["limit"], figure
+    assert call("verify", out, "--design", path) == 0
+
+
+@pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])
+def test_a_limit_in_degrees_is_told_as_it_was_given(degrees: float) -> None:
+    """It is rounded to its strict side in radians by two doubles at least: never to more than was given."""
+    design = load_design(BEST)
+    asked = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
+    limits = limits_of(design.model_copy(update={"requirements": asked}))
+    assert limits.lean_max is not None
+    assert limits.shoulder is not None
+    assert rounded(np.degrees(limits.lean_max), True) == f"{degrees:g}"
+    assert rounded(limits.shoulder[0] * 180.0 / np.pi, False) == f"{-degrees:g}"
 
 
 def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -380,12 +415,14 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
     assert call("certify", "--design", path, "--out", "right.json") == 0
     capsys.readouterr()
     weak = changed(tmp_path, force_N=1e-9).rename(tmp_path / "weak.json")
+    faint = changed(tmp_path, joint_torque_N_m=1e-9).rename(tmp_path / "faint.json")
     changed(tmp_path)
     cases = (
         (("certify",), "required: --design"),
         (("certify", "--design", "none.json"), "none.json: cannot be read"),
         (("certify", "--design", "text.json"), "text.json: is not JSON"),
-        (("certify", "--design", weak), "weak.json: force is 1e-09; it must be within 1e-6 and 1e6 N"),
+        (("certify", "--design", weak), "weak.json: requirements.force_N = 1e-09: must be within 1e-06 and 1e+06 N"),
+        (("certify", "--design", faint), "faint.json: requirements.joint_torque_N_m = 1e-09: must be within 1e-06"),
         (("certify", "--design", path, "--gravity-torque", "0.8"), "gravity torque = 0.8: must be >= 0 and <"),
         (("certify", "--design", path, "--gravity-torque", "x"), "invalid float"),
         (("certify", "--design", path, "--mass-properties", "none.json"), "none.json: cannot be read"),
