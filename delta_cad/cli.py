@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 CHECK_FAILED, NOT_BUILT = 1, 3
 Answer = tuple[int, Callable[[], None]]  # exit code, and what prints the result
 EXIT_CODES = """exit codes: 0 done and all checks hold; 1 done, but a check fails; 2 the input or the usage is wrong;
-3 the geometry could not be built"""
+3 the geometry could not be built; 130 interrupted by Ctrl-C"""
 
 
 def parser() -> argparse.ArgumentParser:

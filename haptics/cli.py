@@ -8,7 +8,9 @@ from delta_cad.console import Parser, command_parser, run_command
 from haptics.commands import board, feel, firmware, gravity, simulate, stiffness
 
 COMMANDS = (simulate, stiffness, feel, gravity, firmware, board)
-EXIT_CODES = "exit codes: 0 done; 1 done, but a promise fails; 2 the input or the usage is wrong"
+EXIT_CODES = (
+    "exit codes: 0 done; 1 done, but a promise fails; 2 the input or the usage is wrong; 130 interrupted by Ctrl-C"
+)
 
 
 def parser() -> Parser:

@@ -8,7 +8,10 @@ from delta_cad.console import Parser, command_parser, run_command
 from optimizer.commands import atlas, certify, front, reproduce, synthesize, verify
 
 COMMANDS = (synthesize, reproduce, certify, verify, front, atlas)
-EXIT_CODES = "exit codes: 0 done; 1 the requirements cannot be met, or were not; 2 the input or the usage is wrong"
+EXIT_CODES = (
+    "exit codes: 0 done; 1 the requirements cannot be met, or were not; 2 the input or the usage is wrong; "
+    "130 interrupted by Ctrl-C"
+)
 
 
 def parser() -> Parser:
