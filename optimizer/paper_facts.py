@@ -69,7 +69,8 @@ def _row(r: Recomputed) -> Facts:
         "with_H_exchanged": _judged(r.exchanged),
         "follows": r.follows,
         "difference": r.difference,
-        "agrees": r.agrees,
+        "within_agreement": r.within,
+        "within_beside_half_last_digit": r.agrees,
         "gap": r.gap,
         "found": {
             f.method: {

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from optimizer.evaluator import VARIABLES
 from optimizer.paper_facts import Facts, free_bounds
-from optimizer.paper_words import percent
+from optimizer.paper_runs import AGREEMENT
+from optimizer.paper_words import percent, signed
 
 TITLES = {
     "4": "Tables 3 and 4: step 1 by GA",
@@ -21,6 +22,7 @@ AIMS = {
     2: "Largest half side L (mm) within the reach and the joint torque.",
     3: "Smallest worst condition number over the cube.",
 }
+VERDICTS = ("off by", f"within {percent(AGREEMENT, 1)}", "with half the last digit")
 NONE = "-"
 
 
@@ -42,8 +44,9 @@ def page(told: Facts) -> str:
         "How to read it: *printed* is the paper's number; *follows* is what the printed lengths give by the paper's "
         "own equations; *ours* are GA, SQP and GA+SQP under the same bounds (SQP from the paper's start where there is "
         "one); *proven* is a bound that no design within those bounds can beat; *gap* is how far the printed result is "
-        "from that bound, negative where it is beyond it. A row agrees where *printed* and *follows* differ by at most "
-        f"{percent(told['agreement'], 1)}, beside half of the last printed digit.",
+        "from that bound, negative where it is beyond it; *off by* is *printed* against *follows*, and two verdicts "
+        f"are given of it: whether it is within {percent(told['agreement'], 1)}, and whether it is with half of the "
+        "last printed digit added to that.",
         "## Table 2: parameters of the genetic algorithm",
         _parameters(told["table_2"]),
     ]
@@ -90,7 +93,7 @@ def _sides(rows: list[Facts], step: int) -> str:
         "printed L",
         "keeps its constraints",
         "follows: its lengths allow L",
-        "agrees",
+        *VERDICTS,
     ]
     head += ["our GA", "our SQP", "our GA+SQP", "proven L at most", "gap"]
     if step == 2:
@@ -105,7 +108,7 @@ def _sides(rows: list[Facts], step: int) -> str:
             NONE if row["printed_objective"] is None else f"{row['printed_objective']:g}",
             _faults(ours),
             _number(row["follows"], 3),
-            _agrees(row),
+            *_verdicts(row),
             *(_number(row["found"][name]["objective"], 3) for name in ("ga", "sqp", "ga+sqp")),
             _number(row["proven"]["bound"], 4),
             _share(row["gap"]),
@@ -122,7 +125,7 @@ def _sides(rows: list[Facts], step: int) -> str:
 
 def _kappa(rows: list[Facts]) -> str:
     head = ["row", "method", "bounds", "L_B, r, H", "printed kappa", "follows: kappa", "Frobenius", "torque, N m"]
-    head += ["keeps its constraints", "agrees", "our GA", "our SQP", "our GA+SQP", "proven kappa at least", "gap"]
+    head += ["keeps its constraints", *VERDICTS, "our GA", "our SQP", "our GA+SQP", "proven kappa at least", "gap"]
     lines = []
     for row in rows:
         ours = row["by_our_equations"] or {}
@@ -137,7 +140,7 @@ def _kappa(rows: list[Facts]) -> str:
                 _number(ours.get("max_kappa_frobenius"), 3),
                 _number(ours.get("max_torque_N_m"), 3),
                 _faults(row["by_our_equations"]),
-                _agrees(row),
+                *_verdicts(row),
                 *(_number(row["found"][name]["objective"], 4) for name in ("ga", "sqp", "ga+sqp")),
                 _number(row["proven"]["bound"], 5),
                 _share(row["gap"]),
@@ -153,11 +156,12 @@ def _faults(judged: Facts | None) -> str:
     return ", ".join(words) or "yes"
 
 
-def _agrees(row: Facts) -> str:
-    if row["agrees"] is None:
-        return NONE
-    sign = "+" if row["difference"] > 0.0 else ""
-    return f"{'yes' if row['agrees'] else 'no'}, {sign}{percent(row['difference'])}"
+def _verdicts(row: Facts) -> tuple[str, ...]:
+    """Under `VERDICTS`: the deviation, and whether it is within the agreement bare, and beside the print's rounding."""
+    if row["difference"] is None:
+        return (NONE,) * len(VERDICTS)
+    both = (row["within_agreement"], row["within_beside_half_last_digit"])
+    return (signed(row["difference"]), *("yes" if good else "no" for good in both))
 
 
 def _remarks(rows: list[Facts]) -> list[str]:

@@ -20,7 +20,8 @@ from optimizer.sqp import Search, descend
 from optimizer.three_step import Run
 
 AGREEMENT = 3e-3
-"""A printed objective agrees with what follows from the printed lengths within 0.3 %, beside half its last digit."""
+"""Between a printed objective and what follows from the printed lengths: 0.3 %, told bare and with half the last
+printed digit added."""
 METHODS = ("ga", "sqp", "ga+sqp")
 Tell = Callable[[str], None]
 
@@ -83,6 +84,11 @@ class Recomputed:
     def method(self, name: str) -> Found:
         """What one of our methods found."""
         return next(found for found in self.found if found.method == name)
+
+    @property
+    def within(self) -> bool | None:
+        """Whether print is within `AGREEMENT` with nothing added to it; None where nothing is compared."""
+        return None if self.difference is None else bool(self.agrees and abs(self.difference) <= AGREEMENT)
 
 
 def _silent(_: str) -> None:

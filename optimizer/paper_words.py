@@ -7,7 +7,7 @@ import math
 
 from optimizer.paper import EXCHANGED_H, STEP_3_HALF_SIDE_MM, numbers
 from optimizer.paper_judgement import Judged
-from optimizer.paper_runs import METHODS, Recomputed
+from optimizer.paper_runs import AGREEMENT, METHODS, Recomputed
 
 SMALL = 1e-5
 """Shares below it are told as powers of ten."""
@@ -16,6 +16,11 @@ SMALL = 1e-5
 def percent(share: float, digits: int = 2) -> str:
     """A share as a percentage."""
     return f"{100.0 * share:.{digits}f} %"
+
+
+def signed(share: float) -> str:
+    """A share as a percentage, with its sign."""
+    return f"{'+' if share > 0.0 else ''}{percent(share)}"
 
 
 def verdict(rows: list[Recomputed]) -> list[str]:
@@ -30,16 +35,15 @@ def summary(rows: list[Recomputed]) -> str:
         known = [r for r in _of(rows, step) if r.difference is not None]
         if known:
             worst = percent(max(abs(r.difference or 0.0) for r in known), 1)
-            parts.append(
-                f"step {step} {_word(known)} ({'within' if _word(known) == 'reproduces' else 'off by up to'} {worst})"
-            )
+            off = "" if all(r.agrees for r in known) else f" (off by up to {worst})"
+            parts.append(f"step {step} {_word(known)}{off}")
     text = ", ".join(parts)
     return f"{text[:1].upper()}{text[1:]}." if text else "No published result is among these tables."
 
 
 def notes(rows: list[Recomputed]) -> list[str]:
     """What explains the numbers, each from the rows that there are."""
-    makers = (_fold, _printed_h, _exchanged, _no_results, _ridge, _second_method, _methods, _step_3_side)
+    makers = (_rounding, _fold, _printed_h, _exchanged, _no_results, _ridge, _second_method, _methods, _step_3_side)
     return [text for maker in makers for text in [maker(rows)] if text]
 
 
@@ -54,11 +58,53 @@ def _of(rows: list[Recomputed], step: int) -> list[Recomputed]:
 
 
 def _word(rows: list[Recomputed]) -> str:
-    """Whether a step reproduces, from its rows."""
-    good = [r.agrees for r in rows if r.agrees is not None]
-    if all(good):
-        return "reproduces"
-    return f"reproduces in {sum(good)} of {len(good)} rows" if any(good) else "does not reproduce"
+    """Whether a step reproduces, from its rows; names those that are outside the bare agreement."""
+    known = [r for r in rows if r.agrees is not None]
+    if not any(r.agrees for r in known):
+        return "does not reproduce"
+    bare, rounded = sum(bool(r.within) for r in known), _rounded(known)
+    where = "" if bare == len(known) else f" in {bare} of {len(known)} rows"
+    more = f", and in {len(rounded)} more only with half of their last printed digit ({_named(rounded)})"
+    return f"reproduces within {percent(AGREEMENT, 1)}{where}{more if rounded else ''}"
+
+
+def _rounded(rows: list[Recomputed]) -> list[Recomputed]:
+    """The rows that agree with half of their last printed digit added, and not without."""
+    return [r for r in rows if r.agrees and not r.within]
+
+
+def _named(rows: list[Recomputed]) -> str:
+    return ", ".join(f"{r.case.name} {signed(r.difference or 0.0)}" for r in rows)
+
+
+def _rounding(rows: list[Recomputed]) -> str:
+    """What is known of the rows that are outside the bare agreement."""
+    about: dict[str, list[str]] = {}
+    for r in _rounded(rows):
+        words = f"{r.case.objective:g} is printed where the lengths give {r.follows:.3f}, {signed(r.difference or 0.0)}"
+        same = [o.case.objective for o in rows if o.within and o.case.objective is not None and _same_optimum(o, r)]
+        if r.case.note:
+            words += f" ({r.case.note})"
+        if same:
+            words += f", and the {len(same)} other rows with this proven optimum print {' to '.join(_ends(same))}"
+        about.setdefault(words, []).append(r.case.name)
+    parts = [f"{', '.join(names)}: {words}" for words, names in about.items()]
+    if not parts:
+        return ""
+    return (
+        f"Outside {percent(AGREEMENT, 1)}, and within it only with half of the last printed digit added, which shows "
+        f"nothing but that print is no finer. {'; '.join(parts)}."
+    )
+
+
+def _same_optimum(a: Recomputed, b: Recomputed) -> bool:
+    """Whether two rows of one step have the same optimum, as far as it is proved."""
+    low, high = sorted((a.proven.objective, b.proven.objective))
+    return a.case.step == b.case.step and high - low <= max(a.proven.gap, b.proven.gap) * high
+
+
+def _ends(values: list[float]) -> list[str]:
+    return list(dict.fromkeys(f"{x:g}" for x in (min(values), max(values))))
 
 
 def _step_1(rows: list[Recomputed]) -> str:
@@ -69,8 +115,9 @@ def _step_1(rows: list[Recomputed]) -> str:
     note = f" ({worst.case.note})" if worst.case.note else ""
     gaps = [r.gap for r in mine if r.gap is not None]
     return (
-        f"Step 1 {_word(mine)}: the {len(mine)} printed half sides are those that the printed L_B, R and r allow, "
-        f"within {percent(max(abs(r.difference or 0.0) for r in mine))} (worst {worst.case.name}{note}); they are at "
+        f"Step 1 {_word(mine)}: the {len(mine)} printed half sides differ by at most "
+        f"{percent(abs(worst.difference or 0.0))} from those that the printed L_B, R and r allow "
+        f"(worst {worst.case.name}{note}); they are at "
         f"most {percent(max(0.0, *gaps))} below the proven optimum under the same bounds."
     )
 
