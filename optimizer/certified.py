@@ -35,7 +35,7 @@ class Certified(NamedTuple):
     objective: float
 
 
-def certified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
+def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Certified | None:
     """Proves a design over the whole cube, giving up as little as possible of its half side, or of its kappa.
 
     A cube that is given up in part shrinks from all its faces, so that it lies inside the old one and away from a fold
@@ -45,20 +45,39 @@ def certified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
     Args:
         problem: The step.
         design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        boxes: Of one proof at most.
 
     Returns:
         The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
     """
     kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
-    found = _proved(problem, design_mm, kappa, YIELDS[0], QUICK)
+    found = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
     if found is not None:
         return found
     for share in reversed(YIELDS[1:]):  # what gives up less is harder to prove: the first failure ends it
-        less = _proved(problem, design_mm, kappa, share, BOXES)
+        less = _proved(problem, design_mm, kappa, share, boxes)
         if less is None:
             break
         found = less
     return found
+
+
+def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
+    """A design of step 3 whose constraints are proved over the whole cube, but whose condition number is sampled.
+
+    Where the cube touches a fold the condition number rises too steeply to be proved, while the torque that holds it
+    finite is not too steep.
+
+    Args:
+        problem: The step.
+        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+
+    Returns:
+        The design with its sampled condition number; None if its constraints cannot be proved.
+    """
+    kappa = _largest_kappa(problem, design_mm)
+    found = _proved(problem, design_mm, None, YIELDS[0], BOXES)
+    return found._replace(objective=kappa) if found is not None and math.isfinite(kappa) else None
 
 
 def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:

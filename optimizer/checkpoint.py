@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
@@ -13,7 +15,7 @@ from optimizer.genetic import Generation
 
 
 class CheckpointError(ValueError):
-    """A checkpoint that is not of this run."""
+    """A checkpoint that is not of this run, or that another run is writing."""
 
 
 class Checkpoint:
@@ -21,6 +23,9 @@ class Checkpoint:
 
     The first line is the run's key; each further line is one generation or what one phase came to. A last line that a
     kill cut off is left out. Numbers are written with all their digits, so that they come back to the last bit.
+
+    The file is locked as long as it is open, so that two runs never share one; the system releases the lock of a
+    process that was killed.
 
     Attributes:
         path: The file.
@@ -35,19 +40,26 @@ class Checkpoint:
             resume: Whether to take up what the file holds; else it is begun anew.
 
         Raises:
-            CheckpointError: The file is of another run, or no checkpoint.
+            CheckpointError: The file is of another run, or no checkpoint, or another run has it open; it is left as
+                it is then.
             OSError: It cannot be read or written.
         """
         self.path = path
         self._done: dict[str, dict[str, Any]] = {}
         self._kept: dict[str, list[Generation]] = {}
-        lines = _whole_lines(path) if resume and path.exists() else []
-        if lines:
-            self._take_up(lines, key)
         path.parent.mkdir(parents=True, exist_ok=True)
+        self._file: TextIO = _locked(path)
+        try:
+            lines = _whole_lines(path) if resume else []
+            if lines:
+                self._take_up(lines, key)
+        except CheckpointError:
+            self._file.close()
+            raise
         # what was cut off is cut away, so that the next line is whole
-        path.write_text("".join(line + "\n" for line in lines or [_text({"key": key})]), encoding="utf-8")
-        self._file: TextIO = path.open("a", encoding="utf-8")
+        self._file.truncate(0)
+        self._file.write("".join(line + "\n" for line in lines or [_text({"key": key})]))
+        self._file.flush()
 
     def finished(self, phase: str) -> dict[str, Any] | None:
         """What a finished phase came to."""
@@ -73,9 +85,10 @@ class Checkpoint:
         self._file.close()
 
     def remove(self) -> None:
-        """Closes the file and takes it away: the run is done."""
+        """Takes the file away and closes it: the run is done."""
+        if not self._file.closed:  # else it may be another run's by now
+            self.path.unlink(missing_ok=True)
         self.close()
-        self.path.unlink(missing_ok=True)
 
     def _append(self, record: dict[str, Any]) -> None:
         self._file.write(_text(record) + "\n")
@@ -98,6 +111,25 @@ class Checkpoint:
                     self._kept.setdefault(record["phase"], []).append(generation)
         except (json.JSONDecodeError, KeyError, TypeError):
             raise CheckpointError(f"{self.path.name}: is not a checkpoint") from None
+
+
+def _locked(path: Path) -> TextIO:
+    """The file, open at its end and locked; made if it is not there."""
+    while True:
+        file = path.open("a", encoding="utf-8")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            raise CheckpointError(
+                f"{path.name}: another run is writing it; wait for it, or give another --out"
+            ) from None
+        try:
+            if os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                return file
+        except FileNotFoundError:
+            pass  # the run that had it was done between opening and locking: the file is no longer in its folder
+        file.close()
 
 
 def _whole_lines(path: Path) -> list[str]:

@@ -94,7 +94,7 @@ def evolve(
     """
     from optimizer.breeding import Breeder  # loads pymoo
 
-    size, n = population or POPULATIONS[problem.step], len(problem.free)
+    size, n = POPULATIONS[problem.step] if population is None else population, len(problem.free)
     if n == 0 or size < 4 or generations < 1:
         raise GeneticError(
             f"{n} free variables, {size} individuals, {generations} generations: at least 1, 4 and 1 are needed"

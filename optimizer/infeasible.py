@@ -1,6 +1,9 @@
-"""Which constraints cannot be met together: a deletion filter over feasibility searches."""
+"""The smallest set of constraints that cannot be met together: feasibility searches over their subsets."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 
@@ -18,7 +21,7 @@ class InfeasibleError(ValueError):
 
     Attributes:
         step: 1, 2 or 3.
-        conflict: Names of constraints, of `CONSTRAINTS`, none of which can be spared from the contradiction.
+        conflict: Names of constraints, of `CONSTRAINTS`: the smallest set that cannot be met together.
         words: The same in words.
         shortfall: How far the best design found stays below the worst margin of all constraints, without unit.
         proved: Whether it is proved that no design within the bounds meets all constraints of the step.
@@ -59,10 +62,12 @@ def best_level(problem: Problem, seed: int) -> float:
 
 
 def explain(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError | None:
-    """The smallest contradiction, by deletion: what can be left out without making the rest feasible is left out.
+    """The smallest set of constraints that cannot be met together.
 
-    The set is irreducible: without any one of its members the rest can be met. Feasibility is decided by local searches
-    from several starts.
+    Single constraints are tried first. Then a deletion filter finds a set none of whose members can be left out, and
+    all smaller sets are tried, so that no contradiction has fewer members. Sets of the same size are told apart by the
+    filter, which leaves out in the order of `CONSTRAINTS`. Feasibility is decided by local searches from several
+    starts.
 
     Args:
         given: What the customer gave.
@@ -76,13 +81,43 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
     shortfall = best_level(problem, seed)
     if shortfall >= -SLACK:
         return None
-    without: frozenset[str] = frozenset()
-    for name in problem.constraints:
-        trial = without | {name}
-        if best_level(step_problem(given, problem.step, reached_mm, trial), seed) < -SLACK:
-            without = trial
-    conflict = tuple(name for name in CONSTRAINTS if name in problem.constraints and name not in without)
+    every = frozenset(problem.constraints)
+
+    def impossible(asked: frozenset[str]) -> bool:
+        return best_level(step_problem(given, problem.step, reached_mm, every - asked), seed) < -SLACK
+
+    asked = _smallest(problem.constraints, impossible)
+    conflict = tuple(name for name in CONSTRAINTS if name in asked)
     return InfeasibleError(problem.step, conflict, tuple(problem.describe(name) for name in conflict), -shortfall)
+
+
+def _smallest(names: tuple[str, ...], impossible: Callable[[frozenset[str]], bool]) -> frozenset[str]:
+    """The smallest impossible set of constraints, all of which together are impossible.
+
+    What lies inside a set that can be met can be met too, and is not tried.
+    """
+    possible: list[frozenset[str]] = []
+
+    def fails(trial: frozenset[str]) -> bool:
+        if any(trial <= one for one in possible):
+            return False
+        if impossible(trial):
+            return True
+        possible.append(trial)
+        return False
+
+    for name in names:
+        if fails(frozenset({name})):
+            return frozenset({name})
+    found = frozenset(names)
+    for name in names:
+        if fails(found - {name}):
+            found -= {name}
+    for size in range(2, len(found)):
+        for members in combinations(names, size):
+            if fails(frozenset(members)):
+                return frozenset(members)
+    return found
 
 
 def explain_proved(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError:

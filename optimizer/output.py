@@ -98,6 +98,8 @@ def presentable(result: Result) -> tuple[float, ...]:
     floor = math.floor(found[SIDE] * 10**DECIMALS + SAME_UM)
     for um in range(GIVEN_UP_UM + 1):
         side = (floor - um) / 10**DECIMALS
+        if side <= 0.0:  # no cube is left
+            break
         smaller = step_problem(problem.requirements, problem.step, side)
         ranges = list(zip(smaller.lower, smaller.upper, strict=True))
         choices[SIDE] = [side]

@@ -1,7 +1,8 @@
 """The three steps of [RCIM2018] table 1 as problems: variables, bounds, scaling, objective and constraint margins.
 
 Every margin is continuous, without unit, and met where it is >= 0. Step 1 asks for reach and outline alone, as the
-paper does; the torque and all of `[limits]` join from step 2 on. What a step reaches bounds the half side of the next.
+paper does; the torque and all of `[limits]` join from step 2 on. What a step reaches bounds the half side of the next
+in the search, not in the proof.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ LEAN_SHARE = (math.sqrt(3.0) + 1.0) / 2.0
 CONSTRAINTS = ("outline", "reach", "torque", "conditioning", "lean", "shoulder", "clearance", "half_side")
 """All there are, in the order in which reports name them."""
 SIDE = VARIABLES.index("half_side")
+TINY_MM = 1e-3
+"""A half side below this is no cube: lengths are given in whole micrometres."""
 
 
 class ProblemError(ValueError):
@@ -221,14 +224,15 @@ def step_problem(
         given: What the customer gave.
         step: 1 or 2 (largest half side), or 3 (smallest worst condition number at a half side that is fixed).
         reached_mm: Half side that the step before reached: at most this in step 2; in step 3 exactly this, unless
-            `step_3.half_side_mm` is given. None where no step came before.
+            `step_3.half_side_mm` is given. None where no step came before. A proof of step 2 takes what step 1 is
+            proved not to exceed instead: what a search reached bounds no design.
         without: Names of constraints to leave out, of `CONSTRAINTS`.
 
     Returns:
         The problem.
 
     Raises:
-        ProblemError: There is no such step or constraint, or step 3 has no half side.
+        ProblemError: There is no such step or constraint, or step 3 has no half side, or one of 0.
     """
     if step not in (1, 2, 3):
         raise ProblemError(f"step is {step!r}; it must be 1, 2 or 3")
@@ -241,6 +245,8 @@ def step_problem(
         side = given.step_3.half_side_mm if given.step_3.half_side_mm is not None else reached_mm
         if side is None:
             raise ProblemError("step 3 needs step_3.half_side_mm or what step 2 reached")
+        if side <= 0.0:
+            raise ProblemError(f"step 3 needs a cube; its half side is {side:g} mm")
         low = high = side
     elif reached_mm is not None:
         high = min(high, max(low, reached_mm))

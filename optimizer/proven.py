@@ -20,7 +20,8 @@ import numpy as np
 from delta_cad.mechanism.affine import ROUND
 from delta_cad.mechanism.limits import cosine_sine
 from optimizer import sqp
-from optimizer.certified import Certified, certified
+from optimizer.certified import BOXES as CERTIFYING
+from optimizer.certified import QUICK, Certified, certified, uncertified
 from optimizer.evaluator import half_surface
 from optimizer.exclusion import DONE, QUESTION, WITNESSES, search
 from optimizer.extremes import design_worst
@@ -49,6 +50,8 @@ VAIN = 8
 takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
 IDLE = 500
 """Questions in a row that gave neither a witness nor a better design; from then on none is looked into."""
+STEEP_BOXES = 100_000
+"""Of designs, where kappa of the design of the step before cannot be proved: near a fold little can be excluded."""
 NEAR = 1e-7
 """Share of L within which two witnesses are the same."""
 
@@ -85,6 +88,7 @@ class Proven:
         status: "proved": the gap is at most the requested one; "gap not reached": it is not; "infeasible": no design
             is feasible, proved; "undecided": neither was one found nor proved absent; "interrupted": stopped by hand.
         witnesses: Points of the cube that were in use.
+        certified: Whether the objective is proved; else its constraints alone are, and the condition number is sampled.
     """
 
     objective: float
@@ -94,6 +98,7 @@ class Proven:
     boxes: int
     status: Status
     witnesses: int = 0
+    certified: bool = True
 
 
 def prove_optimum(
@@ -102,6 +107,7 @@ def prove_optimum(
     gap: float = GAP,
     max_boxes: int = BOXES,
     incumbent_mm: tuple[float, ...] | np.ndarray | None = None,
+    before_mm: tuple[float, ...] | np.ndarray | None = None,
     seed: int = 0,
     report: Callable[[Now], None] | None = None,
     stop: Callable[[], bool] = bool,
@@ -113,6 +119,8 @@ def prove_optimum(
         gap: Relative two-sided gap that is asked for.
         max_boxes: Boxes of designs after which the proof ends with the gap that it reached.
         incumbent_mm: (6,) a design to start from, in the order of `VARIABLES`, mm; need not be feasible.
+        before_mm: (6,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
+            be proved, even if its condition number is only sampled.
         seed: Of the starts of SQP.
         report: Told where the proof is, each `CHUNK` boxes.
         stop: Asked as often; True ends it with what stands.
@@ -127,7 +135,7 @@ def prove_optimum(
         raise ProblemError(f"gap is {gap!r}; it must be > 0 and finite")
     if "reach" not in problem.constraints:
         raise ProblemError("a proof needs the reach of the cube among the constraints")
-    return _Proof(problem, gap, max_boxes, seed, report, stop).run(incumbent_mm)
+    return _Proof(problem, gap, max_boxes, seed, report, stop).run(incumbent_mm, before_mm)
 
 
 class _Proof:
@@ -155,11 +163,16 @@ class _Proof:
         self.count, self.fixed = len(first), len(first)
         self.hits = np.zeros(WITNESSES, dtype=np.int64)
         self.vain = self.idle = 0
+        self.certifying, self.certified = CERTIFYING, True
 
-    def run(self, incumbent_mm: tuple[float, ...] | np.ndarray | None) -> Proven:
+    def run(
+        self, incumbent_mm: tuple[float, ...] | np.ndarray | None, before_mm: tuple[float, ...] | np.ndarray | None
+    ) -> Proven:
         if self.space is None:
             return self._outcome("infeasible")
         self._tell()
+        if before_mm is not None and self.problem.step == 3:
+            self._fall_back(np.asarray(before_mm, dtype=float))
         self._first(incumbent_mm)
         if self.best is None:
             ending = self._exclude(self.space, None)
@@ -183,7 +196,9 @@ class _Proof:
         bound = math.nan if status == "infeasible" else self.bound
         objective, design = (self.best.objective, self.best.design_mm) if self.best else (math.nan, ())
         gap = self._gap() if self.best else math.nan
-        return Proven(objective, bound, gap, design, self.boxes, status, self.count)
+        if status == "proved" and not self.certified:
+            status = "gap not reached"  # the objective is only sampled
+        return Proven(objective, bound, gap, design, self.boxes, status, self.count, self.certified)
 
     def _gap(self) -> float:
         if self.best is None:
@@ -214,9 +229,19 @@ class _Proof:
                 return
             self._descend(start)
 
+    def _fall_back(self, design_mm: np.ndarray) -> None:
+        """The design of the step before; the effort is bounded where its condition number is too steep to be proved."""
+        design = np.clip(design_mm, self.problem.lower, self.problem.upper)
+        found = proved = certified(self.problem, design, QUICK)
+        if found is None:
+            self.certifying, self.max_boxes = QUICK, min(self.max_boxes, STEEP_BOXES)
+            found = uncertified(self.problem, design)
+        if found is not None:
+            self._keep(found, proved is not None)
+
     def _take(self, design_mm: np.ndarray) -> None:
         """Certifies a design and keeps it if it is the best; then SQP goes on from it."""
-        found = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper))
+        found = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
         if found is not None and self._better(found):
             self._keep(found)
         self._descend(self.problem.scaled(design_mm))
@@ -230,12 +255,12 @@ class _Proof:
         design = np.clip(design, self.problem.lower, self.problem.upper)
         if self.best is not None and self.problem.step != 3 and design[SIDE] <= self.best.objective:
             return
-        found = certified(self.problem, design)
+        found = certified(self.problem, design, self.certifying)
         if found is not None and self._better(found):
             self._keep(found)
 
-    def _keep(self, found: Certified) -> None:
-        self.best = found
+    def _keep(self, found: Certified, proved: bool = True) -> None:
+        self.best, self.certified = found, proved
         worst = design_worst(self.problem, np.array(found.design_mm) / MM_PER_M, EXCHANGE_GRID)
         for w in worst.values():
             for point in w.points:

@@ -35,7 +35,12 @@ def available() -> bool:
 
 
 def solve(
-    problem: Problem, seed: int, effort: Effort, report: Report | None = None, stop: Callable[[], bool] = bool
+    problem: Problem,
+    seed: int,
+    effort: Effort,
+    report: Report | None = None,
+    stop: Callable[[], bool] = bool,
+    before_mm: tuple[float, ...] | None = None,
 ) -> tuple[Result, bool]:
     """The optimum of a step by proof.
 
@@ -45,6 +50,7 @@ def solve(
         effort: How far to go.
         report: Told where it is.
         stop: Asked now and then; True ends it.
+        before_mm: (6,) what the step before found, to fall back on, mm; None for nothing.
 
     Returns:
         The result; its design is the middle of the bounds where none is known. Whether no design is feasible, proved.
@@ -60,17 +66,26 @@ def solve(
         if report is not None:
             report(now.boxes, effort.boxes, now.best, now.bound)
 
-    found = prove_optimum(problem, gap=effort.gap, max_boxes=effort.boxes, seed=seed, report=tell, stop=stop)
+    found = prove_optimum(
+        problem, gap=effort.gap, max_boxes=effort.boxes, before_mm=before_mm, seed=seed, report=tell, stop=stop
+    )
     design = found.design_mm
     if not design:
         middle = problem.designs(np.full((1, len(problem.free)), 0.5))[0] * MM_PER_M
         design = tuple(float(v) for v in np.clip(middle, problem.lower, problem.upper))
-    proof = Bound(_told(found.objective), _told(found.bound), _told(found.gap), found.boxes)
+    proof = Bound(
+        _told(found.objective) if found.certified else None, _told(found.bound), _told(found.gap), found.boxes
+    )
     return Result(problem, "proven", design, found.status, proof=proof), found.status == "infeasible"
 
 
 def with_bound(
-    result: Result, seed: int, effort: Effort, report: Report | None = None, stop: Callable[[], bool] = bool
+    result: Result,
+    seed: int,
+    effort: Effort,
+    report: Report | None = None,
+    stop: Callable[[], bool] = bool,
+    within: Problem | None = None,
 ) -> Result:
     """A feasible result with the bound of its step and its own distance from that.
 
@@ -80,6 +95,7 @@ def with_bound(
         effort: How far to go.
         report: Told where it is.
         stop: Asked now and then; True ends it.
+        within: The step that the bound is of, where the search had narrower bounds; None for the result's own.
 
     Returns:
         The same with a proof; unchanged if there is no bound, because the result is feasible to a rounding only.
@@ -91,10 +107,11 @@ def with_bound(
             report(now.boxes, effort.boxes, now.best, now.bound)
 
     found = prove_optimum(
-        result.problem,
+        result.problem if within is None else within,
         gap=effort.gap,
         max_boxes=effort.boxes,
         incumbent_mm=result.design_mm,
+        before_mm=result.design_mm,
         seed=seed,
         report=tell,
         stop=stop,

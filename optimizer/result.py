@@ -11,7 +11,7 @@ import numpy as np
 
 from optimizer.evaluator import VARIABLES, figures, fold_points
 from optimizer.extremes import design_worst, worst_points
-from optimizer.problem import SIDE, Problem, outline_margin
+from optimizer.problem import SIDE, TINY_MM, Problem, outline_margin
 from optimizer.program import ROUNDING
 from optimizer.sqp import Ending
 
@@ -35,6 +35,14 @@ ADVICE = {
     "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
 }
 """How a result can end -> what to do about it."""
+STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
+NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
+FULL_SIDE = (
+    "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
+    "set step_3.half_side_mm below it"
+)
+CAPPED = "its half side is all that the search of step 1 reached: `--method proven`, or more of that search, gives room"
+"""What the step before took from this one."""
 
 
 class Bound(NamedTuple):
@@ -81,11 +89,29 @@ class Result:
     def advice(self) -> str:
         """What to do about how it ended; a bound beside it says more than a guess."""
         gap = None if self.proof is None else self.proof.gap
-        if self.status not in GUESSES or gap is None:
-            return ADVICE[self.status]
-        if gap <= CLOSE:
+        if self.status in GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
-        return f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
+        words = ADVICE[self.status]
+        if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
+            words = STEEP
+        if self.status in GUESSES and gap is not None:
+            words = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
+        return words if gap is not None and gap <= CLOSE else words + self._narrowed()
+
+    def _narrowed(self) -> str:
+        """What the step before left of room, in words; empty where it took none."""
+        given, step = self.problem.requirements, self.problem.step
+        most = self.problem.upper[SIDE]
+        if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:
+            return f"; {FULL_SIDE}"
+        if step == 2 and most < given.bounds_mm.half_side[1] and self.design_mm[SIDE] >= most * (1.0 - ROUNDING):
+            return f"; {CAPPED}"
+        return ""
+
+    @property
+    def tiny(self) -> bool:
+        """Whether the half side is below a micrometre: no cube that could be given to a machinist."""
+        return self.design_mm[SIDE] < TINY_MM
 
     @cached_property
     def violations(self) -> dict[str, float]:

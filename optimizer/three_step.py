@@ -104,7 +104,8 @@ class Run:
         """Solves the steps.
 
         Returns:
-            One result a step; fewer if the run was stopped, the last of them as far as it came.
+            One result a step; fewer if the run was stopped, the last of them as far as it came, or where a step ended
+            without a cube that step 3 could go on with.
 
         Raises:
             ProblemError: An unknown method, steps that are not in order, step 3 without a half side, or no numba for
@@ -118,18 +119,22 @@ class Run:
         found: list[Result] = []
         for step in self.steps:
             before = found[-1] if found else None
-            reached = before.design_mm[SIDE] if before else None
+            reached = before.design_mm[SIDE] if before and before.feasible else None
             if step == 3 and 2 not in self.steps:
                 reached = None  # what step 1 reached is no half side that the torque allows
+            if step == 3 and 2 in self.steps and reached is None and self.given.step_3.half_side_mm is None:
+                break  # step 2 says what it lacks
+            if step == 2 and self.method == "proven":
+                reached = _bound(before)
             result = self._solve(step_problem(self.given, step, reached), reached, before)
             found.append(result)
-            if result.status == "interrupted":
+            if result.status == "interrupted" or result.tiny:
                 break
         return found
 
     def _solve(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
         if self.method == "proven":
-            return self._proven(problem, reached)
+            return self._proven(problem, reached, before)
         proves = self.prove and proving.available()
         known = np.empty((0, len(problem.free)))
         if before is not None:  # what the step before found, its cube cut down to what this step allows
@@ -143,26 +148,30 @@ class Run:
             error = explain(self.given, problem, reached, self.seed)
             if error is not None:
                 raise error.as_proved() if proves and self._impossible(problem) else error
-        if proves and result.feasible and result.status != "interrupted":
-            result = self._bounded(problem, result)
+        if proves and result.feasible and not result.tiny and result.status != "interrupted":
+            # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
+            within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
+            result = self._bounded(within, result)
         return result
 
-    def _proven(self, problem: Problem, reached: float | None) -> Result:
+    def _proven(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
         phase = f"{problem.step}/proven"
         kept = self.store.finished(phase) if self.store else None
         if kept is not None:
             return _result(problem, self.method, kept)
-        result, impossible = proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop)
+        known = before.design_mm if before is not None and before.feasible else None
+        result, impossible = proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop, known)
         if impossible:
             raise explain_proved(self.given, problem, reached, self.seed)
         return self._finish(phase, result)
 
-    def _bounded(self, problem: Problem, result: Result) -> Result:
-        phase = f"{problem.step}/bound"
+    def _bounded(self, within: Problem, result: Result) -> Result:
+        phase = f"{within.step}/bound"
         kept = self.store.finished(phase) if self.store else None
         if kept is not None:
-            return _result(problem, self.method, kept)
-        return self._finish(phase, proving.with_bound(result, self.seed, self.effort, self._teller(problem), self.stop))
+            return _result(result.problem, self.method, kept)
+        tell = self._teller(within)
+        return self._finish(phase, proving.with_bound(result, self.seed, self.effort, tell, self.stop, within))
 
     def _impossible(self, problem: Problem) -> bool:
         """Whether no design is feasible, proved."""
@@ -287,6 +296,11 @@ def _shrunk(problem: Problem, x: np.ndarray) -> np.ndarray | None:
 
 def _holds(problem: Problem, x: np.ndarray) -> bool:
     return sqp.violation(problem, x, design_worst(problem, problem.designs(x[None])[0], sqp.EXCHANGE_GRID)) <= ROUNDING
+
+
+def _bound(one: Result | None) -> float | None:
+    """The half side that no design of step 1, and so none of step 2, exceeds, proved; None where it is unknown."""
+    return None if one is None or one.proof is None else one.proof.bound
 
 
 def _level(problem: Problem, x: np.ndarray) -> float:

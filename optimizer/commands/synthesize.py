@@ -134,7 +134,11 @@ def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result
     last, interrupted = results[-1], results[-1].status == "interrupted"
     store.close() if interrupted else store.remove()
     problem = ""
-    if last.feasible:
+    if last.tiny and last.feasible:
+        least = f"{last.design_mm[5]:.2g} mm, less than a micrometre"
+        problem = f"{given.out.name} was not written: the half side of step {last.problem.step} is {least}"
+        problem += "; relax [limits], or bounds_mm.half_side where it is fixed"
+    elif last.feasible:
         try:
             command = _again(given)
             write_design(design_of(task, results, given.method, given.seed, given.out.name, command), given.out)
@@ -173,8 +177,9 @@ def _bound(result: Result, unit: str) -> str:
     proof = result.proof
     if proof is None or proof.bound is None or proof.gap is None:
         return ""
-    word = "below" if result.problem.step == 3 else "above"
-    return f"proved: none {word} {proof.bound:.6g}{unit}, gap {proof.gap:.1e}; "
+    third = result.problem.step == 3
+    word, where = ("below", " at this half side") if third else ("above", "")
+    return f"proved: none {word} {proof.bound:.6g}{unit}{where}, gap {proof.gap:.1e}; "
 
 
 def _told(at: Progress) -> str:

@@ -362,3 +362,83 @@ def test_example_of_the_contract_ends_in_a_design(tmp_path: Path, capsys: pytest
     assert steps[0]["objective"] == pytest.approx(64.2, rel=3e-3)  # table 4
     assert steps[2]["variables"]["half_side_mm"] == load_design(out).cube.half_side_mm == 35.0
     assert steps[2]["max_kappa"] < 1.767  # what r >= 30 allows
+
+
+TINY = [
+    ("kappa_max = 2.27", "kappa_max = 1.0", "ga+sqp", 2),
+    ("shoulder_deg = [-65.5, 70]", "shoulder_deg = [10, 10]", "sqp", 2),
+    ("half_side = [0, 100]", "half_side = [1e-9, 1e-9]", "sqp", 1),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "method", "step"), TINY, ids=[one[1] for one in TINY])
+def test_a_cube_below_a_micrometre_is_one_line(
+    old: str, new: str, method: str, step: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = JOYSTICK.read_text()
+    assert old in text
+    (tmp_path / "t.toml").write_text(text.replace(old, new))
+    out = tmp_path / "b.json"
+    assert call("synthesize", tmp_path / "t.toml", "--method", method, "--out", out) == 1
+    err = capsys.readouterr().err
+    assert err.startswith(f"t.toml: b.json was not written: the half side of step {step} is ")
+    assert "less than a micrometre" in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [tmp_path / "t.toml"]
+
+
+@pytest.mark.parametrize("population", [0, 3])
+def test_too_small_a_population_is_refused(population: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("synthesize", JOYSTICK, "--population", str(population), "--out", tmp_path / "b.json") == 2
+    assert f"{population} individuals" in capsys.readouterr().err
+
+
+def test_two_runs_never_share_a_checkpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "b.json.checkpoint.jsonl"
+    first = Checkpoint(path, KEY, resume=False)
+    first.keep("1/ga", GENERATION)
+    before = path.read_bytes()
+    for more in ([], ["--resume"]):
+        assert call("synthesize", JOYSTICK, "--out", tmp_path / "b.json", *more) == 2
+        err = capsys.readouterr().err
+        assert err.startswith("b.json.checkpoint.jsonl: another run is writing it")
+        assert err.count("\n") == 1
+        assert path.read_bytes() == before
+    first.close()
+    again = Checkpoint(path, KEY, resume=True)
+    assert len(again.generations("1/ga")) == 1
+    first.remove()  # was closed: what is there now is another's
+    assert path.exists()
+    again.remove()
+
+
+def test_the_lock_of_a_killed_run_is_released(tmp_path: Path) -> None:
+    path = tmp_path / "c.jsonl"
+    code = (
+        "import sys, time\nfrom pathlib import Path\nfrom optimizer.checkpoint import Checkpoint\n"
+        "store = Checkpoint(Path(sys.argv[1]), {'seed': 1}, False)\nprint('open', flush=True)\ntime.sleep(60)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout is not None
+        assert run.stdout.readline() == "open\n"
+        with pytest.raises(CheckpointError, match="another run"):
+            Checkpoint(path, {"seed": 1}, resume=True)
+        run.kill()
+    Checkpoint(path, {"seed": 1}, resume=True).remove()
+
+
+def test_a_checkpoint_that_was_taken_away_before_it_was_locked_is_opened_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, calls = tmp_path / "c.jsonl", []
+
+    def lock(*_: object) -> None:
+        calls.append(path)
+        if len(calls) == 1:
+            path.unlink()
+
+    monkeypatch.setattr("optimizer.checkpoint.fcntl.flock", lock)
+    store = Checkpoint(path, KEY, resume=False)
+    assert len(calls) == 2
+    assert path.read_text() == '{"key":{"seed":1,"steps":[1,2]}}\n'
+    store.close()

@@ -105,3 +105,11 @@ def test_lengths_stay_as_they_are_where_rounding_cannot_hold(given: Requirements
     assert presentable(Result(step_problem(fixed, 3), "sqp", found, "converged")) == found
     too_large = (*found[:SIDE], 45.0004)
     assert presentable(Result(step_problem(given, 2, 46.0), "sqp", too_large, "interrupted")) == too_large
+
+
+def test_a_cube_below_a_micrometre_is_not_rounded_away(given: Requirements) -> None:
+    found = (82.0, 122.34, 40.0, 30.0, 90.0, 1e-9)
+    for problem in (step_problem(given, 2), step_problem(given, 3, 1e-9)):
+        result = Result(problem, "sqp", found, "converged")
+        assert result.feasible
+        assert presentable(result) == found

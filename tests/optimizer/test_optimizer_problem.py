@@ -64,6 +64,8 @@ def test_steps_and_constraints_that_do_not_exist_are_refused() -> None:
         step_problem(task(), 1, without=frozenset({"speed"}))
     with pytest.raises(ProblemError, match=r"step 3 needs step_3\.half_side_mm or what step 2 reached"):
         step_problem(task(), 3)
+    with pytest.raises(ProblemError, match="step 3 needs a cube; its half side is 0 mm"):
+        step_problem(task(), 3, 0.0)
 
 
 def margins_at(problem, design_mm: np.ndarray, n: int = 21) -> dict[str, float]:

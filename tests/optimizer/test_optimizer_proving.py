@@ -16,8 +16,9 @@ from optimizer import cli, infeasible, proving
 from optimizer.genetic import Generation
 from optimizer.infeasible import InfeasibleError, explain_proved
 from optimizer.problem import SIDE, ProblemError, step_problem
+from optimizer.proven import STEEP_BOXES
 from optimizer.proving import Effort
-from optimizer.result import ADVICE, Result
+from optimizer.result import ADVICE, CAPPED, FULL_SIDE, STEEP, Result
 from optimizer.three_step import Progress, Run
 
 PAPER = task(platform_radius=(30, 45), half_side_mm=35)
@@ -74,7 +75,8 @@ def test_what_is_proved_is_no_better_than_what_is_sampled() -> None:
 
 def test_what_a_step_reaches_bounds_the_next() -> None:
     one, two, three = run(task(platform_radius=(30, 45), limits={"kappa_max": 2.5, "lean_max_deg": 28}))
-    assert two.problem.upper[SIDE] == one.objective
+    assert one.proof is not None
+    assert two.problem.upper[SIDE] == one.proof.bound  # what is proved of step 1, not what it reached
     assert three.design_mm[SIDE] == two.objective
     assert three.objective <= 2.5
 
@@ -123,6 +125,38 @@ def test_progress_tells_best_and_bound() -> None:
     assert told[-1].bound == last.proof.bound
     assert [now.bound for now in told] == sorted(now.bound for now in told)
     assert {now.total for now in told} == {Effort().boxes}
+
+
+def test_the_bound_of_step_2_is_of_the_requirements_not_of_what_a_search_reached() -> None:
+    """A GA of one generation ends at half of what is possible; step 2 may not call that the best there is."""
+    one, two = run(task(), "ga", seed=5, population=4, generations=1, steps=(1, 2), prove=True)
+    assert two.problem.upper[SIDE] == one.design_mm[SIDE] < 40.0
+    best = run(task(), steps=(2,))[0].objective
+    assert two.proof is not None
+    assert two.proof.bound == pytest.approx(best, rel=2.1e-5)
+    assert two.proof.gap == pytest.approx(best / two.objective - 1.0, abs=1e-4)
+    assert CAPPED in two.advice
+    assert "still be gained" in two.advice
+    store = Memory()
+    kept: dict[str, Any] = {"seed": 5, "population": 4, "generations": 1, "steps": (1, 2), "prove": True}
+    first = [r.record() for r in run(task(), "ga", store=store, **kept)]
+    assert [r.record() for r in run(task(), "ga", store=store, **kept)] == first == [one.record(), two.record()]
+
+
+def test_three_steps_of_the_contract_without_a_half_side_end_in_the_design_of_step_2() -> None:
+    """Its cube touches a fold, where kappa cannot be proved: the design stands, with the gap that there is."""
+    _, two, three = run(task())
+    assert two.status == "proved"
+    assert three.feasible
+    assert three.design_mm == two.design_mm
+    assert three.status == "gap not reached"
+    assert three.proof is not None
+    assert three.proof.bound is not None
+    assert three.proof.certified is None
+    assert three.objective == three.max_kappa > 1e3
+    assert three.proof.gap == pytest.approx(1.0 - three.proof.bound / three.objective, rel=1e-3)
+    assert three.proof.boxes <= STEEP_BOXES
+    assert three.advice == f"{STEEP}; {FULL_SIDE}"
 
 
 def test_few_boxes_leave_an_honest_gap() -> None:

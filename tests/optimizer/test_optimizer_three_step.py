@@ -16,8 +16,8 @@ from delta_cad.mechanism import Cube, DeltaGeometry, cube_extremes
 from optimizer import three_step
 from optimizer.extremes import design_worst
 from optimizer.genetic import Generation, Population, evolve
-from optimizer.infeasible import InfeasibleError, explain
-from optimizer.problem import Problem, ProblemError, step_problem
+from optimizer.infeasible import InfeasibleError, _smallest, explain
+from optimizer.problem import CONSTRAINTS, Problem, ProblemError, step_problem
 from optimizer.requirements import Requirements
 from optimizer.result import ADVICE, Result
 from optimizer.sqp import Ending, Search
@@ -158,6 +158,45 @@ def test_progress_tells_step_phase_and_best() -> None:
     assert told[4].done == told[4].total == 5
 
 
+def test_a_step_without_a_feasible_design_bounds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_large(problem: Problem, last: Population) -> np.ndarray:
+        return last.x[0] * np.where(np.array(problem.free) == "half_side", 1.1, 1.0)
+
+    monkeypatch.setattr(three_step, "presentable", too_large)
+    one, two = run(task((82, 140), (30, 45), limits={"kappa_max": 2.27}), "ga", generations=30)
+    assert not one.feasible
+    assert two.problem.upper[5] == 100.0
+    assert not two.feasible  # and there is no step 3, which would go on at a half side that cannot be
+
+
+def test_a_cube_below_a_micrometre_ends_the_run() -> None:
+    results = run(task((82, 140), (30, 45), limits={"shoulder_deg": (10, 10)}), "sqp", prove=True)
+    assert [result.problem.step for result in results] == [1, 2]
+    assert results[-1].tiny
+    assert results[-1].proof is None
+
+
+def test_no_set_of_constraints_is_smaller_than_the_one_that_is_named() -> None:
+    """Against all subsets: contradictions of random members, of which the smallest must be found."""
+    random, names = np.random.default_rng(0), CONSTRAINTS
+    for _ in range(200):
+        conflicts = [
+            frozenset(random.choice(names, size, replace=False).tolist()) for size in random.integers(1, 6, size=3)
+        ]
+        asked: list[frozenset[str]] = []
+
+        def impossible(
+            trial: frozenset[str], asked: list[frozenset[str]] = asked, conflicts: list[frozenset[str]] = conflicts
+        ) -> bool:
+            asked.append(trial)
+            return any(one <= trial for one in conflicts)
+
+        found = _smallest(names, impossible)
+        assert found in conflicts
+        assert len(found) == min(map(len, conflicts))
+        assert len(set(asked)) == len(asked)
+
+
 CONFLICTS = [
     (task(torque=0.01, half_side=(20, 100)), 2, ("torque", "half_side")),
     (task(half_side=(70, 100)), 1, ("reach", "half_side")),
@@ -177,6 +216,16 @@ def test_smallest_contradiction_is_named(given: Requirements, step: int, conflic
     # irreducible: without any one of them the others can be met
     for name in conflict:
         assert explain(given, step_problem(given, step, without=frozenset({name})), None, 0) is None
+
+
+def test_one_constraint_alone_is_named_before_two_others() -> None:
+    """Reach and half side contradict each other too, but the outline cannot be met whatever else is given up."""
+    given = task(half_side=(100, 100), limits={"outline_radius_max_mm": 100.0})
+    with pytest.raises(InfeasibleError, match=r"^step 1: R \+ L_A <= 100 mm .* cannot be met within") as caught:
+        run(given, "sqp", steps=(1,))
+    assert caught.value.conflict == ("outline",)
+    others = explain(given, step_problem(given, 1, without=frozenset({"outline"})), None, 0)
+    assert others is not None
 
 
 def test_the_ga_alone_finds_the_contradiction_too() -> None:
