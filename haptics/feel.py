@@ -80,6 +80,7 @@ QUANTITIES = (
     Quantity("position_step", "handle's way for one count", "um", 1e6, 0, True),
     Quantity("force_continuous", "force in every direction, continuous", "N", 1.0, 1, False),
     Quantity("force_peak", "force in every direction, peak", "N", 1.0, 1, False),
+    Quantity("force_motor", "force in every direction, motor's own limit", "N", 1.0, 1, False),
     Quantity("force_peak_best", "force in the best direction, peak", "N", 1.0, 1, False),
     Quantity("wall", "largest stable wall, linear, worst axis", "N/mm", 1e-3, 1, False),
     Quantity("gravity", "gravity torque, largest joint", "mN m", 1e3, 0, True),
@@ -152,12 +153,14 @@ class Feel:
 def joint_drive(machine: Machine) -> Drive:
     """What the joints of a device do, friction nominal.
 
-    The continuous torque is that of the drive, as far as the design's limit lets it; the peak is the drive's own.
+    Both torques are those of the drive as far as the design's limit, at which the controller stops, lets them; the
+    drive's own peak stands beside them.
     """
-    drive = machine.drive
+    drive, stop = machine.drive, machine.design.requirements.joint_torque_N_m
     return Drive(
-        continuous=min(drive.continuous_torque_N_m, machine.design.requirements.joint_torque_N_m),
-        peak=drive.peak_torque_N_m,
+        continuous=min(drive.continuous_torque_N_m, stop),
+        peak=min(drive.peak_torque_N_m, stop),
+        motor=drive.peak_torque_N_m,
         coulomb=joint_friction(machine).coulomb[1],
         count=encoder_count(machine),
         step=2.0 * drive.peak_torque_N_m / COMMAND_STEPS,

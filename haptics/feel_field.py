@@ -46,6 +46,7 @@ class Drive:
     Attributes:
         continuous: Torque for ever, as far as the controller allows it.
         peak: For a moment, likewise.
+        motor: For a moment, as far as the motor goes; no controller of this project asks for more than `peak`.
         coulomb: Friction.
         count: Of the encoder, rad.
         step: Of the torque command.
@@ -53,6 +54,7 @@ class Drive:
 
     continuous: float
     peak: float
+    motor: float
     coulomb: float
     count: float
     step: float
@@ -76,6 +78,7 @@ class FeelField:
             cannot even hold that.
         force_peak: Likewise for a moment, N.
         force_peak_best: Likewise in the best direction, N.
+        force_motor: In every direction for a moment, if the controller let the motors go to their own limit, N.
         gravity: Largest torque of a joint that holds the weight, N m.
     """
 
@@ -90,6 +93,7 @@ class FeelField:
     force_continuous: np.ndarray
     force_peak: np.ndarray
     force_peak_best: np.ndarray
+    force_motor: np.ndarray
     gravity: np.ndarray
 
     def named(self) -> dict[str, np.ndarray]:
@@ -155,6 +159,7 @@ def feel_at(machine: Machine, drive: Drive, p: ArrayLike) -> FeelField:
         force_continuous=inscribed_ball(columns, gravity, drive.continuous),
         force_peak=inscribed_ball(columns, gravity, drive.peak),
         force_peak_best=np.linalg.norm(corners @ rows, axis=-1).max(axis=-1),
+        force_motor=inscribed_ball(columns, gravity, drive.motor),
         gravity=np.abs(gravity).max(axis=-1),
     )
 

@@ -15,7 +15,7 @@ from haptics.reference_devices import LABELS, Published, reference_devices
 from haptics.wall_limit import START
 
 SCHEMA = "delta-feel/1"
-MAPS = ("mass_max", "friction_max", "force_continuous", "force_peak", "position_step", "wall", "gravity")
+MAPS = ("mass_max", "friction_max", "force_continuous", "force_motor", "position_step", "wall", "gravity")
 OURS = "this design"
 WIDTH = 110
 
@@ -67,6 +67,7 @@ def feel_facts(found: Feel) -> dict[str, Any]:
             "mass_error": MASS_ERROR,
             "continuous_torque_N_m": found.drive.continuous,
             "peak_torque_N_m": found.drive.peak,
+            "peak_torque_of_the_motor_N_m": found.drive.motor,
             "encoder_count_rad": found.drive.count,
         },
     }
@@ -149,7 +150,7 @@ def feel_markdown(found: Feel) -> str:
         "Effective mass: felt along a direction with the others free. Friction: Coulomb friction of the joints, "
         "against a steady motion; in the best direction it is also the smallest force that moves a handle at rest, and "
         "hides smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
-        "forces that the joints give beside the weight.",
+        f"forces that the joints give beside the weight. {_stops(found)}",
         "",
         "## Walls at the centre, simulated",
         "",
@@ -172,6 +173,8 @@ def feel_markdown(found: Feel) -> str:
         "## Beside devices on the market",
         "",
         *_comparison(found, reference_devices()),
+        "",
+        _stops(found),
         "",
         "(?) from memory, its source was not opened. A stiffness of the others is what a library renders with them, "
         "not a limit by our protocol; ours is the smallest nominal one of the three axes.",
@@ -198,8 +201,8 @@ def feel_markdown(found: Feel) -> str:
         f"- Delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag {CURRENT_LAG * 1e3:g} ms, period "
         f"{found.stiffness.period * 1e3:g} ms, no damping in the wall.",
         f"- Torque for ever {found.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), peak "
-        f"{found.drive.peak:.2f} N m of the drive for {machine.drive.peak_time_s:g} s; the controller stops at the "
-        f"design's {design.requirements.joint_torque_N_m:g} N m.",
+        f"{found.drive.peak:.2f} N m likewise; the motors by themselves {found.drive.motor:.2f} N m for "
+        f"{machine.drive.peak_time_s:g} s.",
         f"- A current command of {COMMAND_STEPS} steps from minus to plus the peak.",
         *(f"- {name} hand: {model.meaning}." for name, model in HAND_MODELS.items()),
         "",
@@ -210,6 +213,19 @@ def feel_markdown(found: Feel) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _stops(found: Feel) -> str:
+    """Which force is the device's: what its controller gives, not what its motors could."""
+    stop = found.machine.design.requirements.joint_torque_N_m
+    if found.drive.motor <= stop:
+        return f"The motors' own limit, {found.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."
+    return (
+        f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives "
+        f"{found.summary('force_peak').worst[0]:.1f} N in every direction everywhere; with motors let go to their own "
+        f"limit, {found.drive.motor:.2f} N m, it would be {found.summary('force_motor').worst[0]:.1f} N for "
+        f"{found.machine.drive.peak_time_s:g} s."
+    )
+
+
 def _comparison(found: Feel, rows: tuple[Published, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
     side = 2.0 * found.machine.design.cube.half_side_mm
@@ -217,7 +233,7 @@ def _comparison(found: Feel, rows: tuple[Published, ...]) -> list[str]:
     ours = {
         "workspace_mm": f"{side:g} x {side:g} x {side:g}",
         "force_continuous_N": f"{found.summary('force_continuous').worst[0]:.1f} everywhere, any direction",
-        "force_peak_N": f"{found.summary('force_peak').worst[0]:.1f} likewise",
+        "force_peak_N": f"{found.summary('force_peak').worst[0]:.1f} likewise, as the controller gives it",
         "stiffness_N_per_mm": f"{min(w.nominal.bisection for w in found.stiffness.axes) / 1e3:.1f}",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
@@ -228,4 +244,7 @@ def _comparison(found: Feel, rows: tuple[Published, ...]) -> list[str]:
     for quantity, label in LABELS.items():
         cells = " | ".join(told.get((device, quantity), "not known") for device in devices)
         lines.append(f"| {label} | {ours[quantity]} | {cells} |")
+        if quantity == "force_peak_N" and found.drive.motor > found.drive.peak:
+            own = f"{found.summary('force_motor').worst[0]:.1f} likewise, which the controller does not give"
+            lines.append(f"| the same at the motor's own limit, N | {own} |{' - |' * len(devices)}")
     return lines

@@ -152,6 +152,36 @@ def test_page_and_facts_tell_the_same(found: Feel) -> None:
         assert row.told in page
 
 
+def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: Machine, found: Feel) -> None:
+    """The supervisor's limit of this design decides, not the motors'."""
+    from haptics.assumptions import default_controller
+
+    stop = default_controller(machine).limits.torque
+    assert found.drive.continuous == found.drive.peak == stop < found.drive.motor == machine.drive.peak_torque_N_m
+    given, motor = found.summary("force_peak").worst[0], found.summary("force_motor").worst[0]
+    assert given < 0.5 * motor
+    page = feel_markdown(found).splitlines()
+    compared = next(line for line in page if line.startswith("| force, peak, N |"))
+    assert f"| {given:.1f} likewise, as the controller gives it |" in compared
+    own = page[page.index(compared) + 1]
+    assert own.startswith(
+        f"| the same at the motor's own limit, N | {motor:.1f} likewise, which the controller does not"
+    )
+    assert own.count("|") == compared.count("|")
+    said = f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives {given:.1f} N"
+    assert sum(said in line for line in page) == 2
+    assert not any(f"{motor:.1f}" in line and line.startswith("| force, peak") for line in page)
+
+
+def test_motors_below_the_designs_limit_decide(machine: Machine) -> None:
+    weak = replace(machine, drive=replace(machine.drive, peak_torque_N_m=0.5, continuous_torque_N_m=0.4))
+    drive = joint_drive(weak)
+    assert (drive.continuous, drive.peak, drive.motor) == (0.4, 0.5, 0.5)
+    page = feel_markdown(feel(weak, walls=quick_walls))
+    assert "The motors' own limit, 0.50 N m at a joint, is below the design's 0.8 N m." in page
+    assert "motor's own limit, N |" not in page
+
+
 def test_maps_are_of_the_slices(found: Feel) -> None:
     quantity = next(q for q in QUANTITIES if q.name == "force_continuous")
     x, y, z, values = map_values(found, quantity)
@@ -263,7 +293,9 @@ def test_exit_1_says_what_is_not_met(
     weak = tmp_path / "weak.json"
     weak.write_text(json.dumps(changed(requirements__force_N=9.0)))
     copy = tmp_path / "masses.json"
-    copy.write_text(masses.read_text())
+    known = json.loads(masses.read_text())
+    del known["input_sha256"]  # of another design: the masses are the user's word
+    copy.write_text(json.dumps(known))
     assert call("feel", "--design", weak, "--masses", copy, "--out", tmp_path) == 1
     assert "9 N are asked for" in capsys.readouterr().err
 

@@ -23,7 +23,7 @@ from haptics.masses import Masses
 from haptics.plant import energy, plant
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
-DRIVE = Drive(continuous=0.8, peak=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3)
+DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3)
 GRAVITY = (0.0, 0.0, -9.81)
 
 
@@ -58,7 +58,8 @@ def test_force_along_directions_by_a_linear_program(machine: Machine, positions:
         # along J_i and against it, the faces' normals, and a few of any kind
         normals = np.vstack([j.T, -j.T])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        for limit, ball in ((DRIVE.continuous, field.force_continuous[k]), (DRIVE.peak, field.force_peak[k])):
+        balls = (field.force_continuous[k], field.force_peak[k], field.force_motor[k])
+        for limit, ball in zip((DRIVE.continuous, DRIVE.peak, DRIVE.motor), balls, strict=True):
             reached = []
             for n in (*normals, *directions(6)):
                 torque = (j.T @ n)[:, None]
