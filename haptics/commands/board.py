@@ -5,8 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from delta_cad.console import BAD_INPUT, DONE, refuse
+from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, refuse
+
+if TYPE_CHECKING:
+    from haptics.devices.board import Board
 
 NAME = "board"
 TEXT = "a simulated controller board on a socket, for hosts that speak the protocol of haptics/PROTOCOL.md"
@@ -46,10 +50,18 @@ def run(given: argparse.Namespace) -> int:
         print(f"listening on {host} {port}")
         sys.stdout.flush()
         patience = period if given.paced else 0.05
-        sessions = serve(board, listening, patience=patience, paced=given.paced, idle=given.idle, once=given.once)
-    dropped = ", ".join(f"{number} {why}" for why, number in sorted(board.counts.items())) or "nothing"
-    print(f"{sessions} sessions; dropped: {dropped}")
+        try:
+            serve(board, listening, patience=patience, paced=given.paced, idle=given.idle, once=given.once)
+        except KeyboardInterrupt:  # the way to end it by hand
+            return refuse(f"interrupted; {_told(board)}", INTERRUPTED)
+    print(_told(board))
     return DONE
+
+
+def _told(board: Board) -> str:
+    """What it did, in one line."""
+    dropped = ", ".join(f"{number} {why}" for why, number in sorted(board.counts.items())) or "nothing"
+    return f"{board.sessions} sessions, {board.served} commands served; dropped: {dropped}"
 
 
 def _board(given: argparse.Namespace):

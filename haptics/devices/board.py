@@ -44,6 +44,8 @@ class Board:
 
     Attributes:
         counts: How many packets were dropped, and why.
+        sessions: How many were opened.
+        served: How many COMMANDs were taken.
         stop: Whether the emergency stop is pressed: torque is zero then.
     """
 
@@ -55,6 +57,7 @@ class Board:
         self._silent, self._tripped, self._answered = 0.0, False, False
         self._torques, self._time = np.zeros(3), 0.0
         self.counts: Counter[str] = Counter()
+        self.sessions = self.served = 0
         self.stop = False
 
     @property
@@ -149,11 +152,13 @@ class Board:
             self.end()
             self._peer, self._session, self._watchdog = peer, packet.session, asked
             self._sequence, self._silent, self._answered = 0, 0.0, True
+            self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
         return self._packet(Kind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
 
     def _command(self, packet: Packet) -> None:
         self._heard, self._answered = packet.sequence, True
+        self.served += 1
         if packet.answers != self._sequence:
             self.counts["LATE"] += 1
         if packet.flags & RESET_WATCHDOG:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import signal
 import socket
 import subprocess
 import sys
@@ -252,8 +254,47 @@ def test_the_command_serves_the_design(masses: Path) -> None:
         assert (device.torque_limit, device.counts_per_turn) == (0.8, 16384)
         recording = run(device, wavy, ticks=20)
         assert len(recording.time) == 20
-        assert process.stdout.read().startswith("1 sessions; dropped: ")  # a busy machine may make a COMMAND late
+        # the zero torque at the end is one more, or two; a busy machine may make a COMMAND late
+        told = re.fullmatch(r"1 sessions, (\d+) commands served; dropped: .+\n", process.stdout.read())
+        assert told
+        assert 20 <= int(told[1]) <= 22
     assert process.returncode == 0
+
+
+def test_ctrl_c_on_the_command_says_what_it_did(masses: Path) -> None:
+    arguments = ["-m", "haptics", "board", "--design", str(BEST), "--masses", str(masses)]
+    with subprocess.Popen(
+        [sys.executable, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=HERE.parent.parent,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        port = int(process.stdout.readline().split()[-1])
+        link = UdpLink("127.0.0.1", port)
+        device = RemoteDevice(link, timeout=PATIENT)
+        link.send(b"noise")
+        run(device, wavy, ticks=20)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert out == ""
+    told = re.fullmatch(r"interrupted; 1 sessions, (\d+) commands served; dropped: .*\b1 SHORT\b.*\n", err)
+    assert told, err
+    assert 20 <= int(told[1]) <= 22
+
+
+def test_ctrl_c_before_any_host(
+    masses: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("haptics.devices.server.serve", interrupted)
+    assert call("--design", BEST, "--masses", masses) == 130
+    assert capsys.readouterr().err == "interrupted; 0 sessions, 0 commands served; dropped: nothing\n"
 
 
 @pytest.mark.parametrize(
