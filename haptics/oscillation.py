@@ -99,16 +99,31 @@ def oscillation(
         raise ValueError(
             f"the handle was not at the wall in the last {2.0 * window:g} s; the record says nothing of it"
         )
-    last, before = _off_line(x[-n:]), _off_line(x[-2 * n : -n])
-    swing, was = float(np.ptp(last)), _root_mean_square(before)
-    ratio = _root_mean_square(last) / was if was > 0.0 else (np.inf if swing > 0.0 else 0.0)
-    reversals = _reversals(last, resolution / 4.0)
+    last, ratio = off_line(x[-n:]), decay_ratio(x[-2 * n :])
+    swing, reversals = float(np.ptp(last)), _reversals(last, resolution / 4.0)
     small = swing <= counts * resolution or reversals < REVERSALS
     kind: Kind = "settles" if small or ratio < decay else "grows" if ratio > GROWS else "sustained"
-    return Oscillation(kind, swing, ratio, float(np.ptp(_off_line(f[-n:]))), reversals / (2.0 * window), contact)
+    return Oscillation(kind, swing, ratio, float(np.ptp(off_line(f[-n:]))), reversals / (2.0 * window), contact)
 
 
-def _off_line(series: np.ndarray) -> np.ndarray:
+def decay_ratio(series: np.ndarray) -> float:
+    """Root mean square of the second half of a series to that of the first, each off its straight line; 0 if both are
+    still, infinite if the motion began in the second.
+    """
+    n = len(series) // 2
+    now, was = (_root_mean_square(off_line(half)) for half in (series[-n:], series[-2 * n : -n]))
+    return now / was if was > 0.0 else (np.inf if now > 0.0 else 0.0)
+
+
+def strongest_line(series: np.ndarray, period: float) -> float:
+    """Frequency of the strongest line of a series off its straight line, Hz, to an eighth of its length's inverse."""
+    n = len(series)
+    _, weight = _hann(n)
+    spectrum = np.abs(np.fft.rfft(weight * off_line(series), 8 * n))
+    return float(np.argmax(spectrum)) / (8 * n * period)
+
+
+def off_line(series: np.ndarray) -> np.ndarray:
     """A series less its straight line of least squares, weighted by a Hann window: from two swings on, a swing itself
     hardly tilts that line, whatever its phase.
     """

@@ -197,7 +197,7 @@ def _tell_home(facts: dict[str, Any]) -> None:
         print(
             f"  {run['damping_applied_N_s_per_m']:7.1f} {_number(run['settling_s'], 3):>12s} "
             f"{run['overshoot_mm']:14.2f} {_number(run['distance_at_end_mm'], 2):>15s} "
-            f"{_number(run['swing_um'], 0):>11s} {run['frequency_Hz']:8.0f}   {run['verdict']}"
+            f"{_number(run['swing_um'], 0):>11s} {_number(run['frequency_Hz'], 0):>8s}   {run['verdict']}"
             f"{'' if run['capped'] else ' (uncapped)'}"
         )
 

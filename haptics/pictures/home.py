@@ -106,4 +106,6 @@ def _words(facts: dict) -> str:
         return f"limit cycle, {facts['frequency_Hz']:.0f} Hz, {facts['force_swing_N']:.1f} N peak to peak"
     if facts["chatters"]:
         return f"single counts make {facts['force_swing_N']:.1f} N peak to peak"
+    if facts["rings"]:
+        return f"moves by {facts['swing_um']:.0f} um at {facts['frequency_Hz']:.0f} Hz"
     return "quiet"

@@ -18,7 +18,7 @@ from delta_cad.mechanism import jacobian
 from haptics.assumptions import DELAY, default_controller, encoder_count, nominal_plant
 from haptics.loop import Recording, simulate, timing
 from haptics.machine import Machine
-from haptics.oscillation import oscillation
+from haptics.oscillation import decay_ratio, off_line, oscillation, strongest_line
 from haptics.rows import PAPER_SETTINGS, Resistance, law_table
 from haptics.scenes.bench import (
     GUIDE,
@@ -49,6 +49,10 @@ SLOW = 0.1
 """What is slower than this is a way, not a buzz, s."""
 ARRIVED = 1.05
 """Times the friction that may hold the handle before it is home: the bristles' bend and one count beyond it."""
+STILL = 1e-7
+"""Swing, m, below which no frequency is told: ten times the last digit of the series that are written."""
+RINGS = 0.5
+"""Counts of the encoders that a swing must have to be called a ringing; what is less, hardly any of them sees."""
 
 
 @dataclass(frozen=True)
@@ -56,18 +60,22 @@ class Buzz:
     """What the handle does at the end of its way.
 
     Attributes:
-        swing: Peak to peak of the position along its main direction, m.
+        swing: Peak to peak of the position along its main direction in the last window, m.
         force: Peak to peak of the force asked for along it, N.
-        frequency: Hz.
-        kind: As `oscillation` has it.
+        frequency: Of the position's strongest line, Hz; None where the swing is below `STILL`.
+        kind: As `oscillation` has it; "free" where no force is asked for at all, so that no loop can oscillate.
         saturated: Share of the time in which the force is at its limit.
+        ratio: Root mean square of the position in the last window to that in the one before.
+        counts: The swing in counts of the encoder that sees most of it.
     """
 
     swing: float
     force: float
-    frequency: float
+    frequency: float | None
     kind: str
     saturated: float
+    ratio: float
+    counts: float
 
 
 def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
@@ -184,6 +192,7 @@ def _released(
     direction = (start - middle) / np.linalg.norm(start - middle)
     settles = last < len(outside)
     driven = buzz.force > 2.0 * friction_force(machine, direction)  # else the force cannot shake the handle loose
+    moves = math.isfinite(buzz.swing) and buzz.counts >= RINGS
     facts: dict[str, Any] = {
         "damping_asked_N_s_per_m": asked,
         "damping_applied_N_s_per_m": applied,
@@ -197,6 +206,8 @@ def _released(
         "force_swing_N": buzz.force,
         "frequency_Hz": buzz.frequency,
         "oscillation": buzz.kind,
+        "rings": moves and not driven,
+        "swing_against_half_a_second_before": buzz.ratio,
         "share_of_time_at_force_limit": buzz.saturated,
     } | supervised(recording, READY)
     facts["verdict"] = _verdict(facts)
@@ -217,6 +228,8 @@ def _verdict(facts: dict[str, Any]) -> str:
     if facts["limit_cycle"]:
         limited = " at the force limit" if facts["share_of_time_at_force_limit"] > 0.5 else ""
         return f"{way}, limit cycle{limited}"
+    if facts["rings"]:
+        return f"{way}, rings in the dead zone" if facts["oscillation"] == "free" else f"{way}, swings within friction"
     return f"{way}, chatters by single counts" if facts["chatters"] else way
 
 
@@ -240,7 +253,7 @@ def buzzing(machine: Machine, recording: Recording, limit: float, until: int) ->
         The buzz along the direction in which it is largest; "diverged" if the handle left what can be reached.
     """
     if not np.isfinite(recording.position).all():
-        return Buzz(math.inf, math.inf, 0.0, "diverged", 0.0)
+        return Buzz(math.inf, math.inf, None, "diverged", 0.0, math.inf, math.inf)
     edge, n = round(SLOW / PERIOD / 2.0), 2 * round(WINDOW / PERIOD)
     mean = np.hanning(2 * edge + 3)[1:-1]
     mean /= mean.sum()
@@ -253,10 +266,20 @@ def buzzing(machine: Machine, recording: Recording, limit: float, until: int) ->
     along = np.linalg.svd(position, full_matrices=False)[2][0]
     resolution = encoder_count(machine) * float(np.abs(along @ jacobian(machine.geometry, origin(machine))).max())
     size = np.linalg.norm(recording.force[until - n : until], axis=1)
-    if not (force @ along).any():  # in the dead zone nothing is asked for
-        return Buzz(float(np.ptp(position[-(n // 2) :] @ along)), 0.0, 0.0, "settles", 0.0)
-    found = oscillation(position @ along, force @ along, PERIOD, resolution, window=WINDOW)
-    return Buzz(found.swing, found.force_swing, found.frequency, found.kind, float(np.mean(size > 0.99 * limit)))
+    x, f = position @ along, force @ along
+    last = off_line(x[-(n // 2) :])
+    swing = float(np.ptp(last))
+    pushed = bool(size.any())  # in the dead zone nothing is asked for
+    kind = oscillation(x, size, PERIOD, resolution, window=WINDOW).kind if pushed else "free"
+    return Buzz(
+        swing,
+        float(np.ptp(off_line(f[-(n // 2) :]))),
+        strongest_line(last, PERIOD) if swing > STILL else None,
+        kind,
+        float(np.mean(size > 0.99 * limit)),
+        decay_ratio(x),
+        swing / resolution,
+    )
 
 
 def _discussion(facts: dict[str, Any], runs: list[Run]) -> list[str]:
@@ -273,6 +296,8 @@ def _discussion(facts: dict[str, Any], runs: list[Run]) -> list[str]:
                 f"With {f['damping_applied_N_s_per_m']:.1f} N s/m single counts of the encoders, seen as velocity, "
                 f"make {f['force_swing_N']:.1f} N peak to peak of force at rest: stable, but to be felt."
             )
+        if f["rings"]:
+            said.append(_ringing(f))
         if not f["capped"] and not f["limit_cycle"]:
             said.append(f"b = {f['damping_applied_N_s_per_m']:g} N s/m applied as the paper has it: {f['verdict']}.")
         elif not f["capped"]:
@@ -295,3 +320,15 @@ def _discussion(facts: dict[str, Any], runs: list[Run]) -> list[str]:
         f"up to {facts['home_radius_mm']:.1f} mm from the origin; that radius counts as home."
     )
     return said
+
+
+def _ringing(f: dict[str, Any]) -> str:
+    if f["oscillation"] == "free":
+        does, why = "rings", "no force is asked for there: mass on what friction gives way before it slips"
+    else:
+        does, why = "swings", f"the force, {f['force_swing_N']:.2f} N peak to peak, does not overcome friction"
+    return (
+        f"With {f['damping_applied_N_s_per_m']:.1f} N s/m the handle still {does} by {f['swing_um']:.0f} um at "
+        f"{f['frequency_Hz']:.0f} Hz at the end, {f['swing_against_half_a_second_before']:.2f} times what it was half "
+        f"a second before; {why}."
+    )

@@ -16,8 +16,11 @@ from scene_machine import scene_machine
 
 import haptics.machine
 from delta_cad.design import Design
+from haptics.assumptions import nominal_plant
 from haptics.cli import main
 from haptics.machine import Machine
+from haptics.plant import Plant
+from haptics.scenes.bench import GUIDE
 from haptics.scenes.home import home
 from haptics.scenes.record import Promise, Scene
 
@@ -64,6 +67,8 @@ def test_a_scene_leaves_series_facts_and_a_picture(
             header = next(csv.reader(file))
         assert header[0] == "time_s"
         assert header[-1] == "supervisor_bits"
+        assert f"series/{run['name']}.parquet" in there
+    assert facts["files"]["parquet"] is True
     image = imread(folder / f"{scene}.png")
     assert image.shape[0] > 900
     assert image.shape[1] > 1600
@@ -83,8 +88,11 @@ def test_a_scene_leaves_series_facts_and_a_picture(
 def test_text_and_csv_say_what_was_simulated(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, best: Design
 ) -> None:
+    from pyarrow import parquet
+
     assert call("--scene", "home", "--out", tmp_path / "there") == 0
     told = capsys.readouterr().out
+    assert "no parquet" not in told
     scene = home(scene_machine(best), delay=0.5e-3)
     for promise in scene.promises:
         assert f"kept      {promise.text}\n" in told
@@ -95,26 +103,45 @@ def test_text_and_csv_say_what_was_simulated(
         assert read.dtype.names == tuple(run.series)
         for name, column in run.series.items():
             assert np.array_equal(read[name], column)  # the shortest digits that read back
+        table = parquet.read_table(path.with_suffix(".parquet"))
+        assert table.column_names == list(run.series)
+        assert all(np.array_equal(table[name].to_numpy(), column) for name, column in run.series.items())
     assert "limit cycle at the force limit (uncapped)" in told
     assert not list((tmp_path / "there").rglob("*.png"))
 
 
-def test_a_broken_promise_is_exit_1(
-    call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path
+def test_without_pyarrow_csv_alone_is_written_and_said(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert call("--scene", "wall", "--hand", "light", "--delay", 5) == 1  # a light hand, a late loop
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert call("--scene", "home") == 0
+    assert "; pyarrow is not installed: no parquet, CSV alone\n" in capsys.readouterr().out
+    kinds = {path.suffix for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    assert kinds == {".csv", ".json"}
+
+
+def test_a_broken_promise_is_exit_1(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def smooth(machine: Machine, _level: str) -> Plant:
+        return nominal_plant(machine)._replace(coulomb=0.0, bristle_damping=0.0)
+
+    monkeypatch.setattr("haptics.wall_trial.with_friction", smooth)
+    assert call("--scene", "wall", "--hand", "light", "--delay", 5) == 1  # a light hand, a late loop, nothing sticks
     assert "NOT KEPT  the paper's first wall, 1.1 N/mm, stands across each axis" in capsys.readouterr().out
     assert (tmp_path / "out").is_dir()
 
 
 def test_a_handle_that_is_flung_away_is_written_and_exit_1(
-    call: Callable[..., int], capsys: pytest.CaptureFixture[str]
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("haptics.scenes.home.GUIDE", GUIDE._replace(mass=0.0, damping=0.0))  # no slide on the handle
     assert call("--scene", "home", "--delay", 10, "--plot", "--json") == 1
     facts = json.loads(capsys.readouterr().out)
     flung = [run for run in facts["runs"] if run["supervisor_fault"]]
     assert flung
     assert all(run["swing_um"] is None and run["distance_at_end_mm"] is None for run in flung)
+    assert all(run["frequency_Hz"] is None and not run["rings"] for run in flung)
     assert call("--scene", "home", "--delay", 10) == 1
     assert "fault: " in capsys.readouterr().out
 
