@@ -46,6 +46,13 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     figures.append(
         Figure(SUBJECT, "peak memory of simulate", child.largest_bytes / 1e6, "MB", MEMORY_MB, note=note),
     )
+    say("memory of the feel sheet, with its maps")
+    child = succeeded(python("-c", "from tests.benchmarks.haptics_simulation import felt; felt()"))
+    figures.append(
+        Figure(
+            SUBJECT, "peak memory of feel", child.largest_bytes / 1e6, "MB", MEMORY_MB, note="walls and maps; no CAD"
+        ),
+    )
     say("the twin, and MuJoCo's step beside ours")
     with TemporaryDirectory() as folder:
         succeeded(python("-c", "from tests.benchmarks.haptics_simulation import twin; twin()", folder))
@@ -182,14 +189,26 @@ def led() -> None:
     """Does what `simulate --scene resistance --plot` does, in a folder that goes away."""
     from haptics.pictures.scenes import pictures
     from haptics.scenes.resistance import resistance
-    from haptics.series import write_csv
+    from haptics.series import write_csv, write_parquet
 
     machine = _machine()
     scene = resistance(machine)
     with TemporaryDirectory() as folder:
         for taken in scene.runs:
             write_csv(Path(folder) / f"{taken.name}.csv", taken.series)
+            write_parquet(Path(folder) / f"{taken.name}.parquet", taken.series)
         pictures(scene, machine, Path(folder))
+
+
+def felt() -> None:
+    """Does what `feel` does, in a folder that goes away."""
+    import haptics.machine
+    from haptics.cli import main
+
+    with TemporaryDirectory() as folder:
+        haptics.machine.load_machine = lambda *_: _machine()  # the design and the masses of the benchmarks
+        if main(["feel", "--design", "best.json", "--out", folder]) == 2:
+            raise RuntimeError("the feel sheet was refused")
 
 
 def twin() -> None:
