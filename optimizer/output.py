@@ -21,6 +21,8 @@ SAME_UM = 1e-3
 """A half side this close below a whole micrometre counts as that: metres and back cost 1e-11."""
 DIGITS = 8
 """Of the figures in the provenance; solvers end within 1e-9."""
+GAP_DIGITS = 3
+"""Of a gap, which is itself a small difference of two such figures."""
 GIVEN_UP_UM = 5
 """Of the half side: a micrometre of the other lengths is worth less than one or two."""
 
@@ -125,9 +127,9 @@ def write_design(design: Design, path: Path) -> None:
 def _step(result: Result) -> dict[str, Any]:
     record = result.record()
     names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
-    return {name: _settled(record[name]) for name in names}
+    return {name: _settled(record[name], GAP_DIGITS if name == "gap" else DIGITS) for name in names}
 
 
-def _settled(value: Any) -> Any:
+def _settled(value: Any, digits: int) -> Any:
     """A figure without the digits that differ from one machine's arithmetic to another's."""
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
