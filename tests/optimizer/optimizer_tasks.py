@@ -1,9 +1,14 @@
-"""The paper's tasks as requirements, for the tests of the optimiser."""
+"""The paper's tasks as requirements, and a store in memory, for the tests of the optimiser."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from optimizer.genetic import Generation
 from optimizer.requirements import Requirements, requirements_from_dict
 
 Range = tuple[float, float]
@@ -42,3 +47,24 @@ def task(
             "step_3": {} if half_side_mm is None else {"half_side_mm": half_side_mm},
         }
     )
+
+
+class Memory:
+    """A store that keeps everything as JSON text, as a file would."""
+
+    def __init__(self) -> None:
+        self.done: dict[str, str] = {}
+        self.kept: dict[str, list[str]] = {}
+
+    def finished(self, phase: str) -> dict[str, Any] | None:
+        return json.loads(self.done[phase]) if phase in self.done else None
+
+    def finish(self, phase: str, data: dict[str, Any]) -> None:
+        self.done[phase] = json.dumps(data, allow_nan=False)
+
+    def generations(self, phase: str) -> Sequence[Generation]:
+        return [Generation(*map(np.array, json.loads(text))) for text in self.kept.get(phase, [])]
+
+    def keep(self, phase: str, generation: Generation) -> None:
+        lists = [generation.objective.tolist(), generation.margins.tolist()]
+        self.kept.setdefault(phase, []).append(json.dumps(lists, allow_nan=False))

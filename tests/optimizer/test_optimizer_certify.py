@@ -5,56 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from certify_tasks import BEST, call, changed, masses, redigested
+from terminal import shown_on_a_terminal
 
 from delta_cad import console
-from delta_cad.design import Design, design_hash, design_to_dict, load_design
+from delta_cad.design import design_hash, load_design
 from delta_cad.mechanism import Extreme, conditioning, cube_extremes, reach_excess, rod_lean, worst_joint_torque
-from optimizer import cli
 from optimizer.certificate import cube_of, limits_of
 from optimizer.certificate_bounds import bounds
-from optimizer.certificate_gravity import KNOWN
 from optimizer.certificate_report import rounded
-
-BEST = Path(__file__).parents[2] / "best.json"
-
-
-def call(*arguments: str | Path) -> int:
-    return cli.main([str(argument) for argument in arguments])
-
-
-def changed(tmp_path: Path, cube: dict[str, float] | None = None, **requirements: Any) -> Path:
-    data = design_to_dict(load_design(BEST))
-    data["requirements"] = {
-        "envelope_width_mm": 270.0,
-        "envelope_depth_mm": 220.0,
-        "force_N": 3.0,
-        "joint_torque_N_m": 0.8,
-    } | requirements
-    data["mechanism"] |= {"base_radius_mm": 40.0, "platform_radius_mm": 30.0, "forearm_length_mm": 112.079}
-    data["cube"] = {"bottom_height_mm": 57.112, "half_side_mm": 37.5} | (cube or {})
-    path = tmp_path / "design.json"
-    path.write_text(json.dumps(data))
-    return path
-
-
-def masses(tmp_path: Path, design: Design) -> Path:
-    home = [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
-    bodies = {name: {"mass_kg": 0.01, "centre_m": [0.02, 0.0, 0.0]} for name in KNOWN}
-    bodies |= {f"pinion_{i}": {"mass_kg": 0.002, "centre_m": [0.0, 0.01, 0.0]} for i in range(3)}
-    path = tmp_path / "mass_properties.json"
-    path.write_text(json.dumps({"schema": "delta-mass-properties/1", "home_mm": home, "bodies": bodies}))
-    return path
 
 
 def test_the_committed_design_is_proved_and_its_certificate_holds(
@@ -318,83 +286,6 @@ def test_undecided_is_told_with_its_box(tmp_path: Path, capsys: pytest.CaptureFi
     assert "kappa is undecided" in capsys.readouterr().err
 
 
-def test_tampered_certificates_exit_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path, out = changed(tmp_path, kappa_max=2.5), tmp_path / "c.json"
-    assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.1") == 0
-    capsys.readouterr()
-    good = json.loads(out.read_text())
-
-    def refused(words: str, fitting: bool = True, **change: Any) -> None:
-        data = good | change
-        if fitting:
-            data = redigested(data)
-        out.write_text(json.dumps(data))
-        assert call("verify", out, "--design", path, "--json") == 1
-        told, err = capsys.readouterr()
-        assert words in err
-        assert err.startswith("c.json: ")
-        assert err.count("c.json") == 1
-        assert err.endswith("the certificate does not hold\n")
-        assert json.loads(told)["holds"] is False
-        assert words in json.loads(told)["reason"]
-
-    refused("its content was changed", fitting=False, boxes=1)
-    refused("boxes are missing", leaves=good["leaves"][1:])
-    refused("overlap", leaves=[*good["leaves"], good["leaves"][0]])
-    refused("is about the design of hash", design_hash="0" * 64)
-    looser = good["limits"] | {"kappa_max": 3.0}
-    findings = [f | {"limit": 3.0} if f["condition"] == "kappa" else f for f in good["findings"]]
-    refused("kappa: design", limits=looser, findings=findings)
-    refused("kappa: the limit of its finding", limits=good["limits"] | {"kappa_max": 2.4})
-    refused("torque: the torque of 0.7 N m is more", gravity=good["gravity"] | {"reserve_N_m": 0.2})
-    smaller = {"bottom_height_m": 0.057112, "half_side_m": 0.01, "top_height_m": 0.057112 + 2 * 0.01}
-    refused("other dimensions", cube=smaller)
-    refused("statement is not what its numbers prove", statement="All is well, everything up to 100 N.")
-
-
-def redigested(data: dict[str, Any]) -> dict[str, Any]:
-    """What a forger does who knows the format: a digest that fits."""
-    rest = {key: value for key, value in data.items() if key != "digest"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    return rest | {"digest": hashlib.sha256(text.encode()).hexdigest()}
-
-
-def test_a_certificate_with_fields_that_no_design_has_is_unreadable_and_nothing_of_it_reaches_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path, out = changed(tmp_path), tmp_path / "c.json"
-    file = masses(tmp_path, load_design(path))
-    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 0
-    capsys.readouterr()
-    good = json.loads(out.read_text())
-    evil = "\x1b[31mred\nline"
-    weighed = good["gravity"]["masses"]
-    for change, where in (
-        ({"boxes": -5}, "boxes"),
-        ({"design": evil}, "design"),
-        ({"design": "fine\n"}, "design"),
-        ({"design_hash": evil}, "design_hash"),
-        ({"gravity": good["gravity"] | {"masses": weighed | {"file_sha256": evil}}}, "gravity.masses.file_sha256"),
-        ({evil: 1}, "'\\x1b[31mred\\nline'"),
-    ):
-        out.write_text(json.dumps(redigested(good | change)))
-        assert call("verify", out) == 2
-        told, err = capsys.readouterr()
-        assert told == ""
-        assert err.startswith(f"c.json: {where}: ")
-        assert "\x1b" not in err
-        assert err.count("\n") == 1
-    out.write_text(json.dumps(good | {"digest": evil}))
-    assert call("verify", out) == 2
-    assert capsys.readouterr().err.startswith("c.json: digest: ")
-
-
-def test_another_design_exits_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("certify", "--design", changed(tmp_path), "--out", tmp_path / "c.json") == 0
-    assert call("verify", tmp_path / "c.json", "--design", changed(tmp_path, force_N=3.1)) == 1
-    assert "it is about the design of hash" in capsys.readouterr().err
-
-
 def refused(tmp_path: Path, *arguments: str | Path) -> tuple[int, set[str]]:
     before = {f.name for f in tmp_path.iterdir()}
     try:
@@ -485,17 +376,8 @@ def test_the_same_design_gives_the_same_bytes(tmp_path: Path) -> None:
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     path = changed(tmp_path)
     command = [sys.executable, "-m", "optimizer", "certify", "--design", str(path), "--out", str(tmp_path / "c.json")]
-    ours, theirs = pty.openpty()
-    with os.fdopen(ours, "rb", buffering=0) as terminal:
-        run = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=theirs)
-        os.close(theirs)
-        shown = b""
-        try:
-            while piece := terminal.read(4096):
-                shown += piece
-        except OSError:  # the other end is closed: all was read
-            pass
-    assert run.returncode == 0
+    code, shown = shown_on_a_terminal(command)
+    assert code == 0
     assert b"loading the prover; it is compiled once on a machine" in shown
     assert b"100.0% of the cube" in shown
     assert shown.endswith(b"\r\x1b[K")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from terminal import shown_on_a_terminal
 
 from delta_cad import console
 from delta_cad.design import DesignError, load_design
@@ -259,17 +259,8 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
 
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--method", "sqp", "--steps", "1"]
-    ours, theirs = pty.openpty()
-    with os.fdopen(ours, "rb", buffering=0) as terminal:
-        run = subprocess.run([*command, "--out", str(tmp_path / "b.json")], stdout=subprocess.DEVNULL, stderr=theirs)
-        os.close(theirs)
-        shown = b""
-        try:
-            while piece := terminal.read(4096):
-                shown += piece
-        except OSError:  # the other end is closed: all was read
-            pass
-    assert run.returncode == 0
+    code, shown = shown_on_a_terminal([*command, "--out", str(tmp_path / "b.json")])
+    assert code == 0
     assert b"step 1 sqp 6/6: half side 68.301" in shown
     assert shown.endswith(b"\r\x1b[K")
 

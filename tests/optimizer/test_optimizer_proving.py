@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from optimizer_tasks import task
+from optimizer_tasks import Memory, task
 
 from optimizer import cli, infeasible, proving
-from optimizer.genetic import Generation
 from optimizer.infeasible import InfeasibleError, explain_proved
 from optimizer.problem import SIDE, ProblemError, step_problem
 from optimizer.proven import STEEP_BOXES
@@ -27,28 +24,6 @@ OPTIMA = (64.2015, 62.0154, 1.76687)
 SMALL: dict[str, Any] = {"population": 16, "generations": 4}
 IMPOSSIBLE = task(limits={"kappa_max": 1.2}, half_side_mm=40)
 ROOT = Path(__file__).parents[2]
-
-
-class Memory:
-    """A store that keeps everything as JSON text, as a file would."""
-
-    def __init__(self) -> None:
-        self.done: dict[str, str] = {}
-        self.kept: dict[str, list[str]] = {}
-
-    def finished(self, phase: str) -> dict[str, Any] | None:
-        return json.loads(self.done[phase]) if phase in self.done else None
-
-    def finish(self, phase: str, data: dict[str, Any]) -> None:
-        self.done[phase] = json.dumps(data, allow_nan=False)
-
-    def generations(self, phase: str) -> Sequence[Generation]:
-        return [Generation(*map(np.array, json.loads(text))) for text in self.kept.get(phase, [])]
-
-    def keep(self, phase: str, generation: Generation) -> None:
-        self.kept.setdefault(phase, []).append(
-            json.dumps([generation.objective.tolist(), generation.margins.tolist()], allow_nan=False)
-        )
 
 
 def run(given: Any = PAPER, method: str = "proven", **other: Any) -> list[Result]:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from optimizer_tasks import task
+from optimizer_tasks import Memory, task
 
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_extremes
 from optimizer import three_step
 from optimizer.extremes import design_worst
-from optimizer.genetic import Generation, Population, evolve
+from optimizer.genetic import Population, evolve
 from optimizer.infeasible import InfeasibleError, _smallest, explain
 from optimizer.problem import CONSTRAINTS, Problem, ProblemError, step_problem
 from optimizer.requirements import Requirements
@@ -27,27 +26,6 @@ PAPER = task(platform_radius=(30, 45), half_side_mm=35)
 OPTIMA = (64.2015, 62.0154, 1.76687)
 """Closed form; README of the paper (62.02); README of the paper (1.767), each with the digits we reach."""
 SMALL: dict[str, Any] = {"population": 16, "generations": 5}
-
-
-class Memory:
-    """A store that keeps everything as JSON text, as a file would."""
-
-    def __init__(self) -> None:
-        self.done: dict[str, str] = {}
-        self.kept: dict[str, list[str]] = {}
-
-    def finished(self, phase: str) -> dict[str, Any] | None:
-        return json.loads(self.done[phase]) if phase in self.done else None
-
-    def finish(self, phase: str, data: dict[str, Any]) -> None:
-        self.done[phase] = json.dumps(data, allow_nan=False)
-
-    def generations(self, phase: str) -> Sequence[Generation]:
-        return [Generation(*map(np.array, json.loads(text))) for text in self.kept.get(phase, [])]
-
-    def keep(self, phase: str, generation: Generation) -> None:
-        lists = [generation.objective.tolist(), generation.margins.tolist()]
-        self.kept.setdefault(phase, []).append(json.dumps(lists, allow_nan=False))
 
 
 def run(given: Requirements = PAPER, method: str = "ga+sqp", seed: int = 0, **other: Any) -> list[Result]:
