@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from haptics.pictures.style import styled
+from delta_cad.picture_style import styled
 
 HEIGHTS = ("bottom", "middle", "top")
 FILL, LINES, EVEN = 48, 6, 0.02

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from haptics.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, label_ends, styled
+from delta_cad.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, styled
+from haptics.pictures.style import label_ends
 from haptics.scenes.record import Scene
 
 COLOURS = (SKY, GREEN, BLUE, PURPLE, BLACK, GREY)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from haptics.pictures.style import BLACK, BLUE, GREY, ORANGE, styled
+from delta_cad.picture_style import BLACK, BLUE, GREY, ORANGE, styled
 from haptics.scenes.record import Run, Scene
 
 BIN_MM = 0.5

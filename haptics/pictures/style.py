@@ -1,48 +1,16 @@
-"""What all pictures share: colours that the colour-blind tell apart, sizes, labels that keep apart, the file."""
+"""What the pictures of haptics share beside their style: labels that keep apart, and the file."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import wraps
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ParamSpec
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
-"""Okabe and Ito's palette, without its yellow, which is too pale for a line."""
-GREY = "#6E6E6E"
-DPI = 150
-RC: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.5,
-    "axes.titlesize": 10.5,
-    "axes.labelsize": 9.5,
-    "legend.fontsize": 8.5,
-    "axes.grid": True,
-    "grid.color": "#DDDDDD",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-}
-
-Given = ParamSpec("Given")
-
-
-def styled(draw: Callable[Given, Figure]) -> Callable[Given, Figure]:
-    """A drawing function under the pictures' style, whatever the user's own settings are."""
-
-    @wraps(draw)
-    def drawn(*arguments: Given.args, **named: Given.kwargs) -> Figure:
-        with rc_context(RC):
-            return draw(*arguments, **named)
-
-    return drawn
+from delta_cad.picture_style import DPI, RC
 
 
 def label_ends(ax: Axes, ends: Sequence[tuple[float, str, str]], gap: float = 0.06) -> None:

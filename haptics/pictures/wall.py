@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from haptics.pictures.style import BLUE, GREEN, VERMILLION, label_ends, styled
+from delta_cad.picture_style import BLUE, GREEN, VERMILLION, styled
+from haptics.pictures.style import label_ends
 from haptics.scenes.record import Scene
 
 COLOURS = {"first": BLUE, "published": GREEN, "above": VERMILLION}

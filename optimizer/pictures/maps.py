@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
+from delta_cad.picture_style import styled
 from optimizer.maps import Slice
-from optimizer.pictures.style import pretty, styled
+from optimizer.pictures.style import pretty
 
 MM = 1000.0
 SAME = 1e-6

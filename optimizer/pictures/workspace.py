@@ -15,7 +15,8 @@ from delta_cad.mechanism import DeltaGeometry, closure_margin
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.statics import direct_margin
 from delta_cad.mechanism.workspace import Cube
-from optimizer.pictures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, pretty, styled
+from delta_cad.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, styled
+from optimizer.pictures.style import pretty
 from optimizer.reachable import contours_at_height, contours_in_mirror_plane, shell
 
 MM = 1000.0
