@@ -2,7 +2,7 @@
 
 import sys
 
-from delta_cad.cli import main
+from delta_cad.commands.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from delta_cad import catalogue
-from delta_cad.design import MM_PER_M, Design
+from delta_cad.design import Design
+from delta_cad.design.file import MM_PER_M
 
 Verdict = Literal["continuous", "peak only", "insufficient"]
 

@@ -2,7 +2,7 @@
 
 import sys
 
-from haptics.cli import main
+from haptics.commands.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -19,6 +19,8 @@ from typing import Any
 
 CHANGING = re.compile(r"seconds|elapsed|_s$|created|version|sha256|folder|path|python|platform|bytes|command")
 """Keys that may differ between two runs of the same code."""
+NUMBER = re.compile(r"(?<![\w.])-?(?:0x)?\d[\w.+-]*")
+"""In C: names of functions may change, numbers may not."""
 KEPT = re.compile(r"time_constant|_N_s|stale_s|settling|rise|period|delay|requirements_sha256")
 """Keys that look so and are results."""
 
@@ -80,9 +82,10 @@ def take(target: Path) -> None:
             found[file] = (built / file).read_text().splitlines()
         found["step"] = json.loads((built / "manifest.json").read_text()).get("step_fingerprint")
         for file in sorted((room / "firmware").rglob("*.[ch]")):
-            found[f"firmware {file.name}"] = file.read_text().splitlines()
+            found[f"firmware {file.name}"] = NUMBER.findall(file.read_text())
         for method in ("ga", "sqp", "ga+sqp", "proven"):
-            found[f"{method}.json"] = plain(json.loads((room / f"{method}.json").read_text()))
+            if (room / f"{method}.json").exists():  # a run that ends without a design leaves none
+                found[f"{method}.json"] = plain(json.loads((room / f"{method}.json").read_text()))
     target.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n")
 
 

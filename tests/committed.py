@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-BEST = Path(__file__).parents[1] / "best.json"
+ROOT = Path(__file__).parents[1]
+BEST = ROOT / "best.json"
 DATA: dict[str, Any] = json.loads(BEST.read_text())
 PUBLISHED = Path(__file__).parent / "references" / "published-optimum.json"
 """The published optimum of [RCIM2018] table 12 with the same hardware: where the paper's figures are the oracle."""

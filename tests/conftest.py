@@ -10,11 +10,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from committed import BEST, Built
 
-from delta_cad.assembly import Assembly
+from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
+from tests.committed import BEST, Built
 
 ROOT = Path(__file__).parents[1]
 
@@ -48,7 +48,7 @@ def best_dimensions(best: Design) -> Dimensions:
 
 @pytest.fixture(scope="session")
 def best_assembly(best_dimensions: Dimensions) -> Assembly:
-    from delta_cad.assemble import assemble
+    from delta_cad.assembly.assemble import assemble
 
     return assemble(best_dimensions)
 

@@ -106,7 +106,7 @@ def family(name: str) -> Mapping[str, Row]:
     """
     if name not in FAMILIES:
         raise CatalogueError(f"no family {name!r} in the catalogue; legal: {', '.join(FAMILIES)}")
-    return read_family(Path(__file__).parent / FILES[name], FAMILIES[name])
+    return read_family(Path(__file__).parent / "data" / FILES[name], FAMILIES[name])
 
 
 def _row(name: str, key: str) -> Row:

@@ -7,20 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from delta_cad.assembly import Assembly
-from delta_cad.checks.attachment import check_attachment
-from delta_cad.checks.clearance import check_clearance
-from delta_cad.checks.envelope import check_envelope
-from delta_cad.checks.fits import check_fits
-from delta_cad.checks.gaps import check_largest_gaps
-from delta_cad.checks.joint_axes import check_joint_axes
-from delta_cad.checks.joints import check_joints
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.clearance import check_clearance
+from delta_cad.checks.contact.attachment import check_attachment
+from delta_cad.checks.contact.fits import check_fits
+from delta_cad.checks.contact.gaps import check_largest_gaps
+from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.ranges import check_ranges
+from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.range.joint_axes import check_joint_axes
+from delta_cad.checks.range.joints import check_joints
+from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.checks.screws import check_screws
 from delta_cad.checks.solidity import check_solidity
-from delta_cad.tessellation import MeshLibrary
 
 __all__ = ["CheckLimits", "CheckResult", "all_passed", "run_checks"]
 

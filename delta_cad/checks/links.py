@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.part import Occurrence
-from delta_cad.placement import CHAINS, MM_PER_M, LinkPlacement
+from delta_cad.mechanism.placement import CHAINS, MM_PER_M, LinkPlacement
+from delta_cad.solids.part import Occurrence
 
 
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.checks.features import features
+from delta_cad.assembly.tessellation import Mesh, MeshLibrary
+from delta_cad.checks.contact.features import features
 from delta_cad.checks.report import CheckResult
-from delta_cad.part import Part
-from delta_cad.tessellation import Mesh, MeshLibrary
+from delta_cad.solids.part import Part
 
 AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
 ON_SURFACE_MM = 1e-4  # nodes lie on their surfaces to the tolerance of the edges there, 1e-5 mm at worst

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from delta_cad.assembly import Assembly
+from delta_cad.assembly.machine import Assembly
 from delta_cad.export.mass_properties import part_mass_properties
 
 SCHEMA = "delta-bom/1"

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from delta_cad.assembly import Assembly
+from delta_cad.assembly.machine import Assembly
 from delta_cad.export.meshes import Meshes
-from delta_cad.export.shading import creased
-from delta_cad.part import Material
-from delta_cad.placement import LINKS
+from delta_cad.export.views.shading import creased
+from delta_cad.mechanism.placement import LINKS
+from delta_cad.solids.part import Material
 
 if TYPE_CHECKING:
-    from delta_cad.tessellation import Mesh
+    from delta_cad.assembly.tessellation import Mesh
 
 M_PER_MM = 1e-3
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly import Assembly
-from delta_cad.part import Part
-from delta_cad.placement import LINKS
+from delta_cad.assembly.machine import Assembly
+from delta_cad.mechanism.placement import LINKS
+from delta_cad.solids.part import Part
 
 SCHEMA = "delta-mass-properties/1"
 M_PER_MM = 1e-3

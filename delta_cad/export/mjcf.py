@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly import Assembly
+from delta_cad.assembly.machine import Assembly
 from delta_cad.drive import DriveReport
 from delta_cad.mechanism import inverse_kinematics
-from delta_cad.placement import CHAINS, SIDES
+from delta_cad.mechanism.placement import CHAINS, SIDES
 
 M_PER_MM = 1e-3
 TIMESTEP_S = 1e-4

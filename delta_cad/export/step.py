@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from delta_cad.assembly import Assembly
-from delta_cad.part import Part
-from delta_cad.placement import LINKS
+from delta_cad.assembly.machine import Assembly
+from delta_cad.mechanism.placement import LINKS
+from delta_cad.solids.part import Part
 
 if TYPE_CHECKING:
     from OCP.TDF import TDF_Label

@@ -8,11 +8,11 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.part import Hole, Part
-from delta_cad.placement import CHAINS
+from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import GRAPHITE, material
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.platform import turned_to_chain
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature, one_solid
 

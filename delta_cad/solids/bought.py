@@ -10,9 +10,9 @@ from delta_cad import catalogue
 from delta_cad.catalogue import Row
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.part import Part
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.materials import material, provenance
+from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,

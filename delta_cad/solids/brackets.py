@@ -14,9 +14,9 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
-from delta_cad.part import Hole, Part
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import material
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     Circle,

@@ -10,10 +10,10 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.part import Hole, Part
-from delta_cad.placement import frames
+from delta_cad.mechanism.placement import frames
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import material, provenance
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cadquery as cq
 
 from delta_cad import catalogue
-from delta_cad.part import Hole, Part
 from delta_cad.solids.materials import material, provenance
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder, one_solid
 
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter

@@ -8,9 +8,9 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.part import Hole, Part
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.materials import BLUE, material, provenance
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, ball, bore_y, box, cut, cylinder, feature, fuse, one_solid, turned
 
 STUD_THREAD = "M3"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from delta_cad.part import Hole
+from delta_cad.solids.part import Hole
 
 
 def merged(holes: Iterable[Hole]) -> tuple[Hole, ...]:

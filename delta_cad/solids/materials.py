@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from delta_cad import catalogue
 from delta_cad.catalogue import Row
-from delta_cad.part import Material
+from delta_cad.solids.part import Material
 
 
 def material(key: str, colour: tuple[float, float, float] | None = None) -> Material:

@@ -7,11 +7,11 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM
-from delta_cad.part import Hole, Part
-from delta_cad.placement import CHAINS
+from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.forearm import STUD_THREAD
 from delta_cad.solids.materials import BLUE, material, provenance
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.part import Hole, Part
 from delta_cad.solids.materials import material
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, one_solid, turned
 
 EDGE_MM = 0.3

@@ -12,9 +12,9 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
-from delta_cad.part import Hole, Part
 from delta_cad.solids.holes import merged
 from delta_cad.solids.materials import ORANGE, material
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,

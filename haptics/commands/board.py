@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, refuse
 
 if TYPE_CHECKING:
     from haptics.devices.board import Board
@@ -32,7 +32,7 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
     from haptics.devices.server import listen, serve
-    from haptics.masses import MassError
+    from haptics.model.masses import MassError
 
     try:
         if not 0 <= given.port <= 65535:
@@ -68,11 +68,11 @@ def _board(given: argparse.Namespace):
     import math
 
     from delta_cad import catalogue
-    from delta_cad.design import MM_PER_M
+    from delta_cad.design.file import MM_PER_M
     from haptics.devices.board import Board
     from haptics.devices.simulated import SimulatedDevice
-    from haptics.machine import load_machine
-    from haptics.plant import plant
+    from haptics.model.machine import load_machine
+    from haptics.model.plant import plant
 
     machine = load_machine(given.design, given.masses)
     counts = catalogue.encoder(machine.design.hardware.encoder).counts_per_turn

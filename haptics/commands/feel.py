@@ -7,7 +7,7 @@ import json
 import os
 from pathlib import Path
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 
 NAME = "feel"
 TEXT = "what the device will feel like: mass, friction, force, resolution, walls over the cube; writes out/NAME-feel/"
@@ -26,21 +26,21 @@ def run(given: argparse.Namespace) -> int:
     oscillates.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
+    from delta_cad.common.whole import whole_folder
     from delta_cad.design import DesignError
     from delta_cad.mechanism import MechanismError
-    from delta_cad.whole import whole_folder
-    from haptics.feel import QUANTITIES, feel
-    from haptics.feel_page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-    from haptics.machine import load_machine
-    from haptics.masses import MassError
+    from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
+    from haptics.feel.sheet import QUANTITIES, feel
+    from haptics.model.machine import load_machine
+    from haptics.model.masses import MassError
 
     try:
         machine = load_machine(given.design, given.masses)
         with Line() as line:
             found = feel(machine, say=line.show)
             facts = json.dumps(feel_facts(found), indent=1)
-            from haptics.pictures.feel_maps import feel_map
-            from haptics.pictures.style import save
+            from haptics.feel.maps import feel_map
+            from haptics.scenes.pictures.style import save
 
             line.show("maps")
             with whole_folder(given.out / f"{machine.design.name}-feel") as folder:

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from delta_cad.console import BAD_INPUT, DONE, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, refuse
 
 NAME = "firmware"
 TEXT = "the controller in C99 for a board: header, code with the design's numbers, and how to use it"
@@ -23,15 +23,15 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
-    from haptics.machine import load_machine
-    from haptics.masses import MassError
+    from haptics.model.machine import load_machine
+    from haptics.model.masses import MassError
 
     try:
         machine = load_machine(given.design, given.masses)
     except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
-    from haptics.assumptions import default_controller
     from haptics.firmware.generate import sources, write_firmware
+    from haptics.simulation.assumptions import default_controller
 
     try:
         controller = default_controller(machine)

@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 
 NAME = "gravity"
 TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
@@ -37,7 +37,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
     from delta_cad.design import DesignError
     from delta_cad.mechanism import MechanismError
-    from haptics.masses import MassError
+    from haptics.model.masses import MassError
 
     try:
         facts = _facts(given)
@@ -62,8 +62,8 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
     from haptics.gravity import gravity_torque
-    from haptics.machine import load_machine
-    from haptics.masses import PointMasses
+    from haptics.model.machine import load_machine
+    from haptics.model.masses import PointMasses
 
     if given.point_masses is not None:
         design = load_design(given.design)
@@ -86,7 +86,7 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _published(as_json: bool) -> int:
-    from haptics.identify import identify
+    from haptics.gravity.identify import identify
 
     found = identify()
     facts = {

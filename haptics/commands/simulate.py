@@ -8,10 +8,10 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 
 if TYPE_CHECKING:
-    from haptics.machine import Machine
+    from haptics.model.machine import Machine
     from haptics.scenes.record import Scene
 
 NAME = "simulate"
@@ -46,8 +46,8 @@ def run(given: argparse.Namespace) -> int:
     if given.plot:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
     from delta_cad.design import DesignError
-    from haptics.machine import load_machine
-    from haptics.masses import MassError
+    from haptics.model.machine import load_machine
+    from haptics.model.masses import MassError
 
     try:
         machine = load_machine(given.design, given.masses)
@@ -87,8 +87,8 @@ def _scene(machine: Machine, given: argparse.Namespace) -> Scene:
 
 def _rounded(delay_ms: float) -> float:
     """The delay as the loop has it, a whole number of substeps, s."""
-    from haptics.loop import timing
     from haptics.scenes.bench import PERIOD
+    from haptics.simulation.loop import timing
 
     clock = timing(PERIOD, delay_ms / MS_PER_S)
     return clock.delay * PERIOD / clock.substeps
@@ -105,9 +105,9 @@ def _plain(value: Any) -> Any:
 
 def _facts(machine: Machine, given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
     from delta_cad.design import design_hash
-    from haptics.assumptions import CORNER, CURRENT_LAG, encoder_count, nominal_plant
-    from haptics.loop import SUBSTEPS
     from haptics.scenes.bench import PERIOD
+    from haptics.simulation.assumptions import CORNER, CURRENT_LAG, encoder_count, nominal_plant
+    from haptics.simulation.loop import SUBSTEPS
 
     par = nominal_plant(machine)
     return {
@@ -137,8 +137,8 @@ def _facts(machine: Machine, given: argparse.Namespace, scene: Scene) -> dict[st
 
 def _write(folder: Path, machine: Machine, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
     """Writes everything, whole or not at all, and returns what was written."""
-    from delta_cad.whole import whole_folder
-    from haptics.series import write_csv, write_parquet
+    from delta_cad.common.whole import whole_folder
+    from haptics.simulation.series import write_csv, write_parquet
 
     with whole_folder(folder) as part:
         (part / "series").mkdir()
@@ -149,7 +149,7 @@ def _write(folder: Path, machine: Machine, scene: Scene, facts: dict[str, Any], 
         names = [f"series/{run.name}.csv" for run in scene.runs]
         names += [f"series/{run.name}.parquet" for run in scene.runs] if parquet else []
         if plot:
-            from haptics.pictures.scenes import pictures
+            from haptics.scenes.pictures.scenes import pictures
 
             names += pictures(scene, machine, part)
         files = {"folder": str(folder), "names": ["facts.json", *names], "parquet": parquet}

@@ -8,7 +8,7 @@ import math
 import os
 from pathlib import Path
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 
 NAME = "stiffness"
 TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and the passivity verdict"
@@ -30,12 +30,12 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
+    from delta_cad.common.whole import write_whole
     from delta_cad.design import DesignError
-    from delta_cad.whole import write_whole
-    from haptics.machine import load_machine
-    from haptics.masses import MassError
-    from haptics.stiffness import largest_walls
-    from haptics.stiffness_page import stiffness_facts, stiffness_text
+    from haptics.model.machine import load_machine
+    from haptics.model.masses import MassError
+    from haptics.stability.page import stiffness_facts, stiffness_text
+    from haptics.stability.stiffness import largest_walls
 
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:

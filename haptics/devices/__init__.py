@@ -1,1 +1,1 @@
-"""Devices behind the interface of `haptics.device`; this package imports nothing."""
+"""Devices behind the interface of `haptics.devices.device`; this package imports nothing."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from haptics.device import Device, Sample
+from haptics.devices.device import Device, Sample
 from haptics.devices.protocol import (
     RESET_WATCHDOG,
     STOP_PRESSED,

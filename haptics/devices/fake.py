@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.device import Device, DeviceError, EndOfRecordingError, Sample, three_torques
+from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Sample, three_torques
 
 Disturbance = Callable[[Sample], Sample]
 

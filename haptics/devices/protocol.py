@@ -8,7 +8,7 @@ import zlib
 from enum import IntEnum
 from typing import NamedTuple
 
-from haptics.faults import Fault
+from haptics.control.supervisor.faults import Fault
 
 VERSION = 1
 MAGIC = b"DHAP"

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.device import DeviceError, EndOfRecordingError, Sample, three_torques
-from haptics.recording import Recorder, Recording, load_recording, save_recording
+from haptics.devices.device import DeviceError, EndOfRecordingError, Sample, three_torques
+from haptics.devices.recording import Recorder, Recording, load_recording, save_recording
 
 
 class RecordedDevice:

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.device import DeviceError, DeviceLostError, Sample, three_torques
 from haptics.devices.board import NS_PER_S
+from haptics.devices.device import DeviceError, DeviceLostError, Sample, three_torques
 from haptics.devices.link import Link
 from haptics.devices.protocol import (
     FAULT_OF_FLAG,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.device import DeviceError, Sample, three_torques
-from haptics.plant import FREE, STATES, Hand, Plant, advance, angles
+from haptics.devices.device import DeviceError, Sample, three_torques
+from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
 
 
 class SimulatedDevice:

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numba import float64, typeof
 
-from delta_cad.whole import whole_folder
-from haptics.controller import Controller, fresh, tick
-from haptics.faults import EXTERNAL, TABLE, Fault, findings
+from delta_cad.common.whole import whole_folder
+from haptics.control.controller import Controller, fresh, tick
+from haptics.control.supervisor.faults import EXTERNAL, TABLE, Fault, findings
+from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
 from haptics.firmware.layout import PRELUDE, is_record, members, record_name
 from haptics.firmware.translate import Translation, literal
-from haptics.laws import COLUMNS
-from haptics.supervisor_limits import Limits
-from haptics.supervisor_memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
+from haptics.rendering.kernel import COLUMNS
 
 NEVER = (Fault.ORDER,)
 """What the C controller cannot find: a tick keeps the order of its two halves itself."""
@@ -126,7 +126,7 @@ the Python controller has it; without it results differ by rounding.
         delta_signal(&memory, stop_pressed ? DELTA_EMERGENCY_STOP : 0);
         bits = delta_tick(&memory, laws, rows, now, theta, torque);
 
-`laws` are rows of {columns} doubles, as `haptics.rows` makes them (the columns are described in `haptics.laws`). A tick
+`laws` are rows of {columns} doubles, as `haptics.rendering.laws` makes them (columns: `kernel` beside it). A tick
 neither allocates nor waits. Torques are limited to {torque:g} N m, {slew:g} N m a tick for the force on the handle.
 
 What comes from outside has to be told, and holds until it is taken back: `delta_signal(&memory, bits)` with any of

@@ -7,15 +7,15 @@ from itertools import product
 import numpy as np
 
 from delta_cad.mechanism import closure_margin, inverse_jacobian
-from haptics.assumptions import CURRENT_LAG, default_estimator, joint_friction, nominal_plant
-from haptics.discrete import DampingCap, damping_cap
-from haptics.estimator_models import linear_models
 from haptics.gravity import gravity_torque
-from haptics.linear import linearise
-from haptics.loop import Recording
-from haptics.machine import Machine
-from haptics.plant import Hand
+from haptics.model.machine import Machine
+from haptics.model.plant import Hand
 from haptics.scenes.record import MM_PER_M
+from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, joint_friction, nominal_plant
+from haptics.simulation.loop import Recording
+from haptics.stability.discrete import DampingCap, damping_cap
+from haptics.stability.estimator_models import linear_models
+from haptics.stability.linear import linearise
 
 PERIOD = 1e-3
 """Of the paper's loop, s."""

@@ -15,11 +15,8 @@ from typing import Any
 import numpy as np
 
 from delta_cad.mechanism import jacobian
-from haptics.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.loop import Recording, simulate, timing
-from haptics.machine import Machine
-from haptics.oscillation import decay_ratio, off_line, oscillation, strongest_line
-from haptics.rows import PAPER_SETTINGS, Resistance, law_table
+from haptics.model.machine import Machine
+from haptics.rendering.laws import PAPER_SETTINGS, Resistance, law_table
 from haptics.scenes.bench import (
     GUIDE,
     PERIOD,
@@ -34,6 +31,9 @@ from haptics.scenes.bench import (
     smallest_mass,
 )
 from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
+from haptics.simulation.loop import Recording, simulate, timing
+from haptics.stability.oscillation import decay_ratio, off_line, oscillation, strongest_line
 
 SETTING = "k0.4"
 DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)

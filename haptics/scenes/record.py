@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from haptics.faults import LATCHING, described
-from haptics.loop import Recording
+from haptics.control.supervisor.faults import LATCHING, described
+from haptics.simulation.loop import Recording
 
 MM_PER_M = 1000.0
 DECIMALS = {"_s": 6, "_mm": 5, "_N": 5, "_N_m": 7, "_mm_per_s": 3}

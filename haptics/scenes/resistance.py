@@ -11,11 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from haptics.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.discrete import DampingCap
-from haptics.loop import Recording, simulate, timing
-from haptics.machine import Machine
-from haptics.rows import PAPER_SETTINGS, Resistance, law_table
+from haptics.model.machine import Machine
+from haptics.rendering.laws import PAPER_SETTINGS, Resistance, law_table
 from haptics.scenes.bench import (
     GUIDE,
     PERIOD,
@@ -28,6 +25,9 @@ from haptics.scenes.bench import (
     smallest_mass,
 )
 from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
+from haptics.simulation.loop import Recording, simulate, timing
+from haptics.stability.discrete import DampingCap
 
 WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
 """Time to a corner and time back, time there, and time in which the guide reaches its constant speed, s."""

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from haptics.assumptions import DELAY
-from haptics.faults import described
-from haptics.hands import HAND_MODELS
-from haptics.machine import Machine
-from haptics.published import STIFFNESS_N_PER_MM
-from haptics.rows import AXES
+from haptics.control.supervisor.faults import described
+from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.model.hands import HAND_MODELS
+from haptics.model.machine import Machine
+from haptics.rendering.laws import AXES
 from haptics.scenes.bench import PERIOD, motors_force
 from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
-from haptics.wall_limit import START, Search, search
-from haptics.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
+from haptics.simulation.assumptions import DELAY
+from haptics.stability.wall_limit import START, Search, search
+from haptics.stability.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
 
 STEP, CEILING, TOLERANCE = 1000.0, 40e3, 25.0
 """Of the search for the limit, N/m: coarser and farther than the paper's protocol, which `stiffness` follows."""

@@ -8,12 +8,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
 
 if TYPE_CHECKING:
-    from optimizer.atlas import Failure
-    from optimizer.atlas_file import Rows
-    from optimizer.grid import Grid
+    from optimizer.atlas.atlas import Failure
+    from optimizer.atlas.file import Rows
+    from optimizer.atlas.grid import Grid
 
 NAME = "atlas"
 TEXT = "many sets of requirements at once, on a local or a given Dask cluster"
@@ -40,16 +40,16 @@ def run(given: argparse.Namespace) -> int:
         return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
     if given.workers == 0:
         return refuse("--workers = 0: must be at least 1", BAD_INPUT)
-    from optimizer.grid import load_grid
-    from optimizer.requirements import RequirementsError
+    from optimizer.atlas.grid import load_grid
+    from optimizer.problem.requirements import RequirementsError
 
     try:
         grid = load_grid(given.grid)
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
-    from optimizer.atlas import key_of
-    from optimizer.atlas_file import Rows
-    from optimizer.checkpoint import CheckpointError
+    from optimizer.atlas.atlas import key_of
+    from optimizer.atlas.file import Rows
+    from optimizer.synthesis.checkpoint import CheckpointError
 
     folder = given.out / "atlas" / grid.name
     try:
@@ -63,7 +63,7 @@ def run(given: argparse.Namespace) -> int:
 
 def _solve(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> int:
     """Solves what is not solved yet, and writes the atlas once all is."""
-    from optimizer.atlas import ClusterError, collect, given_cluster, local_cluster, workers_here
+    from optimizer.atlas.atlas import ClusterError, collect, given_cluster, local_cluster, workers_here
 
     todo = [one for one in grid.sets if one.index not in rows.found]
     failed: list[Failure] = []
@@ -97,8 +97,8 @@ def _solve(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> i
 
 
 def _deliver(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> int:
-    from optimizer.atlas_file import csv_text, record, write_text
-    from optimizer.atlas_page import draw, mapped, page
+    from optimizer.atlas.file import csv_text, record, write_text
+    from optimizer.atlas.page import draw, mapped, page
 
     ordered = [rows.found[one.index] for one in grid.sets]
     try:

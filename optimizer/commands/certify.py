@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
-    from optimizer.certificate_gravity import GravityShare
+    from optimizer.certify.gravity import GravityShare
 
 NAME = "certify"
 TEXT = "proof over every point of the cube that a design keeps its limits; writes a certificate that `verify` replays"
@@ -49,7 +49,7 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
     from delta_cad.mechanism import GeometryError
-    from optimizer.certificate_gravity import GravityError
+    from optimizer.certify.gravity import GravityError
 
     try:
         design = load_design(given.design)
@@ -63,7 +63,7 @@ def run(given: argparse.Namespace) -> int:
 
 def _require_provable(file: str, design: Design) -> None:
     """Names the field that the prover would refuse as a limit without one."""
-    from delta_cad.mechanism.limits import FORCE_OR_TORQUE
+    from delta_cad.mechanism.proof.limits import FORCE_OR_TORQUE
 
     low, high = FORCE_OR_TORQUE
     for field, unit in (("force_N", "N"), ("joint_torque_N_m", "N m")):
@@ -88,7 +88,7 @@ def share_of(design: Design, masses: Path | None, reserve: float | None) -> Grav
     Raises:
         GravityError: The file or the number is refused.
     """
-    from optimizer.certificate_gravity import given_share, read_masses, share_of_masses
+    from optimizer.certify.gravity import given_share, read_masses, share_of_masses
 
     if masses is not None:
         return share_of_masses(design, read_masses(masses, design))
@@ -97,10 +97,10 @@ def share_of(design: Design, masses: Path | None, reserve: float | None) -> Grav
 
 def _certify(given: argparse.Namespace, design: Design, share: GravityShare | None) -> int:
     from delta_cad.mechanism import UnreachableError, cube_extremes
-    from optimizer.certificate import asked_of, certify, cube_of
-    from optimizer.certificate_bounds import bounds, tightened
-    from optimizer.certificate_file import write_certificate
-    from optimizer.certificate_report import broken, facts, gravity_words, report_rows, shortfall, table
+    from optimizer.certify.bounds import bounds, tightened
+    from optimizer.certify.certificate import asked_of, certify, cube_of
+    from optimizer.certify.file import write_certificate
+    from optimizer.certify.report import broken, facts, gravity_words, report_rows, shortfall, table
 
     geometry, cube, force = design.geometry, cube_of(design), design.requirements.force_N
     limits = asked_of(design, share)

@@ -9,16 +9,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from delta_cad.design import Design
-    from optimizer.convergence import Trace
-    from optimizer.front import Point
-    from optimizer.requirements import Requirements
-    from optimizer.trade import Trade
+    from optimizer.front.convergence import Trace
+    from optimizer.front.front import Point
+    from optimizer.front.trade import Trade
+    from optimizer.problem.requirements import Requirements
 
 NAME = "front"
 TEXT = "the front of cube size against worst kappa, torque and outline, with pictures"
@@ -50,8 +50,8 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
     from delta_cad.mechanism import Cube, MechanismError
-    from optimizer.maps import require_held
-    from optimizer.requirements import RequirementsError, load_requirements, requirements_hash
+    from optimizer.front.maps import require_held
+    from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
 
     try:
         task = load_requirements(given.requirements)
@@ -65,9 +65,9 @@ def run(given: argparse.Namespace) -> int:
             return refuse(f"{given.design}: {error}", BAD_INPUT)
     if find_spec("matplotlib") is None:
         return refuse("the pictures need matplotlib: pip install 'delta-haptics[optimize]'", BAD_INPUT)
-    from optimizer.checkpoint import Checkpoint, CheckpointError
-    from optimizer.front import FrontError
-    from optimizer.infeasible import InfeasibleError
+    from optimizer.front.front import FrontError
+    from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
+    from optimizer.synthesis.infeasible import InfeasibleError
 
     folder = given.out / f"{task.name}-front"
     key = {
@@ -114,12 +114,12 @@ class _Run:
 
     def run(self) -> int:
         """Everything, in order; returns the exit code."""
-        from optimizer.convergence import traces
-        from optimizer.front_limits import at_side
-        from optimizer.front_page import record
-        from optimizer.front_proof import proved
-        from optimizer.published import published_designs
-        from optimizer.trade import Trader
+        from optimizer.front.convergence import traces
+        from optimizer.front.limits import at_side
+        from optimizer.front.page import record
+        from optimizer.front.proof import proved
+        from optimizer.front.published import published_designs
+        from optimizer.front.trade import Trader
 
         trader = Trader(self.task, self.given.points, self.given.seed, self._point, self.asked, self.store)
         trade = trader.trade()
@@ -142,8 +142,8 @@ class _Run:
         return self._interrupted(trade, facts, published)
 
     def _write(self, trade: Trade, facts: dict[str, Any], published: Any, found: list[Trace], subject: Any) -> None:
-        from delta_cad.whole import whole_folder
-        from optimizer.front_page import page, write_csv, write_facts
+        from delta_cad.common.whole import whole_folder
+        from optimizer.front.page import page, write_csv, write_facts
         from optimizer.pictures import convergence, front, maps, workspace
         from optimizer.pictures import trade as trades
 
@@ -152,7 +152,7 @@ class _Run:
         force, task = self.task.requirements.force_N, self.task.name
 
         def slices() -> Any:
-            from optimizer.maps import slices
+            from optimizer.front.maps import slices
 
             return maps.maps(slices(geometry, cube, force), force, name)
 
@@ -187,8 +187,8 @@ class _Run:
             save(draw(), folder, name)
 
     def _interrupted(self, trade: Trade, facts: dict[str, Any], published: Any) -> int:
-        from delta_cad.whole import whole_folder
-        from optimizer.front_page import page, write_csv, write_facts
+        from delta_cad.common.whole import whole_folder
+        from optimizer.front.page import page, write_csv, write_facts
 
         self.store.close()
         trade = replace(trade, finished=False)  # also where only proofs, seeds or pictures are missing
@@ -209,7 +209,7 @@ class _Run:
         if self.given.json:
             print(json.dumps(facts, indent=1, allow_nan=False))
             return DONE
-        from optimizer.front_page import telling
+        from optimizer.front.page import telling
 
         for what, point in telling(trade):
             print(f"{what}: {_words(point)}")

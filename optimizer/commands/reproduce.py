@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 
 NAME = "reproduce"
 TEXT = "the paper's tables 2 to 12 recomputed: what follows from them, our methods, and the proven optimum"
@@ -37,12 +37,12 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from delta_cad.whole import write_all
-    from optimizer.genetic import GeneticError
-    from optimizer.paper import cases
-    from optimizer.paper_facts import facts
-    from optimizer.paper_page import page
-    from optimizer.paper_runs import Reproduction
+    from delta_cad.common.whole import write_all
+    from optimizer.paper.cases import cases
+    from optimizer.paper.facts import facts
+    from optimizer.paper.page import page
+    from optimizer.paper.runs import Reproduction
+    from optimizer.search.genetic import GeneticError
 
     with Line() as line:
         line.show("loading the solvers; they are compiled once on a machine, in some 20 s")

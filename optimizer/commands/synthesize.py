@@ -8,12 +8,12 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, Parser, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, Parser, natural, refuse
 
 if TYPE_CHECKING:
-    from optimizer.requirements import Requirements
-    from optimizer.result import Result
-    from optimizer.three_step import Progress
+    from optimizer.problem.requirements import Requirements
+    from optimizer.search.result import Result
+    from optimizer.synthesis.three_step import Progress
 
 NAME = "synthesize"
 TEXT = "the three steps of dimensional synthesis; writes the last step's design file"
@@ -63,18 +63,18 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from optimizer.requirements import RequirementsError, load_requirements, requirements_hash
+    from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
 
     try:
         task = load_requirements(given.requirements)
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
-    from optimizer.checkpoint import Checkpoint, CheckpointError
-    from optimizer.genetic import GeneticError
-    from optimizer.infeasible import InfeasibleError
-    from optimizer.problem import ProblemError
-    from optimizer.proving import Effort
-    from optimizer.three_step import Run
+    from optimizer.globalopt.bound import Effort
+    from optimizer.problem.step import ProblemError
+    from optimizer.search.genetic import GeneticError
+    from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
+    from optimizer.synthesis.infeasible import InfeasibleError
+    from optimizer.synthesis.three_step import Run
 
     key = {
         "checkpoint": 2,
@@ -129,7 +129,7 @@ def _again(given: argparse.Namespace) -> str:
 def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any) -> int:
     """Writes the design of the last step, prints the results, and says how it went."""
     from delta_cad.design import DesignError
-    from optimizer.output import design_of, write_design
+    from optimizer.synthesis.output import design_of, write_design
 
     last, interrupted = results[-1], results[-1].status == "interrupted"
     store.close() if interrupted else store.remove()

@@ -7,12 +7,12 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
-    from optimizer.certificate import Certificate, Replay
-    from optimizer.certificate_gravity import GravityShare
+    from optimizer.certify.certificate import Certificate, Replay
+    from optimizer.certify.gravity import GravityShare
 
 NAME = "verify"
 TEXT = "independent replay of a certificate: holds, or what is wrong with it"
@@ -43,9 +43,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
-    from optimizer.certificate import CertificateError, UnreadableError, verify
-    from optimizer.certificate_file import read_certificate
-    from optimizer.certificate_gravity import GravityError
+    from optimizer.certify.certificate import CertificateError, UnreadableError, verify
+    from optimizer.certify.file import read_certificate
+    from optimizer.certify.gravity import GravityError
 
     name = given.certificate.name
     if given.design is None:
@@ -85,8 +85,8 @@ def run(given: argparse.Namespace) -> int:
 
 def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Holds that gravity's share is that of the file."""
-    from optimizer.certificate import CertificateError
-    from optimizer.certificate_gravity import read_masses
+    from optimizer.certify.certificate import CertificateError
+    from optimizer.certify.gravity import read_masses
 
     recorded = None if certificate.gravity is None else certificate.gravity.masses
     if recorded != read_masses(path, design):
@@ -95,8 +95,8 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
 
 def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
     """Holds that at least a torque given by hand is left for gravity."""
-    from optimizer.certificate import CertificateError
-    from optimizer.certificate_gravity import given_share
+    from optimizer.certify.certificate import CertificateError
+    from optimizer.certify.gravity import given_share
 
     wanted, share = given_share(design, reserve).reserve, certificate.gravity
     if share is None and wanted == 0.0:
@@ -110,7 +110,7 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
 
 def _missing(certificate: Certificate, replay: Replay) -> str:
     """Why a certificate that replays is no proof of its design; "" if it is."""
-    from optimizer.certificate_report import place
+    from optimizer.certify.report import place
 
     parts = []
     for finding in certificate.findings:
@@ -123,7 +123,7 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
 
 
 def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, reason: str) -> dict[str, Any]:
-    from optimizer.certificate_file import certificate_to_dict
+    from optimizer.certify.file import certificate_to_dict
 
     share, told = certificate.gravity, certificate_to_dict(certificate)
     return {
@@ -150,7 +150,7 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
 
 
 def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay) -> str:
-    from optimizer.certificate_report import limit_words
+    from optimizer.certify.report import limit_words
 
     about = "" if given.design is None else f", and covers all that {given.design.name} asks"
     g, cube = certificate.geometry, certificate.cube

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from delta_cad.picture_style import BLACK, BLUE, VERMILLION, styled
-from optimizer.convergence import Trace, band
+from delta_cad.common.picture_style import BLACK, BLUE, VERMILLION, styled
+from optimizer.front.convergence import Trace, band
 from optimizer.pictures.style import pretty
 
 METHODS = (

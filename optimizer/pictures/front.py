@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from delta_cad.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, YELLOW, styled
-from optimizer.front import Curve, Point
+from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, YELLOW, styled
+from optimizer.front.front import Curve, Point
+from optimizer.front.published import Published
 from optimizer.pictures.style import kappa_scale, pretty
-from optimizer.published import Published
 
 MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
 """Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top."""

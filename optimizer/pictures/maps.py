@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
-from delta_cad.picture_style import styled
-from optimizer.maps import Slice
+from delta_cad.common.picture_style import styled
+from optimizer.front.maps import Slice
 from optimizer.pictures.style import pretty
 
 MM = 1000.0

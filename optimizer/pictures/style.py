@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from delta_cad.picture_style import DPI, RC
+from delta_cad.common.picture_style import DPI, RC
 
 WIDE = 10.0
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from delta_cad.picture_style import BLUE, GREEN, GREY, VERMILLION, styled
-from optimizer.front import Curve
+from delta_cad.common.picture_style import BLUE, GREEN, GREY, VERMILLION, styled
+from optimizer.front.front import Curve
+from optimizer.front.trade import Trade
 from optimizer.pictures.style import kappa_scale, pretty
-from optimizer.trade import Trade
 
 STYLES = ((GREEN, (0, (1, 1)), "s"), (VERMILLION, (0, (5, 1.5)), "D"))
 

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, styled
 from delta_cad.mechanism import DeltaGeometry, closure_margin
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.statics import direct_margin
 from delta_cad.mechanism.workspace import Cube
-from delta_cad.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, styled
+from optimizer.front.reachable import contours_at_height, contours_in_mirror_plane, shell
 from optimizer.pictures.style import pretty
-from optimizer.reachable import contours_at_height, contours_in_mirror_plane, shell
 
 MM = 1000.0
 VIEW = (22.0, -62.0)

@@ -15,21 +15,26 @@ from tests.benchmarks.timing import ROOT
 
 SUBJECTS = (
     "start_time",
-    "mechanism_time",
-    "build_time",
-    "clearance_sweep",
-    "clearance_growth",
-    "kernel",
-    "certificates",
-    "synthesis",
-    "proven",
-    "seeds",
-    "atlas",
-    "front",
-    "haptics_wall",
-    "haptics_simulation",
-    "haptics_firmware",
+    "delta_cad.mechanism_time",
+    "delta_cad.build_time",
+    "delta_cad.clearance_sweep",
+    "delta_cad.clearance_growth",
+    "delta_cad.kernel",
+    "optimizer.certificates",
+    "optimizer.synthesis",
+    "optimizer.proven",
+    "optimizer.seeds",
+    "optimizer.atlas",
+    "optimizer.front",
+    "haptics.wall",
+    "haptics.simulation",
+    "haptics.firmware",
 )
+
+
+def _subject(name: str) -> str:
+    """A module as its subject is told."""
+    return name.rsplit(".", 1)[-1].replace("_", " ")
 
 
 def main() -> int:
@@ -43,13 +48,13 @@ def main() -> int:
     subjects = [name for name in SUBJECTS if find_spec(f"tests.benchmarks.{name}")]
     failed: list[str] = []
     for name in set(SUBJECTS) - set(subjects):
-        failed.append(f"{name.replace('_', ' ')}: there is no such benchmark")
+        failed.append(f"{_subject(name)}: there is no such benchmark")
     for number, name in enumerate(subjects, 1):
-        say(f"[{number}/{len(subjects)}] {name.replace('_', ' ')}")
+        say(f"[{number}/{len(subjects)}] {_subject(name)}")
         try:
             found = import_module(f"tests.benchmarks.{name}").run(lambda text: say(f"      {text}"))
         except RuntimeError as error:
-            failed.append(f"{name.replace('_', ' ')}: {error}")
+            failed.append(f"{_subject(name)}: {error}")
             say(f"      not measured: {error}")
             continue
         for f in found:

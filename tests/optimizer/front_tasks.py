@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from optimizer.requirements import Requirements, load_requirements
+from optimizer.problem.requirements import Requirements, load_requirements
 
 JOYSTICK = Path(__file__).parents[2] / "joystick.toml"
 

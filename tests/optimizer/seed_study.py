@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from optimizer.genetic import GENERATIONS, Generation
-from optimizer.requirements import Requirements
-from optimizer.result import Result
-from optimizer.three_step import Run
+from optimizer.problem.requirements import Requirements
+from optimizer.search.genetic import GENERATIONS, Generation
+from optimizer.search.result import Result
+from optimizer.synthesis.three_step import Run
 
 
 class Memory:

@@ -1,0 +1,371 @@
+"""Every part of a design made and placed on its link: the only place that knows what is fixed to what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.arm import ELBOW_SCREW
+from delta_cad.dimensions.layers import motor_thread_mm
+from delta_cad.dimensions.rules import require
+from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
+from delta_cad.solids import bought, brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
+from delta_cad.solids.base_plate import between_chains, make_base_plate
+from delta_cad.solids.part import Fit, Joint, Occurrence, Part
+
+ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
+CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
+BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
+BESIDE = (  # what of an arm passes what of its own bracket that closely
+    ("tension_screw_{}_0", "motor_cheek_{}"),
+    ("tension_screw_{}_1", "motor_cheek_{}"),
+    ("lock_nut_{}_0", "motor_cheek_{}"),
+    ("lock_nut_{}_1", "motor_cheek_{}"),
+    *((f"sector_screw_{{}}_{k}", "encoder_cheek_{}") for k in range(3)),
+    *((f"sector_screw_{{}}_{k}", "motor_cheek_{}") for k in range(3)),
+    *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
+    ("encoder_magnet_{}", "bearing_{}_e"),
+)
+Progress = Callable[[str], None]
+
+
+def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+    """(4, 4) translation."""
+    moved = np.eye(4)
+    moved[:3, 3] = (x, y, z)
+    return moved
+
+
+HALF_TURN = np.diag([-1.0, -1.0, 1.0, 1.0])  # about z
+UPRIGHT = np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])  # x down: rods pass beside the board
+
+
+def pointing(direction: Sequence[float], x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+    """(4, 4) frame at a point whose z axis is the direction: how screws, dowels and sleeves are placed."""
+    axis = np.asarray(direction, dtype=float)
+    axis = axis / np.linalg.norm(axis)
+    aside = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.9 else [1.0, 0.0, 0.0], axis)
+    first = aside / np.linalg.norm(aside)
+    return frames(first, np.cross(axis, first), np.array([x, y, z]))
+
+
+def longest(size: str, available_mm: float) -> float:
+    """Longest stock length of a cap screw that does not exceed what is available.
+
+    Args:
+        size: Cap screw of the catalogue, such as "M3".
+        available_mm: From under the head to the end of the usable thread.
+
+    Raises:
+        DimensionError: The shortest one is longer.
+    """
+    lengths = catalogue.screw(size).lengths_mm
+    shortest = f"{available_mm:.2f} mm are available under the head; the shortest has {min(lengths):g} mm"
+    require(min(lengths) <= available_mm + ROUNDING_MM, f"screw_{size}", "length", shortest)
+    return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
+
+
+def longest_dowel(key: str, available_mm: float) -> float:
+    """Longest stock length of a dowel that does not exceed what is available.
+
+    Args:
+        key: Dowel of the catalogue, such as "3".
+        available_mm: Depth of its bores together.
+
+    Raises:
+        DimensionError: The shortest one is longer.
+    """
+    lengths = catalogue.dowel(key).lengths_mm
+    shortest = f"{available_mm:.2f} mm are available; the shortest has {min(lengths):g} mm"
+    require(min(lengths) <= available_mm + ROUNDING_MM, f"dowel_{key}", "length", shortest)
+    return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
+
+
+class _Bench:
+    """Collects occurrences; makes each part once."""
+
+    def __init__(self, d: Dimensions, progress: Progress) -> None:
+        self.d = d
+        self.progress = progress
+        self.parts: dict[str, Part] = {}
+        self.occurrences: list[Occurrence] = []
+        self.fits: list[Fit] = []
+
+    def once(self, key: str, make: Callable[[], Part]) -> Part:
+        if key not in self.parts:
+            self.progress(key)
+            self.parts[key] = make()
+        return self.parts[key]
+
+    def screw(self, size: str, length: float) -> Part:
+        return self.once(f"screw_{size}x{length:g}", lambda: fasteners.make_cap_screw(size, length))
+
+    def dowel(self, key: str, length: float) -> Part:
+        return self.once(f"dowel_{key}x{length:g}", lambda: fasteners.make_dowel(key, length))
+
+    def put(self, name: str, part: Part, link: str, placement: np.ndarray) -> str:
+        self.occurrences.append(Occurrence(name, part, link, placement))
+        return name
+
+    def touch(self, a: str, b: str, reason: str) -> None:
+        self.fits.append(Fit(a, b, "contact", overlap_mm3=CONTACT_MM3, reason=reason))
+
+    def gap(self, a: str, b: str, gap_mm: float, reason: str, gap_max_mm: float | None = None) -> None:
+        self.fits.append(Fit(a, b, "running gap", gap_mm=gap_mm, reason=reason, gap_max_mm=gap_max_mm))
+
+
+def _base(bench: _Bench) -> None:
+    d = bench.d
+    bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
+    foot = bench.once("foot", lambda: bought.make_foot(d))
+    for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
+        low = d.base.top_mm - d.base.thickness_mm
+        bench.put(f"foot_{i}", foot, "base", at(x, y, low))
+        if d.foot.stud_length_mm is None:
+            row = catalogue.screw(d.foot.thread)
+            rest = d.foot.height_mm - row.counterbore_depth_mm
+            screw = bench.screw(d.foot.thread, longest(d.foot.thread, rest + d.base.thickness_mm))
+            bench.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest))
+
+
+def _bracket(bench: _Bench, i: int) -> None:
+    d, layers, b = bench.d, bench.d.layers, bench.d.bracket
+    shoulder = chain_frame(i) @ at(b.shoulder_u_mm)
+    encoder_side, motor_side = layers.encoder_cheek_mm, layers.motor_cheek_mm
+    for number, make in (
+        ("motor_cheek", brackets.make_motor_cheek),
+        ("encoder_cheek", brackets.make_encoder_cheek),
+        ("foot_block", brackets.make_foot_block),
+    ):
+        bench.put(f"{number}_{i}", bench.once(number, lambda make=make: make(d)), "base", shoulder)
+
+    into = brackets.cheek_dowel_depth_mm(d)
+    for side, outwards, (inside, outside) in (("m", 1.0, motor_side), ("e", -1.0, encoder_side[::-1])):
+        thickness = abs(outside - inside)
+        screw = bench.screw(brackets.BLOCK_SCREW, brackets.cheek_screw_length_mm(d, thickness))
+        under_head = outside - outwards * brackets.cheek_screw_sink_mm(d, thickness)
+        for k, (x, z) in enumerate(brackets.cheek_screw_positions(d)):
+            seat = pointing((0, outwards, 0), x, under_head, z)
+            bench.put(f"cheek_screw_{i}_{side}{k}", screw, "base", shoulder @ seat)
+        pin = bench.dowel("3", longest_dowel("3", into + thickness))
+        for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
+            bottom = pointing((0, outwards, 0), x, inside - outwards * into, z)
+            bench.put(f"cheek_dowel_{i}_{side}{k}", pin, "base", shoulder @ bottom)
+
+    middle = (encoder_side[1] + motor_side[0]) / 2
+    row = catalogue.screw(brackets.BASE_SCREW)
+    low = d.base.top_mm - d.base.thickness_mm
+    rest = d.base.thickness_mm - row.counterbore_depth_mm
+    base_screw = bench.screw(brackets.BASE_SCREW, longest(brackets.BASE_SCREW, rest + brackets.BASE_THREAD_MM - 0.5))
+    for k, u in enumerate(b.base_screw_u_mm):
+        seat = pointing((0, 0, -1), u, middle, low + row.counterbore_depth_mm)
+        bench.put(f"base_screw_{i}_{k}", base_screw, "base", chain_frame(i) @ seat)
+    sunk = min(7.0, d.base.thickness_mm - 0.5)
+    pin = bench.dowel("3", longest_dowel("3", sunk + brackets.DOWEL_DEPTH_MM - 0.5))
+    for k, u in enumerate(b.base_dowel_u_mm):
+        bench.put(f"base_dowel_{i}_{k}", pin, "base", chain_frame(i) @ at(u, middle, d.base.top_mm - sunk))
+
+    stop = bench.dowel("4", brackets.stop_pin_length_mm(d))
+    for k, (u, z) in enumerate(b.stop_pins_mm):
+        placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
+        bench.put(f"stop_pin_{i}_{k}", stop, "base", placed)
+
+    motor = bench.once("motor", lambda: bought.make_motor(d))
+    u, z = b.motor_axis_mm
+    bench.put(f"motor_{i}", motor, "base", chain_frame(i) @ at(u, motor_side[1], z))
+    screw = catalogue.screw(d.motor.mount_thread)
+    face = motor_side[0] + screw.counterbore_depth_mm
+    fixing = bench.screw(
+        d.motor.mount_thread, longest(d.motor.mount_thread, motor_side[1] - face + motor_thread_mm(d.motor))
+    )
+    for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
+        bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))
+
+    board = bench.once("encoder_board", lambda: bought.make_encoder_board(d))
+    back, front = layers.encoder_board_mm
+    bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0) @ UPRIGHT)
+    fixing_row = catalogue.screw(brackets.BOARD_SCREW)
+    gap = encoder_side[0] - front
+    spacer = bench.once("board_spacer", lambda: fasteners.make_spacer(fixing_row.clearance_hole_mm, gap))
+    cheek = encoder_side[1] - encoder_side[0]
+    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + cheek - 2.0))
+    for k, (x, height) in enumerate(brackets.board_screw_positions(d)):
+        bench.put(f"board_spacer_{i}_{k}", spacer, "base", shoulder @ pointing((0, 1, 0), x, front, height))
+        bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
+
+
+def _arm(bench: _Bench, i: int) -> None:
+    d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
+    bench.put(f"upper_arm_{i}", bench.once("upper_arm", lambda: upper_arm.make_upper_arm(d)), link, np.eye(4))
+    bench.put(
+        f"shoulder_shaft_{i}", bench.once("shoulder_shaft", lambda: shaft.make_shoulder_shaft(d)), link, np.eye(4)
+    )
+    magnet = bench.once("encoder_magnet", lambda: bought.make_magnet(d))
+    bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
+    clamp = bench.screw(upper_arm.SHOULDER_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
+    seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, a.shoulder_clamp_z_mm)
+    bench.put(f"shoulder_clamp_{i}", clamp, link, seat)
+    grip = bench.screw(ELBOW_SCREW, upper_arm.ELBOW_SCREW_LENGTH_MM)
+    bench.put(f"elbow_clamp_{i}", grip, link, at(a.elbow_clamp_x_mm, 0.0, upper_arm.ELBOW_SEAT_Z_MM))
+    bench.put(f"cross_bar_{i}", bench.once("cross_bar", lambda: forearm.make_cross_bar(d)), link, at(a.length_mm))
+    stud = bench.once("ball_stud", lambda: forearm.make_ball_stud(d))
+    for j in SIDES:
+        side = (j - 0.5) * d.forearm.width_mm
+        turned = HALF_TURN if j else np.eye(4)
+        bench.put(f"ball_stud_{i}_{j}_elbow", stud, link, at(a.length_mm, side) @ turned)
+    bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    nearest, widest = d.encoder.air_gap_min_mm, d.encoder.air_gap_max_mm
+    bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", nearest, "air gap of the encoder", widest)
+    bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
+
+
+def _direct(bench: _Bench, i: int) -> None:
+    bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
+    bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
+    for k in range(bench.d.motor.mount_count):
+        bench.gap(f"upper_arm_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
+    for k in range(len(bench.d.bracket.stop_pins_mm)):
+        bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
+
+
+def _capstan(bench: _Bench, i: int) -> None:
+    d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
+    y = d.layers.sector_mm
+    bench.put(f"sector_{i}", bench.once("sector", lambda: capstan.make_sector(d)), link, np.eye(4))
+    bench.put(f"capstan_cable_{i}", bench.once("capstan_cable", lambda: capstan.make_cable(d)), link, np.eye(4))
+    bench.put(f"pinion_{i}", bench.once("pinion", lambda: capstan.make_pinion(d)), f"pinion_{i}", np.eye(4))
+    tension = bench.once(
+        "tension_screw",
+        lambda: fasteners.make_tension_screw(
+            capstan.TENSION_SCREW, capstan.TENSION_SCREW_LENGTH_MM, capstan.CABLE_BORE_MM
+        ),
+    )
+    nut = bench.once("lock_nut", lambda: fasteners.make_lock_nut(capstan.TENSION_SCREW))
+    sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
+    head = catalogue.hex_screw(capstan.TENSION_SCREW).head_height_mm
+    for end in range(2):
+        under_head = capstan.tension_screw_frame(d, end)
+        bench.put(f"tension_screw_{i}_{end}", tension, link, under_head)
+        bench.put(f"lock_nut_{i}_{end}", nut, link, under_head @ at(z=-capstan.TENSION_SCREW_OUT_MM))
+        bench.put(f"crimp_sleeve_{i}_{end}", sleeve, link, under_head @ at(z=head))
+    row = catalogue.screw(upper_arm.SECTOR_SCREW)
+    seat = d.layers.arm_mm[0] + row.counterbore_depth_mm
+    screw = bench.screw(upper_arm.SECTOR_SCREW, longest(upper_arm.SECTOR_SCREW, y[1] - seat))
+    circle = a.sector_screw_circle_mm / 2
+    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_screw_angles_rad)):
+        bench.put(f"sector_screw_{i}_{k}", screw, link, pointing((0, -1, 0), x, seat, z))
+    pin = bench.dowel("3", 12.0)
+    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
+        bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
+    bearing = bench.once("bearing", lambda: bought.make_bearing(d))
+    shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+    seats = {"e": d.layers.encoder_cheek_mm[1] - d.bearing.width_mm, "m": d.layers.motor_cheek_mm[0]}
+    for side, start in seats.items():
+        bench.put(f"bearing_{i}_{side}", bearing, "base", shoulder @ at(0.0, start, 0.0))
+        bench.touch(f"shoulder_shaft_{i}", f"bearing_{i}_{side}", "shaft in the bearing's bore")
+    bench.touch(f"upper_arm_{i}", f"bearing_{i}_e", "collar on the inner ring")
+    bench.touch(f"sector_{i}", f"bearing_{i}_m", "collar on the inner ring")
+    bench.touch(f"pinion_{i}", f"motor_{i}", "pinion bonded on the motor's shaft")
+    bench.gap(f"sector_{i}", f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
+    for moving, fixed in BESIDE:
+        bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1.2 mm or more by design")
+    bench.gap(f"capstan_cable_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
+    bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
+    for k in range(d.motor.mount_count):
+        for moving in ("sector_{}", "lock_nut_{}_0", "lock_nut_{}_1", "tension_screw_{}_0", "tension_screw_{}_1"):
+            bench.gap(
+                moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design"
+            )
+    bench.gap(f"sector_{i}", f"pinion_{i}", 0.6, "capstan gap, 0.8 mm by design, the cable runs in it")
+    bench.gap(f"capstan_cable_{i}", f"pinion_{i}", 0.1, "cable leaves the rim for the pinion here")
+    bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
+
+
+def _rods(bench: _Bench, i: int) -> None:
+    d, f = bench.d, bench.d.forearm
+    socket = bench.once("ball_socket", lambda: forearm.make_socket(d))
+    tube = bench.once("rod_tube", lambda: forearm.make_rod_tube(d))
+    stud = bench.once("ball_stud", lambda: forearm.make_ball_stud(d))
+    for j in SIDES:
+        link = f"rod_{i}_{j}"
+        bench.put(f"ball_socket_{i}_{j}_elbow", socket, link, np.eye(4))
+        bench.put(f"rod_tube_{i}_{j}", tube, link, at(f.shoulder_mm))
+        bench.put(f"ball_socket_{i}_{j}_wrist", socket, link, at(f.length_mm) @ HALF_TURN)
+        side = (j - 0.5) * f.width_mm
+        turned = HALF_TURN if j else np.eye(4)
+        placed = chain_frame(i) @ at(d.platform.radius_mm, side) @ turned
+        bench.put(f"ball_stud_{i}_{j}_wrist", stud, "platform", placed)
+        for end in ("elbow", "wrist"):
+            bench.touch(f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}", "ball in its seat")
+
+
+def _platform(bench: _Bench) -> None:
+    d, p = bench.d, bench.d.platform
+    top = p.boss_diameter_mm / 2
+    bench.put("platform", bench.once("platform", lambda: platform.make_platform(d)), "platform", np.eye(4))
+    stem = bench.once("handle_stem", lambda: platform.make_handle_stem(d))
+    bench.put("handle_stem", stem, "platform", at(z=top))
+    bench.put("knob", bench.once("knob", lambda: platform.make_knob(d)), "platform", at(z=top + p.stem_length_mm))
+
+
+def _joints(d: Dimensions) -> list[Joint]:
+    joints = []
+    for i in CHAINS:
+        shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+        joints.append(Joint(f"shoulder_{i}", "revolute", "base", f"upper_arm_{i}", shoulder, np.eye(4)))
+        if d.capstan is not None:
+            u, z = d.bracket.motor_axis_mm
+            motor = chain_frame(i) @ at(u, 0.0, z)
+            joints.append(Joint(f"pinion_{i}", "revolute", "base", f"pinion_{i}", motor, np.eye(4)))
+        for j in SIDES:
+            side = (j - 0.5) * d.forearm.width_mm
+            limit = d.forearm.tilt_limit_rad
+            rod = f"rod_{i}_{j}"
+            elbow = at(d.arm.length_mm, side)
+            joints.append(Joint(f"elbow_{i}_{j}", "ball", f"upper_arm_{i}", rod, elbow, np.eye(4), limit))
+            wrist = chain_frame(i) @ at(d.platform.radius_mm, side)
+            joints.append(Joint(f"wrist_{i}_{j}", "ball", "platform", rod, wrist, at(d.forearm.length_mm), limit))
+    return joints
+
+
+def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
+    """The whole machine of a design.
+
+    Args:
+        d: Dimensions of the design.
+        progress: Called with the part number when a new part is about to be made.
+
+    Raises:
+        BuildError: A solid could not be built (part, feature, parameter).
+        DimensionError: No stock screw or dowel is short enough, or no stop pin long enough.
+    """
+    bench = _Bench(d, progress)
+    _base(bench)
+    for i in CHAINS:
+        _bracket(bench, i)
+        _arm(bench, i)
+        if d.capstan is not None:
+            _capstan(bench, i)
+        else:
+            _direct(bench, i)
+        _rods(bench, i)
+    _platform(bench)
+    cube = d.design.cube
+    return Assembly(
+        name=d.design.name,
+        occurrences=tuple(bench.occurrences),
+        joints=tuple(_joints(d)),
+        fits=tuple(bench.fits),
+        placement=LinkPlacement(
+            d.design.geometry,
+            d.forearm.width_mm,
+            d.bracket.motor_axis_mm,
+            d.capstan.ratio if d.capstan is not None else 1.0,
+        ),
+        home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
+    )

@@ -1,0 +1,49 @@
+"""The whole machine: every part placed on its link, and where each link is at any handle position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.solids.part import Fit, Joint, Occurrence, Part
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Parts placed on links, and the closed-form motion of the links.
+
+    Attributes:
+        name: Name of the design.
+        occurrences: All placed parts; parts are shared between occurrences.
+        joints: The moving joints.
+        fits: Pairs that are meant to be closer than the general clearance.
+        placement: Handle position -> link frames.
+        home_mm: (3,) handle position in which the assembly is exported, mm.
+    """
+
+    name: str
+    occurrences: tuple[Occurrence, ...]
+    joints: tuple[Joint, ...]
+    fits: tuple[Fit, ...]
+    placement: LinkPlacement
+    home_mm: np.ndarray
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Each part once, in order of first use."""
+        return tuple({occurrence.part.number: occurrence.part for occurrence in self.occurrences}.values())
+
+    def poses(self, p_mm: np.ndarray) -> Mapping[str, np.ndarray]:
+        """Transforms of all occurrences at handle positions.
+
+        Args:
+            p_mm: (..., 3) platform centre in the base frame, mm.
+
+        Returns:
+            Occurrence name -> (..., 4, 4) part frame to base frame, mm.
+        """
+        links = self.placement(p_mm)
+        return {o.name: links[o.link] @ o.placement for o in self.occurrences}

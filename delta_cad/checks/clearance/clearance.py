@@ -1,0 +1,199 @@
+"""Clearance of bodies on different links over the whole cube: sampled, proven, and measured on the exact solids."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.containment import contained
+from delta_cad.checks.clearance.continuum import CALLS_MAX, prove
+from delta_cad.checks.clearance.joint_ranges import FoldError, domains
+from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
+from delta_cad.checks.clearance.sampled import Sample, Sampler
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import swept_links
+from delta_cad.checks.report import CheckResult
+
+EXACT_SAMPLES = 8  # kinds of pairs re-measured on the exact solids, 10-100 ms each
+EXACT_MM = 1e-4  # BRepExtrema stops at 1e-7 mm on analytic surfaces and at about this on trimmed ones
+
+
+def check_clearance(
+    assembly: Assembly,
+    limits: CheckLimits,
+    meshes: MeshLibrary,
+    progress: Callable[[str], None] = lambda _: None,
+    calls_max: int = CALLS_MAX,
+) -> list[CheckResult]:
+    """Clearance over the cube.
+
+    Args:
+        assembly: The machine.
+        limits: The cube and the clearance.
+        meshes: The parts' meshes.
+        progress: Told what is being done.
+        calls_max: Distance calls that the proof may spend on one space of variables.
+
+    Returns:
+        `clearance` (smallest sampled distance), one `running gap a / b` for each such fit, `containment`,
+        `clearance exact` (the closest samples on the exact solids) and `clearance proof`.
+    """
+    pairs = held_apart(assembly, limits, meshes)
+    engine = DistanceEngine()
+    progress("clearance: sampling")
+    sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine)
+    closest = sampler.closest([p for p in pairs if not p.running_gap])
+    gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
+    inside = contained(pairs, sampler)
+    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls)]
+    results += [
+        _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
+    ]
+    results.append(_containment(inside))
+    progress("clearance: exact distances")
+    results.append(_exact(assembly, _tightest([*closest, *gaps]), sampler))
+    progress("clearance: proof over the cube")
+    refuted = [s for s in (*closest, *gaps) if s.certain_mm < s.pair.limit_mm]
+    results.append(_proof(assembly, limits, pairs, refuted, closest, engine, calls_max))
+    return results
+
+
+def _sampled(name: str, samples: Sequence[Sample], limit: float, sampler: Sampler, calls: int) -> CheckResult:
+    if not samples:
+        return CheckResult(name, True, None, limit, "mm", detail="no two bodies on different links")
+    worst = samples[0]
+    a, b = worst.pair.a, worst.pair.b
+    swept = any(" revolved in " in x.key for x in (a, b))
+    detail = (
+        f"mesh distance {worst.distance_mm:.3f} mm less the meshes' deviations "
+        f"{a.mesh.deviation_mm:.3f} and {b.mesh.deviation_mm:.3f} mm, "
+        f"smallest of {sampler.described(worst.pair)}"
+        + (f", {calls} distance calls" if calls else "")
+        + ("; a geared pinion counts as the body of revolution that it sweeps" if swept else "")
+    )
+    passed = worst.certain_mm >= limit
+    return CheckResult(name, passed, worst.certain_mm, limit, "mm", _pose(sampler, worst), (a.name, b.name), detail)
+
+
+def _pose(sampler: Sampler, sample: Sample) -> tuple[float, float, float]:
+    x, y, z = sampler.poses_mm[sample.pose].tolist()
+    return x, y, z
+
+
+def _containment(inside: Sequence[HeldApart]) -> CheckResult:
+    detail = "no body lies inside a body of another link"
+    if inside:
+        detail = "; ".join(f"{p.a.name} and {p.b.name} lie one inside the other" for p in inside)
+    pair = (inside[0].a.name, inside[0].b.name) if inside else None
+    return CheckResult("containment", not inside, len(inside), 0, "", worst_pair=pair, detail=detail)
+
+
+def _tightest(samples: Sequence[Sample]) -> list[Sample]:
+    """The samples with the least to spare, one for each two parts: those of the three chains are equal."""
+    kinds: dict[frozenset[str], Sample] = {}
+    for s in sorted(samples, key=lambda s: s.certain_mm - s.pair.limit_mm):
+        kinds.setdefault(frozenset((s.pair.a.key, s.pair.b.key)), s)
+    return list(kinds.values())[:EXACT_SAMPLES]
+
+
+def _exact(assembly: Assembly, samples: Sequence[Sample], sampler: Sampler) -> CheckResult:
+    """Compare mesh distances with the exact ones: they must agree within the deviations of the meshes."""
+    solids = {o.name: o.part.solid for o in assembly.occurrences}
+    placements = {o.name: o for o in assembly.occurrences}
+    worst, worst_sample, value = -np.inf, None, 0.0
+    swept = swept_links(assembly.placement)
+    for sample in samples:
+        links = assembly.placement(sampler.poses_mm[sample.pose])
+        a, b = placements[sample.pair.a.name], placements[sample.pair.b.name]
+        exact = exact_distance(
+            solids[a.name], solids[b.name], np.linalg.inv(links[a.link] @ a.placement) @ links[b.link] @ b.placement
+        )
+        allowed = sample.pair.a.mesh.deviation_mm + sample.pair.b.mesh.deviation_mm + EXACT_MM
+        # a swept pinion's body of revolution may be closer than the pinion, never farther
+        off = sample.distance_mm - exact if a.link in swept or b.link in swept else abs(sample.distance_mm - exact)
+        if off - allowed > worst:
+            worst, worst_sample, value = off - allowed, sample, off
+    if worst_sample is None:
+        return CheckResult("clearance exact", True, None, None, "mm", detail="nothing to compare")
+    pair = worst_sample.pair
+    return CheckResult(
+        "clearance exact",
+        worst <= 0.0,
+        value,
+        value - worst,
+        "mm",
+        _pose(sampler, worst_sample),
+        (pair.a.name, pair.b.name),
+        f"difference of mesh and exact (BRepExtrema) distance of the {len(samples)} samples with the least to spare; "
+        "the limit is the sum of both deviations",
+    )
+
+
+def exact_distance(a: object, b: object, b_in_a: np.ndarray) -> float:
+    """Exact distance of two solids.
+
+    Args:
+        a: One `cadquery.Solid`.
+        b: The other.
+        b_in_a: (4, 4) frame of b to the frame of a, mm.
+
+    Returns:
+        Distance, mm; 0 where they touch, intersect or hold one another.
+
+    Raises:
+        ValueError: The kernel found no distance.
+    """
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+
+    from delta_cad.checks.contact.placing import located
+
+    found = BRepExtrema_DistShapeShape(a.wrapped, located(b, b_in_a))  # type: ignore[attr-defined]
+    if not found.IsDone():
+        raise ValueError("the exact distance of two solids could not be computed")
+    return 0.0 if found.InnerSolution() else float(found.Value())
+
+
+def _proof(
+    assembly: Assembly,
+    limits: CheckLimits,
+    pairs: Sequence[HeldApart],
+    refuted: Sequence[Sample],
+    closest: Sequence[Sample],
+    engine: DistanceEngine,
+    calls_max: int,
+) -> CheckResult:
+    """Prove every pair that the samples did not refute."""
+    gone = {id(s.pair) for s in refuted}
+    try:
+        found = domains(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
+    except FoldError as error:
+        return CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=str(error))
+    spaces = spaces_of([p for p in pairs if id(p) not in gone], assembly.placement, found, limits)
+    proofs = [prove(space, engine, calls_max) for space in spaces]
+    counts = f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {len(pairs)} pairs"
+    undecided = [(names, box) for p in proofs for names, box in p.undecided]
+    if undecided or refuted:
+        first = undecided[0][0] if undecided else (refuted[0].pair.a.name, refuted[0].pair.b.name)
+        told = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
+        told += [f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]]
+        detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(told)}; {counts}"
+        return CheckResult(
+            "clearance proof", False, None, limits.clearance_min_mm, "mm", worst_pair=first, detail=detail
+        )
+    sampled = f"; sampled minimum {closest[0].certain_mm:.3f} mm" if closest else ""
+    return CheckResult(
+        "clearance proof",
+        True,
+        limits.clearance_min_mm,
+        limits.clearance_min_mm,
+        "mm",
+        detail=f"proved minimum clearance >= {limits.clearance_min_mm:g} mm over the cube, "
+        f"running gaps at their own limits{sampled}; {counts}",
+    )

@@ -1,0 +1,286 @@
+"""Proof of a least distance over a continuum of positions by adaptive subdivision.
+
+A box of variables is proven for a pair when `distance at the centre - travel of both bodies inside the box` is at least
+the limit. Four lower bounds are tried, cheapest first: bounding spheres, oriented bounding boxes, a slab, and the FCL
+distance of the meshes; the latter two less both deviations.
+
+Slab: for a unit vector n and points p of one body and q of the other `|q - p| >= n . (q - p)`, and at the box's centre
+`n . (q - p) >= min over q of n . q - max over p of n . p`, whose extremes are at vertices of the meshes' convex hulls.
+So only the travel along n counts (`Space.along`), which is much less than the travel where n looks across a motion. Any
+n is right; the one between the closest points is good, and once measured it goes on to the boxes into which this one is
+cut. What was never measured tries the directions that the space knows.
+
+What is not proven is cut in two along every variable, until nothing is left or the travel in a box is below
+`SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from delta_cad.checks.clearance.bodies import DistanceEngine, boxes_gap
+from delta_cad.checks.clearance.spaces import GUARD_MM, Space
+
+SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
+WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
+HOPE = 0.5  # of the travel along a measured normal: with so much to spare most of the halves pass with that normal
+OPEN_MAX = 200_000  # boxes times pairs held at once: 0.5 s and 100 MB
+CALLS_MAX = 60_000  # distance calls for one space; 0.1-0.2 ms each
+
+
+@dataclass
+class Proof:
+    """What the subdivision of one space came to.
+
+    Attributes:
+        space: Name of the space.
+        boxes: Boxes looked at.
+        calls: Distance calls.
+        undecided: Pair names and the box at which the proof stopped, as text; empty when all is proven.
+    """
+
+    space: str
+    boxes: int = 0
+    calls: int = 0
+    undecided: list[tuple[tuple[str, str], str]] = field(default_factory=list)
+
+
+def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> Proof:
+    """Prove that every pair of a space keeps its limit at all reachable values of the variables.
+
+    Args:
+        space: The space and its pairs.
+        engine: Distances of meshes.
+        calls_max: Distance calls after which what is left counts as undecided.
+
+    Returns:
+        The outcome; proven when `undecided` is empty.
+    """
+    proof = Proof(space.name)
+    pairs = space.pairs
+    centres, halves = space.root()
+    pair = np.flatnonzero(~(space.always_apart(engine) >= pairs.limit + GUARD_MM))
+    box = np.zeros(len(pair), dtype=int)
+    normal = np.full((len(pair), 3), np.nan)  # from the first body to the second, in the common frame
+    measured = np.zeros(len(pair), dtype=bool)  # whether the normal is that of the box from which this one was cut
+    bounds = Bounds(space)
+    while len(pair):
+        proof.boxes += len(centres)
+        allowed = engine.calls + calls_max - proof.calls
+        before = engine.calls
+        travel, open_, hopeless = _not_proven(bounds, centres, halves, box, pair, normal, measured, engine, allowed)
+        proof.calls += engine.calls - before
+        stuck = np.isin(open_, hopeless) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
+        box, pair, normal, measured = box[open_], pair[open_], normal[open_], measured[open_]
+        if proof.calls >= calls_max or len(open_) > OPEN_MAX:
+            stuck[:] = True
+        for k in np.unique(pair[stuck]):
+            at = box[stuck][pair[stuck] == k][0]
+            proof.undecided.append((pairs.names[k], _described(space, centres[at], halves[at])))
+        keep = ~np.isin(pair, pair[stuck])
+        count = 2 ** centres.shape[1]
+        normal, measured = np.repeat(normal[keep], count, axis=0), np.repeat(measured[keep], count)
+        centres, halves, box, pair, kept = _halved(space, centres, halves, box[keep], pair[keep])
+        normal, measured = normal[kept], measured[kept]
+    return proof
+
+
+class Bounds:
+    """What the bounds need to know of a space's bodies, as arrays."""
+
+    def __init__(self, space: Space) -> None:
+        bodies = space.pairs.bodies
+        self.space, self.bodies = space, bodies
+        self.link = np.array([space.links.index(x.link) for x in bodies])
+        self.centre, self.radius = np.array([x.centre for x in bodies]), np.array([x.radius for x in bodies])
+        self.axes, self.half = np.array([x.axes for x in bodies]), np.array([x.half for x in bodies])
+        self.deviation = np.array([x.mesh.deviation_mm for x in bodies])
+        self._hulls: dict[int, np.ndarray] = {}
+
+    def hull(self, k: int) -> np.ndarray:
+        """(n, 3) vertices of a body's convex hull in its link's frame."""
+        if k not in self._hulls:
+            self._hulls[k] = self.bodies[k].hull
+        return self._hulls[k]
+
+    def hulls_gap(
+        self, a: np.ndarray, b: np.ndarray, normal: np.ndarray, frame_a: np.ndarray, frame_b: np.ndarray
+    ) -> np.ndarray:
+        """Gap of the convex hulls of two bodies' meshes along a direction: they are nowhere closer.
+
+        Args:
+            a: (n,) one body.
+            b: (n,) the other.
+            normal: (n, 3) unit directions from a to b in the common frame.
+            frame_a: (n, 4, 4) frame of a's link in the common frame.
+            frame_b: (n, 4, 4) frame of b's link in the common frame.
+
+        Returns:
+            (n,) gaps, mm; negative where the hulls overlap along the direction.
+        """
+        gap = np.zeros(len(normal))
+        if not len(gap):
+            return gap
+        for bodies, frame, direction in ((a, frame_a, -normal), (b, frame_b, normal)):
+            gap += (frame[:, :3, 3] * direction).sum(axis=1)
+            seen = (direction[:, None, :] @ frame[:, :3, :3])[:, 0]
+            order = np.argsort(bodies, kind="stable")
+            found, starts = np.unique(bodies[order], return_index=True)
+            for k, of in zip(found.tolist(), np.split(order, starts[1:]), strict=True):
+                gap[of] += np.einsum("ni,hi->nh", seen[of], self.hull(k)).min(axis=1)
+        return gap
+
+
+def _not_proven(
+    bounds: Bounds,
+    centres: np.ndarray,
+    halves: np.ndarray,
+    box: np.ndarray,
+    pair: np.ndarray,
+    normal: np.ndarray,
+    measured: np.ndarray,
+    engine: DistanceEngine,
+    calls_allowed: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k,) travel of each (box, pair), the indices of those not proven, and of these the hopeless ones.
+
+    Hopeless is what no smaller box can mend: at the box's centre, which may occur, the meshes are too close. The
+    normals are replaced by those between the closest points where these were measured, which `measured` then tells; a
+    distance is put off by one halving where the last normal promises to do for most of the halves.
+    """
+    space, bodies, pairs = bounds.space, bounds.bodies, bounds.space.pairs
+    a, b = pairs.first[pair], pairs.second[pair]
+    frames = space.frames(centres)[:, bounds.link]
+    travel = np.min([m[box, a] + m[box, b] for m in space.motion(centres, halves)], axis=0)
+    need = pairs.limit[pair] + travel + GUARD_MM
+
+    turned = frames[..., :3, :3]
+    middle = (turned @ bounds.centre[:, :, None])[..., 0] + frames[..., :3, 3]
+    apart = middle[box, b] - middle[box, a]
+    distance = np.linalg.norm(apart, axis=1)
+    left = np.flatnonzero(~(distance - bounds.radius[a] - bounds.radius[b] >= need))
+
+    axes, half = bounds.axes, bounds.half
+    worth = left[distance[left] > need[left]]
+    i, j = a[worth], b[worth]
+    gap = np.full(len(distance), -np.inf)
+    gap[worth] = boxes_gap(
+        apart[worth], turned[box[worth], i] @ axes[i], half[i], turned[box[worth], j] @ axes[j], half[j]
+    )
+    left = left[~(gap[left] >= need[left])]
+
+    slabs = _Slabs(bounds, centres, halves, frames, box, pair)
+    spare = slabs.best(left, normal, apart)
+    later = measured[left] & (spare >= -HOPE * slabs.travel[left]) & (travel[left] >= SMALLEST_TRAVEL_MM)
+    measured[:] = False
+    still = ~(spare >= 0.0)
+    left, later = left[still], later[still]
+
+    b_in_a = np.linalg.inv(frames[box[left], a[left]]) @ frames[box[left], b[left]]
+    possible = space.reachable(centres, np.zeros_like(halves))
+    open_ = np.ones(len(left), dtype=bool)
+    hopeless: list[int] = []
+    for m in np.argsort(box[left], kind="stable").tolist():
+        k = int(left[m])
+        if later[m] or engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
+            continue
+        one, other = bodies[a[k]], bodies[b[k]]
+        d, at_a, at_b = engine.closest_points(one, other, one.placement, b_in_a[m] @ other.placement)
+        certain = d - bounds.deviation[a[k]] - bounds.deviation[b[k]]
+        open_[m] = not certain >= need[k]
+        if open_[m]:
+            normal[k] = frames[box[k], a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
+            measured[k] = d > 0.0
+            if certain < need[k] - travel[k] and possible[box[k]]:
+                hopeless.append(k)
+    new = np.flatnonzero(measured[left])
+    open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
+    return travel, left[open_], np.array(hopeless, dtype=int)
+
+
+class _Slabs:
+    """Pairs that a slab across a fixed direction separates at all positions of their boxes.
+
+    Args:
+        bounds: The bodies.
+        centres: (n, d) centres of the boxes.
+        halves: (n, d) half widths.
+        frames: (n, bodies, 4, 4) frames of the bodies' links at the centres.
+        box: (m,) box of each pair.
+        pair: (m,) the pairs.
+
+    Attributes:
+        travel: (m,) travel along the direction last tried, mm; 0 where none was.
+    """
+
+    def __init__(
+        self,
+        bounds: Bounds,
+        centres: np.ndarray,
+        halves: np.ndarray,
+        frames: np.ndarray,
+        box: np.ndarray,
+        pair: np.ndarray,
+    ) -> None:
+        self._bounds, self._frames, self._box, self._pair = bounds, frames, box, pair
+        self._along = bounds.space.along(centres, halves)
+        pairs = bounds.space.pairs
+        self.travel = np.zeros(len(pair))
+        self._a, self._b = pairs.first[pair], pairs.second[pair]
+        self._least = pairs.limit[pair] + bounds.deviation[self._a] + bounds.deviation[self._b] + GUARD_MM
+
+    def spare(self, k: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """(n,) by how much the hulls of pairs k (n,) are farther apart along (n, 3) directions than needed, mm."""
+        a, b, box = self._a[k], self._b[k], self._box[k]
+        gap = self._bounds.hulls_gap(a, b, normal, self._frames[box, a], self._frames[box, b])
+        self.travel[k] = self._along(box, self._pair[k], normal)
+        return gap - self._least[k] - self.travel[k]
+
+    def best(self, k: np.ndarray, normal: np.ndarray, between: np.ndarray) -> np.ndarray:
+        """(n,) what `spare` gives for pairs k (n,): not negative where they are certainly far enough apart, mm.
+
+        Along the pair's `normal` (m, 3) where it has one; otherwise along the direction `between` (m, 3) the middles of
+        both and those that the space knows, of which the best becomes the pair's normal.
+        """
+        fresh = ~np.isfinite(normal[k, 0])
+        spare = np.full(len(k), -np.inf)
+        spare[~fresh] = self.spare(k[~fresh], normal[k[~fresh]])
+        new, best = k[fresh], spare[fresh]
+        middle = between[new] / np.maximum(np.linalg.norm(between[new], axis=1), 1e-9)[:, None]
+        for n in (middle, *self._bounds.space.directions):
+            facing = np.where(middle @ n < 0.0, -1.0, 1.0)[:, None] * n if n.ndim == 1 else n
+            found = self.spare(new, facing)
+            better = found > best
+            normal[new[better]], best = facing[better], np.fmax(best, found)
+        spare[fresh] = best
+        return spare
+
+
+def _halved(
+    space: Space, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The boxes that still have pairs, cut in two along every variable; unreachable pieces dropped.
+
+    Last are (k,) bool, which of the pairs' repetitions were kept.
+    """
+    used, box = np.unique(box, return_inverse=True)
+    d = centres.shape[1]
+    signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * d, indexing="ij")).reshape(d, -1).T if d else np.zeros((1, 0))
+    half = np.repeat(halves[used] / 2.0, len(signs), axis=0)
+    centre = np.repeat(centres[used], len(signs), axis=0) + half * np.tile(signs, (len(used), 1))
+    child = (box[:, None] * len(signs) + np.arange(len(signs))).ravel()
+    pair = np.repeat(pair, len(signs))
+    reachable = space.reachable(centre, half)
+    renumbered = np.cumsum(reachable) - 1
+    kept = reachable[child]
+    return centre[reachable], half[reachable], renumbered[child[kept]], pair[kept], kept
+
+
+def _described(space: Space, centre: np.ndarray, half: np.ndarray) -> str:
+    """A box as text: mm for handle positions, degrees for angles."""
+    handle = len(centre) == 3
+    unit, scale = ("mm", 1.0) if handle else ("deg", np.degrees(1.0))
+    inner = ", ".join(f"{c * scale:.3f} +- {h * scale:.3f}" for c, h in zip(centre, half, strict=True))
+    return f"{space.name}: ({inner}) {unit}" if len(centre) else space.name

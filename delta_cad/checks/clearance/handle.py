@@ -1,0 +1,194 @@
+r"""Pairs that depend on the whole position of the handle: frames, and how far bodies travel while it stays in a box.
+
+A point of a rod at the share f of the way from elbow to wrist and at v square to the rod lies at `E + f (W - E) + R v`;
+elbow and wrist are translated with the arm's end and with the handle. While the handle goes from c to p it travels
+
+    (1 - f) dE + f dp + dR v,    |dR v| <= min(rotation, 2) |v|,
+
+so its travel along a unit vector n is at most `(1 - f) T + f B + min(rotation, 2) |v|`, with
+`B = sum_k |n_k| h_k >= |n . dp|` and T the travel of the elbow along n. Of two bodies with shares f and g only the
+difference of the shares of dp counts: `(1 - f) T + (1 - g) T' + |f - g| B`, convex in f and g, so it is largest at the
+ends of both ranges. What the platform carries has f = 1 and no elbow, what an arm or the base carries has f = 0.
+
+T: the elbow goes round a circle, `n . E = const + L_A s cos(theta - alpha)`, with s and alpha the length and the angle
+of n in the chain's plane. Over a range of theta the lowest cosine is -1 if the range holds alpha + pi, otherwise that
+at one of its ends. A point of an arm stays in a plane parallel to the chain's and travels `lever |dtheta|` at most, of
+which n sees the part s. A direction across the chain's plane therefore sees nothing of a chain that swings.
+
+Range of theta: the box is cut into parts, and each holds theta at its centre -+ the bound of `motion` there, whose
+slack falls as the square of the size; the range over the cube bounds all. The parts together fill the box, so the
+smallest range that holds theirs holds the box's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from delta_cad.checks.clearance.bodies import Body, DistanceEngine
+from delta_cad.checks.clearance.motion import MM_PER_M, BoxMotion, box_motion
+from delta_cad.checks.clearance.spaces import Pairs, Space
+from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.placement import LinkPlacement
+
+PARTS = 8192  # of all boxes together: 20 ms, against 1 s of distances that the sharper angles save
+ROTATION_MAX = 2.0  # no rotation moves a unit vector farther: the diameter of its circle
+
+
+class Handle(Space):
+    """All links in the base frame: the handle's position in the cube.
+
+    Args:
+        name: For reports.
+        pairs: The pairs.
+        placement: The placement of the links.
+        centre_mm: (3,) centre of the cube, mm.
+        half_mm: Half its side, mm.
+        theta: (3, 2) lowest and highest shoulder angle of each chain, rad.
+    """
+
+    directions = np.concatenate([TANGENTIAL, VERTICAL[None]])
+
+    def __init__(
+        self,
+        name: str,
+        pairs: Pairs,
+        placement: LinkPlacement,
+        centre_mm: np.ndarray,
+        half_mm: float,
+        theta: np.ndarray,
+    ) -> None:
+        super().__init__(name, pairs, sorted({b.link for b in pairs.bodies}))
+        self._theta = theta
+        self._placement, self._centre, self._half = placement, centre_mm, half_mm
+        g, count = placement.geometry, len(pairs.bodies)
+        self._arm = g.upper_arm_length * MM_PER_M
+        self._chain = np.array([max(chain_of(b.link), 0) for b in pairs.bodies])
+        self._rod = np.array([b.link.startswith("rod") for b in pairs.bodies])
+        self._lever, self._off_axis, self._share = np.zeros(count), np.zeros(count), np.zeros((count, 2))
+        for k, b in enumerate(pairs.bodies):
+            if b.link.startswith("upper_arm") or (b.link.startswith("pinion") and placement.drive_ratio == 1.0):
+                self._lever[k] = b.lever_about_y()
+            elif self._rod[k]:
+                self._share[k], self._off_axis[k] = _rod_levers(b, g.forearm_length * MM_PER_M)
+            elif b.link == "platform":
+                self._share[k] = 1.0
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        return self._centre[None], np.full((1, 3), self._half)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        links = dict(self._placement(centres))
+        for name in swept_links(self._placement):
+            links[name] = np.broadcast_to(fixed_frame(name, self._placement), (len(centres), 4, 4))
+        return np.stack([links[name] for name in self.links], axis=1)
+
+    def angles(self, centres: np.ndarray, halves: np.ndarray) -> tuple[BoxMotion, np.ndarray, np.ndarray]:
+        """Shoulder angles in boxes.
+
+        Args:
+            centres: (n, 3) centres of the boxes, mm.
+            halves: (n, 3) half sides, mm.
+
+        Returns:
+            The bounds of `box_motion`, and the (n, 3) lowest and highest shoulder angles in the boxes, rad.
+        """
+        g, count = self._placement.geometry, max(int((PARTS / len(centres)) ** (1.0 / 3.0)), 1)
+        step = (2.0 * np.arange(count) + 1.0) / count - 1.0
+        steps = np.stack(np.meshgrid(step, step, step, indexing="ij"), axis=-1).reshape(-1, 3)
+        inside = centres[:, None] + steps * halves[:, None]
+        size = np.broadcast_to(halves[:, None] / count, inside.shape)
+        part = box_motion(g, inside.reshape(-1, 3), size.reshape(-1, 3))
+        low = np.fmax(part.theta - part.theta_change, self._theta[:, 0]).reshape(len(centres), -1, 3).min(axis=1)
+        high = np.fmin(part.theta + part.theta_change, self._theta[:, 1]).reshape(len(centres), -1, 3).max(axis=1)
+        return box_motion(g, centres, halves), low, high
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
+        """Travel of every body in the boxes, seen from the base and seen from the platform."""
+        whole, low, high = self.angles(centres, halves)
+        change = np.maximum(high - whole.theta, whole.theta - low)[:, self._chain]
+        spin = self._off_axis * np.fmin(whole.rotation, ROTATION_MAX)[:, self._chain]
+        handle, forearm = np.linalg.norm(halves, axis=1)[:, None], whole.forearm[:, self._chain]
+        elbow, swing = self._rod * self._arm * change, self._lever * change
+        near, far = np.abs(self._share).T
+        before, behind = np.abs(1.0 - self._share).T
+        from_base = np.maximum(before * elbow + near * handle, behind * elbow + far * handle)
+        # seen from the platform the elbow travels as the vector s changes
+        from_wrist = np.maximum(before, behind) * np.where(self._rod, np.fmin(forearm, elbow + handle), handle)
+        return [swing + spin + from_base, swing + spin + from_wrist]
+
+    def along(
+        self, centres: np.ndarray, halves: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """How much closer pairs come along directions while the handle stays in the boxes."""
+        whole, low, high = self.angles(centres, halves)
+        theta, rotation = whole.theta, np.fmin(whole.rotation, ROTATION_MAX)
+
+        def travel(box: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
+            own, elbow, share = np.zeros(len(pair)), [], []
+            for k, n in ((self.pairs.first[pair], -normal), (self.pairs.second[pair], normal)):
+                i = self._chain[k]
+                at, lowest, highest = theta[box, i], low[box, i], high[box, i]
+                radial = (n * RADIAL[i]).sum(axis=1)
+                size, ahead = np.hypot(radial, n[:, 2]), np.arctan2(n[:, 2], radial)
+                back = (lowest - ahead - np.pi) % (2.0 * np.pi) + highest - lowest >= 2.0 * np.pi
+                least = np.where(back, -1.0, np.minimum(np.cos(lowest - ahead), np.cos(highest - ahead)))
+                turn = np.maximum(highest - at, at - lowest)
+                own += self._lever[k] * size * turn + self._off_axis[k] * rotation[box, i]
+                elbow.append(self._rod[k] * self._arm * size * (np.cos(at - ahead) - least))
+                share.append(self._share[k].T)
+            handle = (np.abs(normal) * halves[box]).sum(axis=1)
+            ends = [
+                np.abs(1.0 - f) * elbow[0] + np.abs(1.0 - g) * elbow[1] + np.abs(f - g) * handle
+                for f in share[0]
+                for g in share[1]
+            ]
+            return own + np.max(ends, axis=0)
+
+        return travel
+
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
+        """Height of what the platform carries over what an arm or the base carries, whatever the position."""
+        gap = super().always_apart(engine)
+        heights = [self._heights(b) for b in self.pairs.bodies]
+        for k, (i, j) in enumerate(zip(self.pairs.first.tolist(), self.pairs.second.tolist(), strict=True)):
+            (low_i, high_i), (low_j, high_j) = heights[i], heights[j]
+            gap[k] = max(low_i - high_j, low_j - high_i)
+        return gap
+
+    def _heights(self, b: Body) -> tuple[float, float]:
+        """Lowest and highest z of a body's exact surface over the cube, mm; infinite for rods and pinions."""
+        points, extra = b.vertices, b.mesh.deviation_mm
+        if b.link == "base":
+            low, high = points[:, 2].min(), points[:, 2].max()
+        elif b.link == "platform":
+            low = points[:, 2].min() + self._centre[2] - self._half
+            high = points[:, 2].max() + self._centre[2] + self._half
+        elif b.link.startswith("upper_arm"):
+            low, high = _swung(points, self._theta[int(b.link[-1])])
+        else:
+            return -np.inf, np.inf
+        return float(low) - extra, float(high) + extra
+
+
+def _swung(points: np.ndarray, theta: np.ndarray) -> tuple[float, float]:
+    """Lowest and highest z of points (n, 3) of an arm while it turns through the angles (lowest, highest)."""
+    radius, start = np.hypot(points[:, 0], points[:, 2]), np.arctan2(points[:, 2], points[:, 0])
+    ends = radius * np.sin(start + theta[:, None])  # x sin(theta) + z cos(theta)
+    top, bottom = (
+        (start + theta[0] - peak) % (2.0 * np.pi) + np.ptp(theta) >= 2.0 * np.pi for peak in (0.5 * np.pi, 1.5 * np.pi)
+    )
+    low, high = np.where(bottom, -radius, ends.min(axis=0)), np.where(top, radius, ends.max(axis=0))
+    return float(low.min()), float(high.max())
+
+
+def _rod_levers(b: Body, forearm_mm: float) -> tuple[tuple[float, float], float]:
+    """Lowest and highest share of the way from elbow to wrist, and largest distance from the rod's axis, mm."""
+    points, extra = b.vertices, b.mesh.deviation_mm
+    low, high = points[:, 0].min() - extra, points[:, 0].max() + extra
+    off_axis = float(np.hypot(points[:, 1], points[:, 2]).max()) + extra
+    return (low / forearm_mm, high / forearm_mm), off_axis

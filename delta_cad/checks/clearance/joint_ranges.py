@@ -1,0 +1,156 @@
+"""Which joint angles occur in the cube: rigorous supersets, as ranges and as rasters of two angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.checks.clearance.motion import box_motion, cube_boxes
+from delta_cad.mechanism.geometry import DeltaGeometry
+
+BOXES_PER_EDGE = 16
+HALVINGS = 3  # of boxes that are too coarse
+COARSE_RAD = 0.08  # a box over which an angle may change by more is halved: near a fold the angles change fast
+ROUNDING_RAD = 1e-9  # angles are good to 1e-15; this keeps a point on the rim of a box inside its cells
+OCTANTS = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
+RASTER = 128  # cells along each angle of a raster
+
+
+class FoldError(Exception):
+    """The cube could not be proven free of positions at which a chain folds or cannot be closed."""
+
+
+@dataclass(frozen=True)
+class Raster:
+    """A set of pairs of angles as marked cells of a grid.
+
+    Attributes:
+        low: (2,) lower corner of the grid, rad.
+        high: (2,) upper corner, rad.
+        total: (RASTER + 1, RASTER + 1) marked cells below and left of each grid node.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    total: np.ndarray
+
+    @classmethod
+    def of_boxes(cls, centres: np.ndarray, halves: np.ndarray) -> Raster:
+        """The cells that any of the given boxes touches.
+
+        Args:
+            centres: (n, 2) centres, rad.
+            halves: (n, 2) half widths, rad.
+
+        Returns:
+            The raster.
+        """
+        halves = halves + ROUNDING_RAD
+        low, high = (centres - halves).min(axis=0), (centres + halves).max(axis=0)
+        first, last = _cells(centres - halves, low, high), _cells(centres + halves, low, high) + 1
+        change = np.zeros((RASTER + 1, RASTER + 1))
+        for x, y, sign in ((first, first, 1), (last, first, -1), (first, last, -1), (last, last, 1)):
+            np.add.at(change, (x[:, 0], y[:, 1]), sign)
+        marked = change.cumsum(axis=0).cumsum(axis=1)[:RASTER, :RASTER] > 0.5
+        total = np.zeros((RASTER + 1, RASTER + 1))
+        total[1:, 1:] = marked.cumsum(axis=0).cumsum(axis=1)
+        return cls(low, high, total)
+
+    def touched(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Which boxes may hold a pair of angles of the set.
+
+        Args:
+            centres: (n, 2) centres, rad.
+            halves: (n, 2) half widths, rad.
+
+        Returns:
+            (n,) bool, False only where the box certainly holds none.
+        """
+        first = _cells(centres - halves, self.low, self.high)
+        last = _cells(centres + halves, self.low, self.high) + 1
+        count = (
+            self.total[last[:, 0], last[:, 1]]
+            - self.total[first[:, 0], last[:, 1]]
+            - self.total[last[:, 0], first[:, 1]]
+            + self.total[first[:, 0], first[:, 1]]
+        )
+        outside = (centres + halves < self.low).any(axis=1) | (centres - halves > self.high).any(axis=1)
+        return (count > 0.5) & ~outside
+
+
+def _cells(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(n, 2) grid cells of points, moved into the grid; rounding is the same for marking and for asking."""
+    step = np.maximum(high - low, 1e-12) / RASTER
+    return np.clip(np.floor((points - low) / step).astype(int), 0, RASTER - 1)
+
+
+@dataclass(frozen=True)
+class Domains:
+    """Supersets of the joint angles over the cube.
+
+    Attributes:
+        theta: (3, 2) lowest and highest shoulder angle of each chain, rad.
+        lean: (3, 2) lowest and highest lean, rad, exact.
+        neighbours: Per chain i the raster of (theta_i, theta_(i + 1)).
+        at_wrist: Per chain the raster of (angle of the forearm from radial towards +z, lean).
+        at_elbow: Per chain the raster of (angle of the forearm from the upper arm, lean).
+    """
+
+    theta: np.ndarray
+    lean: np.ndarray
+    neighbours: tuple[Raster, ...]
+    at_wrist: tuple[Raster, ...]
+    at_elbow: tuple[Raster, ...]
+
+
+def domains(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> Domains:
+    """Joint angles over the cube, enclosed box by box.
+
+    Args:
+        g: The mechanism.
+        centre_mm: (3,) centre of the cube, mm.
+        half_side_mm: Half its side, mm.
+
+    Returns:
+        The enclosures.
+
+    Raises:
+        FoldError: A chain may fold in the cube, at the finest subdivision.
+    """
+    motion = box_motion(g, *_fine_boxes(g, centre_mm, half_side_mm))
+    if not np.isfinite(motion.theta_change).all():
+        finest = BOXES_PER_EDGE * 2**HALVINGS
+        raise FoldError(f"a chain may fold in the cube: not excluded with {finest} boxes an edge")
+    theta, spread = motion.theta, motion.theta_change
+    lean, lean_half = (motion.lean_low + motion.lean_high) / 2.0, (motion.lean_high - motion.lean_low) / 2.0
+    wrist_angle = theta + motion.elbow_angle
+    elbow, elbow_half = (motion.elbow_low + motion.elbow_high) / 2.0, (motion.elbow_high - motion.elbow_low) / 2.0
+
+    def raster(x: np.ndarray, dx: np.ndarray, y: np.ndarray, dy: np.ndarray) -> Raster:
+        return Raster.of_boxes(np.stack([x, y], axis=1), np.stack([dx, dy], axis=1))
+
+    return Domains(
+        theta=np.stack([(theta - spread).min(axis=0), (theta + spread).max(axis=0)], axis=1),
+        lean=np.stack([motion.lean_low.min(axis=0), motion.lean_high.max(axis=0)], axis=1),
+        neighbours=tuple(
+            raster(theta[:, i], spread[:, i], theta[:, (i + 1) % 3], spread[:, (i + 1) % 3]) for i in range(3)
+        ),
+        at_wrist=tuple(raster(wrist_angle[:, i], motion.rotation[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
+        at_elbow=tuple(raster(elbow[:, i], elbow_half[:, i], lean[:, i], lean_half[:, i]) for i in range(3)),
+    )
+
+
+def _fine_boxes(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) centres and (n, 3) half sides of boxes that fill the cube, smaller where the angles change fast."""
+    centres, halves = cube_boxes(centre_mm, half_side_mm, BOXES_PER_EDGE)
+    kept = []
+    for _ in range(HALVINGS):
+        motion = box_motion(g, centres, halves)
+        spread = np.maximum(motion.theta_change, motion.rotation).max(axis=1)
+        coarse = ~(spread <= COARSE_RAD)
+        kept.append((centres[~coarse], halves[~coarse]))
+        halves = np.repeat(halves[coarse] / 2.0, 8, axis=0)
+        centres = np.repeat(centres[coarse], 8, axis=0) + halves * np.tile(OCTANTS, (coarse.sum(), 1))
+    kept.append((centres, halves))
+    return np.concatenate([c for c, _ in kept]), np.concatenate([h for _, h in kept])

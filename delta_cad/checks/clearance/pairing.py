@@ -1,0 +1,265 @@
+"""Which bodies are held apart by how much, and in which space of variables each pair is proven."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.bodies import Body, bodies_of, body
+from delta_cad.checks.clearance.handle import Handle
+from delta_cad.checks.clearance.joint_ranges import Domains
+from delta_cad.checks.clearance.motion import MM_PER_M
+from delta_cad.checks.clearance.segments import cut, near, pieces_of
+from delta_cad.checks.clearance.spaces import (
+    Fixed,
+    Pairs,
+    ParallelRods,
+    RodAtJoint,
+    Space,
+    Swing,
+    TwoSwings,
+    X,
+    Y,
+)
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
+from delta_cad.mechanism.placement import LinkPlacement
+
+REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
+SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
+EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
+
+
+@dataclass(frozen=True)
+class HeldApart:
+    """A pair of bodies on different links and the distance it must keep.
+
+    Attributes:
+        a: One body.
+        b: The other, on another link.
+        limit_mm: The distance.
+        running_gap: Whether the limit is that of a `running gap` fit.
+    """
+
+    a: Body
+    b: Body
+    limit_mm: float
+    running_gap: bool
+
+
+def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[HeldApart]:
+    """All pairs on different links but the contacts.
+
+    Args:
+        assembly: The machine.
+        limits: The general clearance.
+        meshes: The parts' meshes.
+
+    Returns:
+        The pairs; parts of geared pinions as the bodies of revolution that they sweep.
+    """
+    moved = [replace(o, link=rigid_link(o, assembly.placement)) for o in assembly.occurrences]
+    bodies = bodies_of(moved, meshes, swept_links(assembly.placement))
+    fits = {frozenset((fit.a, fit.b)): fit for fit in assembly.fits}
+    pairs = []
+    for a, b in combinations(bodies.values(), 2):
+        if a.link == b.link:
+            continue
+        fit = fits.get(frozenset((a.name, b.name)))
+        if fit is None:
+            pairs.append(HeldApart(a, b, limits.clearance_min_mm, False))
+        elif fit.kind == "running gap":
+            pairs.append(HeldApart(a, b, fit.gap_mm, True))
+    return pairs
+
+
+def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domains, limits: CheckLimits) -> list[Space]:
+    """The pairs sorted into the spaces in which they are proven.
+
+    Args:
+        pairs: The pairs.
+        placement: The placement of the links.
+        found: The joint angles over the cube.
+        limits: The cube.
+
+    Returns:
+        The spaces with at least one pair each.
+    """
+    g = placement.geometry
+    base, wrist = g.base_radius * MM_PER_M, g.platform_radius * MM_PER_M
+    arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
+    width = placement.parallelogram_width_mm
+    groups: dict[str, list[tuple[Body, Body, float]]] = defaultdict(list)
+    moved = _Moved()
+    for pair in pairs:
+        kind, a, b = _classified(pair, placement, moved)
+        groups[kind].append((a, b, pair.limit_mm))
+    theta = (float(found.theta[:, 0].min()), float(found.theta[:, 1].max()))
+    lean = (float(found.lean[:, 0].min()), float(found.lean[:, 1].max()))
+    made = {
+        "fixed": lambda p: Fixed("fixed links", p, ("fixed",)),
+        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", _arms_in_pieces(p), base, theta),
+        "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, found.neighbours),
+        "rods": lambda p: ParallelRods("the rods of a chain (lean)", p, width, lean),
+        "wrist": lambda p: RodAtJoint(
+            "a rod and the platform",
+            _in_pieces(p, forearm, wrist * X, width),
+            wrist * X,
+            forearm,
+            width,
+            found.at_wrist,
+        ),
+        "elbow": lambda p: RodAtJoint(
+            "a rod and its arm", _in_pieces(p, 0.0, arm * X, width), arm * X, 0.0, width, found.at_elbow
+        ),
+        "handle": lambda p: Handle(
+            "handle position",
+            _cut(p, lambda b: _slices(b) if b.link.startswith("rod") else [b], lambda a, b: "base" in (a.link, b.link)),
+            placement,
+            limits.centre_mm,
+            limits.half_side_mm,
+            found.theta,
+        ),
+    }
+    return [make(_unique(groups[kind])) for kind, make in made.items() if groups[kind]]
+
+
+def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, Body, Body]:
+    """The space of a pair, and its bodies placed on that space's links."""
+    a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
+    fixed = [x.link == "base" or x.link in swept_links(placement) for x in (a, b)]
+    chain_a, chain_b = chain_of(a.link), chain_of(b.link)
+    if all(fixed):
+        one, other = (moved(x, "fixed", fixed_frame(x.link, placement)) for x in (a, b))
+        return "fixed", one, other
+    if fixed[0] and b.link.startswith("upper_arm"):
+        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
+        return "swing", moved(a, "fixed", back @ fixed_frame(a.link, placement)), replace(b, link="arm")
+    if a.link.startswith("upper_arm") and b.link.startswith("upper_arm"):
+        if (chain_a + 1) % 3 != chain_b:
+            a, b = b, a
+        return "arms", replace(a, link="arm"), replace(b, link="next_arm")
+    if a.link.startswith("rod") and b.link.startswith("rod") and chain_a == chain_b:
+        return "rods", replace(a, link="rod_0"), replace(b, link="rod_1")
+    if a.link == "platform" and b.link.startswith("rod"):
+        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
+        return "wrist", moved(a, "holder", back), replace(b, link=f"rod_{b.link[-1]}")
+    if a.link.startswith("rod") and b.link.startswith("upper_arm") and chain_a == chain_b:
+        return "elbow", replace(b, link="holder"), replace(a, link=f"rod_{a.link[-1]}")
+    return "handle", a, b
+
+
+class _Moved:
+    """Bodies on other links, each made once."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[str, str, bytes], Body] = {}
+
+    def __call__(self, b: Body, link: str, frame: np.ndarray) -> Body:
+        """The body on another link that holds its old one at `frame`."""
+        key = (b.name, link, frame.tobytes())
+        if key not in self._made:
+            self._made[key] = body(b.name, b.key, link, b.mesh, frame @ b.placement)
+        return self._made[key]
+
+
+def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
+    """Pairs of bodies by index, those that are equal in shape, link and placement taken once at their larger limit."""
+    bodies: list[Body] = []
+    index: dict[tuple[object, ...], int] = {}
+    limit: dict[tuple[int, int], float] = {}
+    names: dict[tuple[int, int], tuple[str, str]] = {}
+
+    known: dict[int, int] = {}  # by identity; the triples keep the bodies alive
+
+    def number(b: Body) -> int:
+        if id(b) not in known:
+            key = (b.key, b.link, *np.round(b.placement[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
+            known[id(b)] = index.setdefault(key, len(bodies))
+            if known[id(b)] == len(bodies):
+                bodies.append(b)
+        return known[id(b)]
+
+    for a, b, gap in triples:
+        pair = (number(a), number(b))
+        limit[pair] = max(gap, limit.get(pair, gap))
+        names.setdefault(pair, (a.name, b.name))
+    first, second = np.array(list(limit)).T
+    return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))
+
+
+def _in_pieces(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: float) -> Pairs:
+    """The pairs at a ball joint, cut down to what can meet.
+
+    The rods' bodies are cut into pieces about the held ball, at x = `ball_mm` of the rod. A piece stays within its
+    lever of the ball's centre however the rod is turned, so of the holder only what is within lever + limit counts.
+    """
+    pieces = [pieces_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
+    bodies: list[Body] = []
+    index: dict[tuple[int, int], int] = {}
+    reached: dict[tuple[int, str, float], int | None] = {}
+    first, second, origin = [], [], []
+    for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
+        holder = pairs.bodies[a]
+        for j, piece in enumerate(pieces[b]):
+            side = -0.5 if piece.link == "rod_0" else 0.5
+            reach = piece.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
+            key = (a, piece.link, reach)
+            if key not in reached:
+                local = near(holder, centre_mm + side * width_mm * Y, reach)
+                reached[key] = None if local is None else len(bodies)
+                bodies += [] if local is None else [local]
+            if (b, j) not in index:
+                index[b, j] = len(bodies)
+                bodies.append(piece)
+            held = reached[key]
+            if held is not None:
+                first.append(held)
+                second.append(index[b, j])
+                origin.append(k)
+    names = [pairs.names[k] for k in origin]
+    return Pairs(bodies, np.array(first, dtype=int), np.array(second, dtype=int), pairs.limit[origin], names)
+
+
+def _arms_in_pieces(pairs: Pairs) -> Pairs:
+    """The pairs of an arm and what is fixed, the arm's bodies cut along the arm.
+
+    What turns beside a cheek at a constant small gap, which its profile about the shoulder proves at once, is then
+    apart from the elbow's boss, which reaches over the cheek's plane elsewhere.
+    """
+    return _cut(pairs, lambda b: pieces_of(b, 0.0) if b.link == "arm" else [b], lambda a, b: True)  # noqa: ARG005
+
+
+def _slices(b: Body) -> list[Body]:
+    """A rod's body cut across into equal slices: near a fold the elbow moves much more than the wrist."""
+    x, plane = b.vertices[:, 0], b.placement[0, :3]
+    levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / SLICE_MM) + 1, endpoint=False)[1:] - b.placement[0, 3]
+    if not len(levels):
+        return [b]
+    slices = cut(b.mesh, plane, levels)
+    return [body(b.name, f"{b.key} slice {k}", b.link, mesh, b.placement) for k, mesh in enumerate(slices)]
+
+
+def _cut(pairs: Pairs, pieces: Callable[[Body], Sequence[Body]], wanted: Callable[[Body, Body], bool]) -> Pairs:
+    """The pairs with their bodies cut into pieces where that is wanted for the pair."""
+    bodies = list(pairs.bodies)
+    index: dict[int, list[int]] = {}
+    cut_up = []
+    for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
+        if not wanted(pairs.bodies[a], pairs.bodies[b]):
+            cut_up.append((a, b, k))
+            continue
+        for i in (a, b):
+            if i not in index:
+                made = pieces(pairs.bodies[i])
+                index[i] = [i] if len(made) == 1 else list(range(len(bodies), len(bodies) + len(made)))
+                bodies += made if len(made) > 1 else []
+        cut_up += [(i, j, k) for i in index[a] for j in index[b]]
+    first, second, origin = np.array(cut_up, dtype=int).T
+    return Pairs(bodies, first, second, pairs.limit[origin], [pairs.names[k] for k in origin])

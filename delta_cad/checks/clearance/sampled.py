@@ -1,0 +1,241 @@
+"""The smallest distance over many sampled positions, without measuring most of them.
+
+Every (position, pair) starts with a lower bound from bounding spheres and then from oriented boxes. The lowest bound
+is measured; what was measured bounds the other positions of that pair in two ways. No point of a body leaves the
+convex hull of its bounding box, so `distance >= measured - largest relative travel of the box's eight corners`. And
+the convex hulls of the two bodies are at least as far apart as their extents along any direction, here the one
+between the closest points. Of the platform a rod's body only reaches what is near its ball. An arm and what is fixed
+are no closer than their profiles about the shoulder axis (`meridian`). It ends when no bound is below the smallest
+distance found, so the result is the same as that of measuring everything, to `TOLERANCE_MM`. Pairs whose relative
+position depends on one shoulder angle only are measured at `SPREAD` of the positions, spread over that angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from delta_cad.checks.clearance.bodies import Body, DistanceEngine, boxes_gap
+from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap
+from delta_cad.checks.clearance.pairing import HeldApart
+from delta_cad.checks.clearance.segments import near
+from delta_cad.checks.links import chain_of, fixed_frame, swept_links, turn_about_z
+from delta_cad.mechanism.placement import CHAINS, MM_PER_M, LinkPlacement
+
+TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
+SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
+CHUNK = 64  # positions whose sphere distances are held in memory at once
+SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A measured pair.
+
+    Attributes:
+        pair: The pair.
+        distance_mm: Distance of the two meshes, 0 where they intersect.
+        pose: Index of the position.
+    """
+
+    pair: HeldApart
+    distance_mm: float
+    pose: int
+
+    @property
+    def certain_mm(self) -> float:
+        """Least distance of the exact bodies at that position, mm."""
+        return self.distance_mm - self.pair.a.mesh.deviation_mm - self.pair.b.mesh.deviation_mm
+
+
+class Sampler:
+    """Distances of pairs at fixed handle positions.
+
+    Args:
+        placement: Placement of the links.
+        poses_mm: (n, 3) handle positions, mm.
+        engine: Distances of meshes.
+    """
+
+    def __init__(self, placement: LinkPlacement, poses_mm: np.ndarray, engine: DistanceEngine) -> None:
+        self._placement = placement
+        self.frames = dict(placement(poses_mm))
+        for name in swept_links(placement):
+            self.frames[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses_mm), 4, 4))
+        self.poses_mm, self._engine = poses_mm, engine
+        self._profiles: dict[tuple[str, str], Meridian] = {}
+        self._spread = [_spread(self.frames[f"upper_arm_{i}"][:, 2, 0]) for i in CHAINS]
+
+    def _arm_of(self, pair: HeldApart) -> str | None:
+        """The upper arm of a pair of an arm and something fixed, whose shoulder angle decides all."""
+        arms = [b.link for b in (pair.a, pair.b) if b.link.startswith("upper_arm")]
+        others = [b.link for b in (pair.a, pair.b) if not b.link.startswith("upper_arm")]
+        swept = swept_links(self._placement)
+        return arms[0] if len(arms) == 1 and (others[0] == "base" or others[0] in swept) else None
+
+    def positions(self, pair: HeldApart) -> np.ndarray:
+        """Indices of the positions at which a pair is measured: few where one shoulder angle decides all."""
+        arm = self._arm_of(pair)
+        return np.arange(len(self.poses_mm)) if arm is None else self._spread[chain_of(arm)]
+
+    def described(self, pair: HeldApart) -> str:
+        """At how many positions a pair is measured, as text."""
+        count, total = len(self.positions(pair)), len(self.poses_mm)
+        if self._arm_of(pair) is None:
+            return f"{total} positions"
+        return f"{count} positions spread over the shoulder angle, which alone decides, of {total}"
+
+    def _always(self, pair: HeldApart) -> float:
+        """Lower bound of the meshes' distance at all positions, from their profiles about a shoulder axis, mm."""
+        arm = self._arm_of(pair)
+        if arm is None:
+            return 0.0
+        return meridian_gap(*(self._profile(b, arm) for b in (pair.a, pair.b)))
+
+    def _profile(self, b: Body, arm: str) -> Meridian:
+        """Profile of a body about the shoulder axis of an arm, the same at every position."""
+        if (b.name, arm) not in self._profiles:
+            frame = np.linalg.inv(self.frames[arm][0]) @ self.frames[b.link][0] @ b.placement
+            self._profiles[b.name, arm] = Meridian(b.mesh, frame)
+        return self._profiles[b.name, arm]
+
+    def closest(self, pairs: Sequence[HeldApart]) -> list[Sample]:
+        """The closest pairs.
+
+        Args:
+            pairs: The pairs.
+
+        Returns:
+            The smallest sample of every pair that had to be measured, ascending; the first is the smallest of all
+            samples of all pairs. Empty without pairs.
+        """
+        if not pairs:
+            return []
+        bounds = self._sphere_bounds(pairs)
+        best = np.inf
+        found: list[Sample] = []
+        for k in np.argsort([low for low, _ in bounds]):
+            low, poses = bounds[k]
+            if low >= best - TOLERANCE_MM:
+                break
+            sample = self._smallest(pairs[k], poses, best)
+            if sample is not None:
+                found.append(sample)
+                best = min(best, sample.distance_mm)
+        return sorted(found, key=lambda s: s.distance_mm)
+
+    def _sphere_bounds(self, pairs: Sequence[HeldApart]) -> list[tuple[float, np.ndarray]]:
+        """Per pair its smallest sphere bound and the bounds at all positions, mm."""
+        bodies = {b.name: b for pair in pairs for b in (pair.a, pair.b)}
+        index = {name: k for k, name in enumerate(bodies)}
+        middles = np.stack([self._middles(b) for b in bodies.values()]).astype(np.float32)
+        radius = np.array([b.radius for b in bodies.values()], dtype=np.float32)
+        first = np.array([index[p.a.name] for p in pairs], dtype=int)
+        second = np.array([index[p.b.name] for p in pairs], dtype=int)
+        bounds = np.empty((len(pairs), len(self.poses_mm)), dtype=np.float32)
+        for start in range(0, len(pairs), CHUNK):
+            part = slice(start, start + CHUNK)
+            apart = middles[first[part]] - middles[second[part]]
+            bounds[part] = np.sqrt(np.einsum("kpi,kpi->kp", apart, apart)) - 0.001  # single precision of 1 m is 1e-4 mm
+        bounds -= (radius[first] + radius[second])[:, None]
+        return list(zip(bounds.min(axis=1).tolist(), bounds, strict=True))
+
+    def middle(self, b: Body, pose: int) -> np.ndarray:
+        """(3,) centre of a body's bounding box in the base frame at one position, mm."""
+        f = self.frames[b.link][pose]
+        return f[:3, :3] @ b.centre + f[:3, 3]
+
+    def _middles(self, b: Body) -> np.ndarray:
+        """(n, 3) centre of a body's bounding box in the base frame, mm."""
+        f = self.frames[b.link]
+        return f[:, :3, :3] @ b.centre + f[:, :3, 3]
+
+    def _smallest(self, pair: HeldApart, bound: np.ndarray, best: float) -> Sample | None:
+        """The pair's smallest sample if it is below `best`; None where the bounds say that it is not."""
+        poses = self.positions(pair)
+        poses = poses[bound[poses] < best - TOLERANCE_MM]
+        if not len(poses):
+            return None
+        low = np.maximum(np.maximum(bound[poses], self._box_bounds(pair, poses)), self._always(pair))
+        local = self._near_the_wrist(pair, best)
+        if local is None:
+            return None
+        one, other = local
+        relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
+        corners = pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T
+        hull_a, hull_b = one.hull, other.hull
+        result: Sample | None = None
+        while True:
+            kept = low < best - TOLERANCE_MM
+            poses, low, relative = poses[kept], low[kept], relative[kept]
+            if not len(poses):
+                return result if one is pair.a and other is pair.b else self._whole(result)
+            k = int(np.argmin(low))
+            d, at_a, at_b = self._engine.closest_points(one, other, one.placement, relative[k] @ other.placement)
+            if result is None or d < result.distance_mm:
+                result = Sample(pair, d, int(poses[k]))
+            best = min(best, d)
+            if d <= 0.0:
+                return result  # of a part of the surface, so the whole touches too
+            low = np.maximum(
+                low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1)
+            )
+            normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
+            # einsum, for a matrix product of this size wakes the threads of BLAS, which then spin for as long again
+            reach = np.einsum("ni,hi->nh", np.swapaxes(relative[:, :3, :3], 1, 2) @ normal, hull_b)
+            low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())
+            low[k] = np.inf
+
+    def _whole(self, sample: Sample | None) -> Sample | None:
+        """A sample measured again between whole bodies: a part stands for the whole only below its bound."""
+        if sample is None:
+            return None
+        a, b = sample.pair.a, sample.pair.b
+        poses = (self.frames[x.link][sample.pose] @ x.placement for x in (a, b))
+        return Sample(sample.pair, self._engine.distance(a, b, *poses), sample.pose)
+
+    def _near_the_wrist(self, pair: HeldApart, best: float) -> tuple[Body, Body] | None:
+        """The bodies of a pair, of the platform only what a body of a rod reaches; None where that is nothing.
+
+        A rod turns about the centre of its ball, so its body stays within its lever of it, and what of the platform is
+        farther than lever + `best` from there is farther than `best` from the body at every position. What is left is
+        nearly convex where the platform is not, and its hull then says much more.
+        """
+        rods = [b for b in (pair.a, pair.b) if b.link.startswith("rod")]
+        if not np.isfinite(best) or len(rods) != 1 or "platform" not in (pair.a.link, pair.b.link):
+            return pair.a, pair.b
+        (rod,), g, links = rods, self._placement.geometry, self.frames
+        wrist = np.array([g.forearm_length * MM_PER_M, 0.0, 0.0])
+        ball = (links[rod.link][0] @ np.append(wrist, 1.0))[:3] - links["platform"][0][:3, 3]  # it never turns
+        reach = rod.lever(wrist) + best + max(pair.a.mesh.deviation_mm, pair.b.mesh.deviation_mm)
+        chain = turn_about_z(2.0 * np.pi / 3.0 * chain_of(rod.link))[:3, :3]
+        found = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
+        return None if found[0] is None or found[1] is None else (found[0], found[1])
+
+    def _box_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
+        """(k,) lower bounds of the distance from oriented bounding boxes at some positions, mm."""
+        f, h = self.frames[pair.a.link][poses], self.frames[pair.b.link][poses]
+        apart = h[:, :3, :3] @ pair.b.centre + h[:, :3, 3] - f[:, :3, :3] @ pair.a.centre - f[:, :3, 3]
+        n = len(poses)
+        return boxes_gap(
+            apart,
+            f[:, :3, :3] @ pair.a.axes,
+            np.broadcast_to(pair.a.half, (n, 3)),
+            h[:, :3, :3] @ pair.b.axes,
+            np.broadcast_to(pair.b.half, (n, 3)),
+        )
+
+
+def _spread(height: np.ndarray) -> np.ndarray:
+    """Indices of at most `SPREAD` positions whose elbows are spread evenly over their heights, extremes included."""
+    order = np.argsort(height)
+    wanted = np.linspace(height.min(), height.max(), SPREAD)
+    return np.unique(order[np.clip(np.searchsorted(height[order], wanted), 0, len(height) - 1)])
+
+
+def homogeneous(points: np.ndarray) -> np.ndarray:
+    """(4, n) columns of homogeneous coordinates of points (n, 3)."""
+    return np.concatenate([points.T, np.ones((1, len(points)))])

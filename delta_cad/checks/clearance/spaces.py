@@ -1,0 +1,302 @@
+"""The few variables on which the relative position of two links depends, each as a space that can be subdivided.
+
+| links | variables | why |
+|---|---|---|
+| base, swept pinions among themselves | none | all fixed |
+| base or a swept pinion - upper arm i | theta_i | the arm only turns |
+| upper arm i - upper arm k | theta_i, theta_k | |
+| rod i 0 - rod i 1 | lean | the two stay parallel |
+| rod i j - platform | direction of the forearm | the platform does not turn |
+| rod i j - upper arm i | direction of the forearm seen from the arm | |
+| all others | the handle's position | |
+
+Where the variables are joint angles, pairs that are the same after a turn by 120 degrees are one pair, over the union
+of the angles of the three chains: equal shapes, equally placed to `EQUAL_MM`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.checks.clearance.bodies import Body, DistanceEngine, body, revolved_about_y
+from delta_cad.checks.clearance.containment import holds
+from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap, rectangles_gap
+from delta_cad.checks.clearance.joint_ranges import Raster
+from delta_cad.checks.links import turn_about_z
+from delta_cad.mechanism.placement import frames
+
+X, Y, Z = np.eye(3)
+GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of bodies to be held apart.
+
+    Attributes:
+        bodies: The bodies.
+        first: (m,) index of one body of each pair.
+        second: (m,) index of the other.
+        limit: (m,) distance to be kept, mm.
+        names: (m,) occurrence names of each pair. A body stands for all that are equal to it, so its own name may be
+            that of another chain.
+    """
+
+    bodies: Sequence[Body]
+    first: np.ndarray
+    second: np.ndarray
+    limit: np.ndarray
+    names: Sequence[tuple[str, str]]
+
+
+class Space(ABC):
+    """Variables, their range, and the motion of the links over a box of them.
+
+    Attributes:
+        name: For reports.
+        pairs: The pairs whose relative position depends on these variables only.
+        links: Names of the links that `frames` places, in order.
+        directions: (k, 3) directions of the common frame in which a gap is looked for before a distance is measured.
+    """
+
+    directions = np.eye(3)
+
+    def __init__(self, name: str, pairs: Pairs, links: Sequence[str]) -> None:
+        self.name, self.pairs, self.links = name, pairs, tuple(links)
+
+    @abstractmethod
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """(1, d) centre and (1, d) half widths of the box that holds the whole range."""
+
+    @abstractmethod
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """(n, links, 4, 4) frames of the links in a common frame at the variables (n, d), mm."""
+
+    @abstractmethod
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
+        """Bounds on the travel of every body's points while the variables stay in a box.
+
+        Args:
+            centres: (n, d) centres of the boxes.
+            halves: (n, d) half widths.
+
+        Returns:
+            One (n, bodies) array in mm for each frame of reference; a pair may use any one of them for both bodies.
+        """
+
+    def along(
+        self, centres: np.ndarray, halves: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """How much closer pairs come along directions while the variables stay in boxes.
+
+        Args:
+            centres: (n, d) centres of the boxes.
+            halves: (n, d) half widths.
+
+        Returns:
+            A function of boxes (k,), pairs (k,) and unit directions (k, 3) from the first body to the second, fixed in
+            the common frame. It gives (k,) bounds, mm, on how much `n . (q - p)` falls, from its value at the box's
+            centre, for any point p of the first and q of the second body.
+        """
+        motion, first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
+        return lambda box, pair, _: np.min([m[box, first[pair]] + m[box, second[pair]] for m in motion], axis=0)
+
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
+        """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
+        return np.full(len(self.pairs.limit), -np.inf)
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        """(n,) False only for boxes that certainly hold no variables that occur in the cube."""
+        return np.ones(len(centres), dtype=bool)
+
+
+class Fixed(Space):
+    """Links that do not move against each other."""
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        return np.zeros((1, 0)), np.zeros((1, 0))
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        return np.broadcast_to(np.eye(4), (len(centres), len(self.links), 4, 4))
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
+        return [np.zeros((len(centres), len(self.pairs.bodies)))]
+
+
+class Swing(Space):
+    """A fixed link and an upper arm, in the frame of the arm's chain: theta."""
+
+    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, theta: tuple[float, float]) -> None:
+        super().__init__(name, pairs, ("fixed", "arm"))
+        self._radius, self._theta = base_radius_mm, theta
+        self._lever = np.array([b.lever_about_y() if b.link == "arm" else 0.0 for b in pairs.bodies])
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        low, high = self._theta
+        return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        fixed = np.broadcast_to(np.eye(4), (len(centres), 4, 4))
+        return np.stack([fixed, arm_frames(self._radius, centres[:, 0])], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
+        return [halves * self._lever]
+
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
+        """Distance of the profiles about the shoulder axis, which no shoulder angle changes."""
+        to_axis = np.eye(4)
+        to_axis[0, 3] = -self._radius
+        bodies, pairs = self.pairs.bodies, self.pairs
+        profiles = [Meridian(b.mesh, b.placement if b.link == "arm" else to_axis @ b.placement) for b in bodies]
+        deviation = np.array([b.mesh.deviation_mm for b in bodies])
+        bounds = np.array([p.bounds for p in profiles])
+        strays = deviation[pairs.first] + deviation[pairs.second]
+        gap = rectangles_gap(bounds[pairs.first], bounds[pairs.second]) - strays
+        for k in np.flatnonzero(gap < pairs.limit + GUARD_MM):
+            gap[k] = meridian_gap(profiles[pairs.first[k]], profiles[pairs.second[k]]) - strays[k]
+        return gap
+
+
+class TwoSwings(Space):
+    """The upper arms of chains i and i + 1 in the frame of chain i: theta_i, theta_(i + 1)."""
+
+    def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, rasters: Sequence[Raster]) -> None:
+        super().__init__(name, pairs, ("arm", "next_arm"))
+        self._radius, self._rasters = base_radius_mm, rasters
+        lever = np.array([b.lever_about_y() for b in pairs.bodies])
+        self._levers = np.stack([np.where([b.link == link for b in pairs.bodies], lever, 0.0) for link in self.links])
+        self._turned = turn_about_z(2.0 * np.pi / 3.0)
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        return bounds_of(self._rasters)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        one, other = (arm_frames(self._radius, centres[:, k]) for k in range(2))
+        return np.stack([one, self._turned @ other], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
+        return [halves @ self._levers]
+
+    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
+        """Distance of the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
+
+        Each holds its body at every angle, and neither moves; -inf where they meet or one holds the other.
+        """
+        bodies, pairs = self.pairs.bodies, self.pairs
+        swept = [
+            body(b.name, f"{b.key} swept on an arm at {k}", b.link, revolved_about_y(b.mesh, b.placement), np.eye(4))
+            for k, b in enumerate(bodies)
+        ]
+        one, other = self.frames(np.zeros((1, 2)))[0]
+        gap = super().always_apart(engine)
+        for k, (i, j) in enumerate(zip(pairs.first, pairs.second, strict=True)):
+            a, b = swept[i], swept[j]
+            if engine.meet(a, b, one, other) or holds(a.mesh, b.mesh, one, other):
+                continue
+            gap[k] = engine.distance(a, b, one, other) - a.mesh.deviation_mm - b.mesh.deviation_mm
+        return gap
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Whether the rasters have angles in the boxes."""
+        return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
+
+
+class ParallelRods(Space):
+    """The two rods of a chain in the frame of rod 0: the lean."""
+
+    def __init__(self, name: str, pairs: Pairs, width_mm: float, lean: tuple[float, float]) -> None:
+        super().__init__(name, pairs, ("rod_0", "rod_1"))
+        self._width, self._lean = width_mm, lean
+        self._moves = np.array([b.link == "rod_1" for b in pairs.bodies], dtype=float)
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        low, high = self._lean
+        return np.array([[(low + high) / 2.0]]), np.array([[(high - low) / 2.0]])
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        out = np.broadcast_to(np.eye(4), (len(centres), 2, 4, 4)).copy()
+        out[:, 1, 0, 3] = self._width * np.sin(centres[:, 0])
+        out[:, 1, 1, 3] = self._width * np.cos(centres[:, 0])
+        return out
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
+        return [self._width * halves * self._moves]
+
+
+class RodAtJoint(Space):
+    """A rod against the link that holds one of its balls, in that link's frame turned to the chain.
+
+    The variables are the direction of the forearm: its angle in the chain's plane and its lean. A change of the angle
+    turns the rod about the shoulder's direction, a change of the lean about a line square to it.
+
+    Args:
+        name: For reports.
+        pairs: The pairs; bodies of the rods on links "rod_0" and "rod_1", the others on "holder".
+        centre_mm: (3,) middle of the two balls in the holder's frame, mm.
+        ball_mm: x of the held ball in the rod's frame: 0 for the elbow, L_B for the wrist.
+        width_mm: Distance of the two rods.
+        rasters: The directions that occur.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pairs: Pairs,
+        centre_mm: np.ndarray,
+        ball_mm: float,
+        width_mm: float,
+        rasters: Sequence[Raster],
+    ) -> None:
+        super().__init__(name, pairs, ("holder", "rod_0", "rod_1"))
+        self._balls = [centre_mm + side * width_mm * Y for side in (-0.5, 0.5)]
+        self._ball, self._rasters = ball_mm, rasters
+        self._lever = np.array([0.0 if b.link == "holder" else b.lever(ball_mm * X) for b in pairs.bodies])
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        return bounds_of(self._rasters)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        angle, lean = centres.T[..., None]
+        radial = np.cos(angle) * X + np.sin(angle) * Z
+        along, across = np.cos(lean) * radial + np.sin(lean) * Y, np.cos(lean) * Y - np.sin(lean) * radial
+        rods = [frames(along, across, ball - self._ball * along) for ball in self._balls]
+        return np.stack([np.broadcast_to(np.eye(4), rods[0].shape), *rods], axis=1)
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
+        """Travel of every body in the boxes."""
+        return [np.linalg.norm(halves, axis=1)[:, None] * self._lever]
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Whether the rasters have angles in the boxes."""
+        return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
+
+
+def arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:
+    """(n, 4, 4) frames of chain 0's upper arm at shoulder angles (n,), as `LinkPlacement` gives them, mm."""
+    angle = theta[:, None]
+    return frames(np.cos(angle) * X + np.sin(angle) * Z, np.broadcast_to(Y, (len(theta), 3)), base_radius_mm * X)
+
+
+def bounds_of(rasters: Sequence[Raster]) -> tuple[np.ndarray, np.ndarray]:
+    """(1, 2) centre and (1, 2) half widths of the box that holds all rasters."""
+    low = np.min([r.low for r in rasters], axis=0)
+    high = np.max([r.high for r in rasters], axis=0)
+    return ((low + high) / 2.0)[None], ((high - low) / 2.0)[None]

@@ -1,0 +1,1 @@
+"""What touches: fits, screws, running gaps, and that nothing floats."""

@@ -1,0 +1,123 @@
+"""Every part of a link is held by its neighbours: nothing floats."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.bodies import Body, DistanceEngine, bodies_of, boxes_gap
+from delta_cad.checks.clearance.clearance import exact_distance
+from delta_cad.checks.clearance.pairing import EQUAL_MM
+from delta_cad.checks.links import rigid_link
+from delta_cad.checks.report import CheckResult
+from delta_cad.solids.part import Occurrence
+
+SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0.05 of a diameter, threads 0.02
+
+
+def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
+    """Hold the parts of every rigid link together: neighbours are parts whose surfaces are within `SEAT_MM`.
+
+    Args:
+        assembly: The machine.
+        meshes: The parts' meshes.
+
+    Returns:
+        `parts attached`: of the parts that no chain of neighbours joins to the largest group of their link, the
+        largest distance from the rest of the link, mm; 0 where there is none.
+    """
+    links: dict[str, list[Occurrence]] = defaultdict(list)
+    for o in assembly.occurrences:
+        links[rigid_link(o, assembly.placement)].append(o)
+    bodies, neighbours = bodies_of(assembly.occurrences, meshes), _Neighbours()
+    floating: list[tuple[float, Occurrence, str]] = []
+    for link, carried in links.items():
+        floating += [(gap, o, link) for gap, o in _floating(carried, bodies, neighbours)]
+    floating.sort(key=lambda found: -found[0])
+    detail = (
+        f"{len(assembly.occurrences)} parts on {len(links)} links, each joined to its link by parts within "
+        f"{SEAT_MM:g} mm of one another; {neighbours.exact} distances measured on the exact solids"
+    )
+    if not floating:
+        return CheckResult("parts attached", True, 0.0, SEAT_MM, "mm", detail=detail)
+    told = "; ".join(f"{o.name} is {gap:.3f} mm off the rest of {link}" for gap, o, link in floating[:8])
+    names = tuple(o.name for _, o, _ in floating[:8])
+    detail = f"{len(floating)} parts float: {told}; {detail}"
+    return CheckResult("parts attached", False, floating[0][0], SEAT_MM, "mm", worst_pair=names, detail=detail)
+
+
+def _floating(
+    carried: Sequence[Occurrence], bodies: dict[str, Body], neighbours: _Neighbours
+) -> list[tuple[float, Occurrence]]:
+    """The parts outside the largest group of a link, with their group's distance from the nearest other part."""
+    pairs = list(combinations(range(len(carried)), 2))
+    if not pairs:
+        return []
+    of = [bodies[o.name] for o in carried]
+    gap = _gaps([(of[i], of[j]) for i, j in pairs])
+    group = list(range(len(carried)))
+    near = [pair for pair, apart in zip(pairs, gap.tolist(), strict=True) if apart <= SEAT_MM]
+    unsure: list[tuple[int, int]] = []
+    for exactly in (False, True):  # what the meshes decide first: then few exact distances are left to be needed
+        for i, j in unsure if exactly else near:
+            if group[i] == group[j]:
+                continue
+            touching = neighbours.touch(of[i], of[j], carried[i], carried[j], exactly)
+            if touching is None:
+                unsure.append((i, j))
+            elif touching:
+                group = [group[i] if g == group[j] else g for g in group]
+    sizes = {g: group.count(g) for g in group}
+    largest = max(sizes, key=lambda g: sizes[g])
+    found = []
+    for g in sizes:
+        if g == largest:
+            continue
+        alone = [i for i in range(len(carried)) if group[i] == g]
+        others = [i for i in range(len(carried)) if group[i] != g]
+        apart = min(neighbours.distance(of[i], of[j]) for i in alone for j in others)
+        found += [(apart, carried[i]) for i in alone]
+    return found
+
+
+def _gaps(pairs: Sequence[tuple[Body, Body]]) -> np.ndarray:
+    """(n,) lower bounds on the distances of bodies on one link, mm."""
+    return boxes_gap(
+        np.array([b.centre - a.centre for a, b in pairs]),
+        np.array([a.axes for a, _ in pairs]),
+        np.array([a.half for a, _ in pairs]),
+        np.array([b.axes for _, b in pairs]),
+        np.array([b.half for _, b in pairs]),
+    )
+
+
+class _Neighbours:
+    """Whether two parts are within `SEAT_MM`, found once for equal parts in equal relative positions."""
+
+    def __init__(self) -> None:
+        self._engine = DistanceEngine()
+        self._known: dict[tuple[object, ...], bool | None] = {}
+        self.exact = 0
+
+    def distance(self, a: Body, b: Body) -> float:
+        """Distance of two meshes on one link, mm."""
+        return self._engine.distance(a, b, a.placement, b.placement)
+
+    def touch(self, a: Body, b: Body, one: Occurrence, other: Occurrence, exactly: bool) -> bool | None:
+        """Whether two bodies are neighbours; None where their meshes cannot tell and the solids are not asked."""
+        b_in_a = np.linalg.inv(a.placement) @ b.placement
+        key = (a.key, b.key, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
+        if key not in self._known:
+            apart = self._engine.distance(a, b, np.eye(4), b_in_a)
+            unsure = a.mesh.deviation_mm + b.mesh.deviation_mm
+            decided = apart + unsure <= SEAT_MM or apart - unsure > SEAT_MM
+            self._known[key] = apart + unsure <= SEAT_MM if decided else None
+        if self._known[key] is None and exactly:
+            self.exact += 1
+            self._known[key] = exact_distance(one.part.solid, other.part.solid, b_in_a) <= SEAT_MM
+        return self._known[key]

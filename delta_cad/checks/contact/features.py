@@ -1,0 +1,178 @@
+"""Cylinders and balls of parts, read off the faces of their solids: what seats, threads and joint axes are made of."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from delta_cad.solids.part import Part
+
+SAME_AXIS_MM = 1e-6  # faces of one turned or bored surface share their axis to roundings
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder:
+    """A cylindrical face.
+
+    Attributes:
+        point: (3,) a point of the axis, mm.
+        direction: (3,) unit vector along the axis.
+        radius_mm: Radius.
+        start_mm: Where the face begins along the direction, from the point.
+        end_mm: Where it ends.
+        is_bore: Whether the material is outside.
+    """
+
+    point: np.ndarray
+    direction: np.ndarray
+    radius_mm: float
+    start_mm: float
+    end_mm: float
+    is_bore: bool
+
+    def moved(self, frame: np.ndarray) -> Cylinder:
+        """The cylinder seen from the frame into which `frame` (4, 4) takes it."""
+        turn, shift = frame[:3, :3], frame[:3, 3]
+        return replace(self, point=turn @ self.point + shift, direction=turn @ self.direction)
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Faces of a part that centre something, in the part's frame.
+
+    Attributes:
+        cylinders: Cylindrical faces.
+        balls: (n, 3) centres of spherical faces, mm.
+    """
+
+    cylinders: tuple[Cylinder, ...]
+    balls: np.ndarray
+
+
+class FeatureLibrary:
+    """Features of parts, each read once."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[Part, Features]] = {}  # the part is kept, so that its identity is
+
+    def __getitem__(self, part: Part) -> Features:
+        """The features of a part."""
+        if id(part) not in self._known:
+            self._known[id(part)] = (part, features(part))
+        return self._known[id(part)][1]
+
+
+def features(part: Part) -> Features:
+    """Reads the faces of a part.
+
+    Args:
+        part: The part.
+
+    Returns:
+        Its cylinders and balls.
+    """
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Sphere
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    cylinders, balls = [], []
+    for face in part.solid.Faces():
+        surface = BRepAdaptor_Surface(face.wrapped)
+        if surface.GetType() == GeomAbs_Cylinder:
+            shape = surface.Cylinder()
+            p, d = shape.Axis().Location(), shape.Axis().Direction()
+            # the parameter along the axis counts from the cylinder's own origin, along its own z
+            is_bore = shape.Position().Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
+            cylinders.append(
+                Cylinder(
+                    np.array([p.X(), p.Y(), p.Z()]),
+                    np.array([d.X(), d.Y(), d.Z()]),
+                    float(shape.Radius()),
+                    float(surface.FirstVParameter()),
+                    float(surface.LastVParameter()),
+                    is_bore,
+                )
+            )
+        elif surface.GetType() == GeomAbs_Sphere:
+            c = surface.Sphere().Location()
+            balls.append((c.X(), c.Y(), c.Z()))
+    return Features(tuple(cylinders), np.array(balls, dtype=float).reshape(-1, 3))
+
+
+def off_axis(cylinder: Cylinder, frame: np.ndarray, lever_mm: float) -> float:
+    """How far a cylinder's axis strays from the y axis of a frame.
+
+    Args:
+        cylinder: The cylinder, in the frame's parent.
+        frame: (4, 4) frame.
+        lever_mm: Length over which an angle between the two axes counts.
+
+    Returns:
+        The larger of the distance at the frame's origin and the stray over the lever, mm.
+    """
+    y = frame[:3, 1]
+    across = float(np.linalg.norm(np.cross(cylinder.direction, y)))
+    apart = frame[:3, 3] - cylinder.point
+    apart = apart - (apart @ cylinder.direction) * cylinder.direction
+    return max(float(np.linalg.norm(apart)), across * lever_mm)
+
+
+def is_turned(part: Part, frame: np.ndarray) -> bool:
+    """Whether a part is a body of revolution about an axis, so that a turn about it changes nothing.
+
+    Args:
+        part: The part.
+        frame: (4, 4) frame in the part's frame whose y axis is meant, mm.
+
+    Returns:
+        True when every face lies on a surface of revolution about the axis, and every edge is a whole circle about it
+        or a seam, along which a face meets itself.
+    """
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
+
+    origin, y = frame[:3, 3], frame[:3, 1]
+
+    def on_axis(point: np.ndarray) -> bool:
+        apart = point - origin
+        return float(np.linalg.norm(apart - (apart @ y) * y)) < SAME_AXIS_MM
+
+    def along(direction: np.ndarray) -> bool:
+        return float(np.linalg.norm(np.cross(direction, y))) < 1e-9  # 1e-7 mm over 100 mm
+
+    for face in part.solid.Faces():
+        surface = BRepAdaptor_Surface(face.wrapped)
+        kind = surface.GetType()
+        if kind == GeomAbs_Plane:
+            if not along(_array(surface.Plane().Axis().Direction())):
+                return False
+        elif kind == GeomAbs_Sphere:
+            if not on_axis(_array(surface.Sphere().Location())):
+                return False
+        elif kind in (GeomAbs_Cylinder, GeomAbs_Cone, GeomAbs_Torus):
+            named = {GeomAbs_Cylinder: "Cylinder", GeomAbs_Cone: "Cone", GeomAbs_Torus: "Torus"}[kind]
+            axis = getattr(surface, named)().Axis()
+            if not (on_axis(_array(axis.Location())) and along(_array(axis.Direction()))):
+                return False
+        else:
+            return False
+        for edge in face.Edges():
+            if BRep_Tool.Degenerated_s(edge.wrapped) or BRep_Tool.IsClosed_s(edge.wrapped, face.wrapped):
+                continue
+            curve = BRepAdaptor_Curve(edge.wrapped)
+            if curve.GetType() != GeomAbs_Circle or not curve.IsClosed():
+                return False
+            circle = curve.Circle()
+            if not (on_axis(_array(circle.Location())) and along(_array(circle.Axis().Direction()))):
+                return False
+    return True
+
+
+def _array(triple: object) -> np.ndarray:
+    """(3,) coordinates of a point or a direction of the kernel."""
+    return np.array([triple.X(), triple.Y(), triple.Z()])  # type: ignore[attr-defined]

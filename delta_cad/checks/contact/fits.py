@@ -1,0 +1,252 @@
+"""Bodies that may touch: parts on one link, and contacts across links, must not share volume.
+
+The common volume is the kernel's boolean. Coincident faces (a screw in its hole, a bearing in its seat) are what
+booleans get wrong, so a result is only believed when `volume(A) - volume(A cut B)` agrees with `volume(A common B)`;
+otherwise fuzzy tolerances are tried one after another, and a pair that never agrees is a failure that says so.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.bodies import Body, DistanceEngine, bodies_of, boxes_gap
+from delta_cad.checks.clearance.pairing import EQUAL_MM
+from delta_cad.checks.contact.placing import located
+from delta_cad.checks.contact.poses import contact_positions
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import rigid_link
+from delta_cad.checks.report import CheckResult
+from delta_cad.solids.part import Occurrence, Part
+
+OVERLAP_MM3 = 0.01  # a 0.2 mm cube: above what booleans leave on coincident faces, below any real clash
+FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
+AGREEMENT = 1e-6  # of the smaller solid's volume: Gauss integration of the kernel is good to about 1e-9
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two occurrences to be tested for common volume.
+
+    Attributes:
+        a: One occurrence.
+        b: The other.
+        b_in_a: (4, 4) frame of part b in the frame of part a, mm.
+        limit_mm3: Largest common volume.
+        pose_mm: Handle position, for occurrences on different links that were placed by one.
+    """
+
+    a: Occurrence
+    b: Occurrence
+    b_in_a: np.ndarray
+    limit_mm3: float
+    pose_mm: tuple[float, float, float] | None = None
+
+
+def check_fits(
+    assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None] = lambda _: None
+) -> list[CheckResult]:
+    """Common volumes of parts on one link, and of contacts across links over the range of their joints.
+
+    Args:
+        assembly: The machine.
+        limits: The cube.
+        meshes: The parts' meshes.
+        progress: Told what is being done.
+
+    Returns:
+        `fits declared` (the names in fits exist), `overlap on one link`, `overlap of contacts`.
+    """
+    names = {o.name for o in assembly.occurrences}
+    unknown = [f"{name} of {fit.a} / {fit.b}" for fit in assembly.fits for name in (fit.a, fit.b) if name not in names]
+    unknown += [f"kind {fit.kind!r}" for fit in assembly.fits if fit.kind not in ("contact", "running gap")]
+    detail = "not known: " + "; ".join(unknown) if unknown else f"{len(assembly.fits)} fits name parts that exist"
+    declared = CheckResult("fits declared", not unknown, len(unknown), 0, "", detail=detail)
+    if unknown:
+        return [declared]
+    progress("fits: common volumes")
+    solver = _Overlaps(meshes)
+    within = solver.worst("overlap on one link", _within_links(assembly, meshes))
+    across = solver.worst("overlap of contacts", _across_links(assembly, limits))
+    return [declared, within, across]
+
+
+def _within_links(assembly: Assembly, meshes: MeshLibrary) -> list[Touch]:
+    """Pairs on one link whose bounding boxes meet."""
+    bodies = bodies_of(assembly.occurrences, meshes)
+    allowed = {frozenset((f.a, f.b)): f.overlap_mm3 for f in assembly.fits if f.kind == "contact"}
+    links: dict[str, list[Occurrence]] = defaultdict(list)
+    for o in assembly.occurrences:
+        links[rigid_link(o, assembly.placement)].append(o)
+    found = []
+    for group in links.values():
+        pairs = list(combinations(group, 2))
+        if not pairs:
+            continue
+        gap = _boxes_gap([(bodies[a.name], bodies[b.name]) for a, b in pairs])
+        for (a, b), apart in zip(pairs, gap, strict=True):
+            if apart <= 0.0:
+                limit = max(OVERLAP_MM3, allowed.get(frozenset((a.name, b.name)), 0.0))
+                found.append(Touch(a, b, np.linalg.inv(a.placement) @ b.placement, limit))
+    return found
+
+
+def _boxes_gap(pairs: list[tuple[Body, Body]]) -> np.ndarray:
+    """(n,) lower bounds on the distances of bodies on one link, mm."""
+    return boxes_gap(
+        np.array([b.centre - a.centre for a, b in pairs]),
+        np.array([a.axes for a, _ in pairs]),
+        np.array([a.half for a, _ in pairs]),
+        np.array([b.axes for _, b in pairs]),
+        np.array([b.half for _, b in pairs]),
+    )
+
+
+def _across_links(assembly: Assembly, limits: CheckLimits) -> list[Touch]:
+    """Contacts across links, at the positions of `contact_positions`."""
+    occurrences = {o.name: o for o in assembly.occurrences}
+    return [
+        Touch(occurrences[c.fit.a], occurrences[c.fit.b], c.b_in_a, max(OVERLAP_MM3, c.fit.overlap_mm3), c.pose_mm)
+        for c in contact_positions(assembly, limits)
+    ]
+
+
+def _equal(a: Part, b: Part, b_in_a: np.ndarray) -> tuple[object, ...]:
+    """What two pairs of parts share that are equal and stand equally to each other."""
+    return a.number, b.number, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist()
+
+
+class _Overlaps:
+    """Common volumes, computed once for equal parts in equal relative positions."""
+
+    def __init__(self, meshes: MeshLibrary) -> None:
+        self._meshes, self._engine = meshes, DistanceEngine()
+        self._sizes: dict[str, float] = {}
+        self._known: dict[tuple[object, ...], float | None] = {}
+
+    def worst(self, name: str, touches: list[Touch]) -> CheckResult:
+        """The pair closest to or farthest over its limit."""
+        before = len(self._known)
+        volumes = [self._volume(t) for t in touches]
+        excess = [np.inf if v is None else v - t.limit_mm3 for v, t in zip(volumes, touches, strict=True)]
+        if not touches:
+            return CheckResult(name, True, 0.0, OVERLAP_MM3, "mm^3", detail="no two parts are near each other")
+        k = int(np.argmax(excess))
+        t, v = touches[k], volumes[k]
+        counted = f"{len(touches)} pairs with meeting bounding boxes, {len(self._known) - before} different ones"
+        bad = [
+            f"{touch.a.name} / {touch.b.name} " + ("(booleans disagree)" if volume is None else f"{volume:.3f} mm^3")
+            for touch, volume, over in zip(touches, volumes, excess, strict=True)
+            if over > 0.0
+        ]
+        detail = f"{len(bad)} overlap: {'; '.join(bad[:8])}; {counted}" if bad else f"largest common volume; {counted}"
+        return CheckResult(name, not bad, v, t.limit_mm3, "mm^3", t.pose_mm, (t.a.name, t.b.name), detail)
+
+    def _volume(self, t: Touch) -> float | None:
+        """Common volume, mm^3; None where the kernel contradicts itself."""
+        key = _equal(t.a.part, t.b.part, t.b_in_a)
+        if key not in self._known:
+            apart = self._certainly_apart(t.a.part, t.b.part, t.b_in_a)
+            if apart:
+                self._known[key] = 0.0
+            else:
+                volumes = (self._size(t.a.part), self._size(t.b.part))
+                self._known[key] = common_volume(t.a.part.solid, t.b.part.solid, t.b_in_a, volumes)
+        return self._known[key]
+
+    def _size(self, part: Part) -> float:
+        """Volume of a part, mm^3."""
+        if part.number not in self._sizes:
+            self._sizes[part.number] = _measure(part.solid.wrapped)
+        return self._sizes[part.number]
+
+    def _certainly_apart(self, a: Part, b: Part, b_in_a: np.ndarray) -> bool:
+        """Whether the meshes are farther apart than their deviations, neither inside the other."""
+        from delta_cad.checks.clearance.bodies import body
+        from delta_cad.checks.clearance.containment import holds
+
+        one = body(a.number, a.number, "", self._meshes[a.number], np.eye(4))
+        other = body(b.number, b.number, "", self._meshes[b.number], np.eye(4))
+        apart = self._engine.distance(one, other, np.eye(4), b_in_a)
+        if apart <= one.mesh.deviation_mm + other.mesh.deviation_mm:
+            return False
+        return not holds(one.mesh, other.mesh, np.eye(4), b_in_a)
+
+
+def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, float] | None = None) -> float | None:
+    """Volume that two solids share.
+
+    Args:
+        a: One `cadquery.Solid`.
+        b: The other.
+        b_in_a: (4, 4) frame of b in the frame of a, mm.
+        volumes: Their volumes by the kernel where they are known, mm^3.
+
+    Returns:
+        Volume, mm^3; None where common and cut contradict each other either way round at every fuzzy tolerance. The
+        smaller solid is cut first: that is less work, and its volume is not lost beside a large one.
+    """
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut
+
+    shapes = (a.wrapped, located(b, b_in_a))
+    size_a, size_b = volumes or (_measure(shapes[0]), _measure(shapes[1]))
+    (smaller, one), (larger, other) = ((size_a, shapes[0]), (size_b, shapes[1]))
+    if larger < smaller:
+        (smaller, one), (larger, other) = (larger, other), (smaller, one)
+    for fuzzy in FUZZY_MM:
+        crossing = _crossing(one, other, fuzzy)
+        common = _boolean(BRepAlgoAPI_Common, one, other, crossing)
+        if common is None:
+            continue
+        for whole, cut, by in ((smaller, one, other), (larger, other, one)):
+            rest = _boolean(BRepAlgoAPI_Cut, cut, by, crossing)
+            # what the fuzzy tolerance itself may move is far below the limit on the volume
+            if rest is not None and abs(whole - rest - common) <= max(AGREEMENT * smaller, OVERLAP_MM3 / 10.0):
+                return max(common, 0.0)
+    return None
+
+
+def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
+    """How the faces of two shapes cross one another: the dear half of a boolean, which common and cut share."""
+    from OCP.BOPAlgo import BOPAlgo_PaveFiller
+    from OCP.TopTools import TopTools_ListOfShape
+
+    arguments = TopTools_ListOfShape()
+    arguments.Append(a)
+    arguments.Append(b)
+    filler = BOPAlgo_PaveFiller()
+    filler.SetArguments(arguments)
+    filler.SetNonDestructive(True)
+    filler.SetUseOBB(True)
+    if fuzzy_mm:
+        filler.SetFuzzyValue(fuzzy_mm)
+    filler.Perform()
+    return filler
+
+
+def _boolean(operation: Any, a: Any, b: Any, crossing: Any) -> float | None:
+    """Volume of a boolean's result, mm^3; None where it fails."""
+    done = operation(a, b, crossing)
+    if not done.IsDone() or done.Shape() is None:
+        return None
+    return _measure(done.Shape())
+
+
+def _measure(shape: Any) -> float:
+    """Volume of a shape, mm^3."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())

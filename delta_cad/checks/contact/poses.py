@@ -1,0 +1,145 @@
+"""The relative positions at which contacts across links are tested for common volume.
+
+A contact in a revolute joint is tested over its whole range of turn; where one of the two parts is a body of revolution
+about the joint's axis a turn changes nothing, and one position stands for all. A ball is tested where it is turned and
+tilted most of all sampled handle positions, to either side.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.clearance.joint_ranges import FoldError, domains
+from delta_cad.checks.clearance.pairing import EQUAL_MM
+from delta_cad.checks.contact.features import is_turned
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import rigid_link, swept_links
+from delta_cad.solids.part import Fit, Joint, Occurrence
+
+TURNS = 36  # positions over a whole turn or over the range of a shoulder: every 10 or every 3 degrees
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPosition:
+    """One position of a contact.
+
+    Attributes:
+        fit: The contact.
+        b_in_a: (4, 4) frame of part b in the frame of part a, mm.
+        pose_mm: Handle position; None where only the joint is turned.
+    """
+
+    fit: Fit
+    b_in_a: np.ndarray
+    pose_mm: tuple[float, float, float] | None
+
+
+def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPosition]:
+    """Where to test the contacts across links; of equal contacts of the three chains one stands for all.
+
+    Args:
+        assembly: The machine.
+        limits: The cube.
+
+    Returns:
+        The positions.
+    """
+    poses = np.concatenate([limits.centre_mm[None], limits.poses_mm()])
+    links = assembly.placement(poses)
+    occurrences = {o.name: o for o in assembly.occurrences}
+    joints = {frozenset((j.link_a, j.link_b)): j for j in assembly.joints}
+    groups: dict[tuple[object, ...], list[tuple[Fit, np.ndarray, Joint | None]]] = defaultdict(list)
+    for fit in assembly.fits:
+        a, b = occurrences[fit.a], occurrences[fit.b]
+        on = frozenset((rigid_link(a, assembly.placement), rigid_link(b, assembly.placement)))
+        if fit.kind != "contact" or len(on) == 1:
+            continue
+        relative = np.linalg.inv(a.placement) @ _inverse(links[a.link]) @ links[b.link] @ b.placement
+        where = np.round(relative[0, :3] / EQUAL_MM).astype(np.int64).ravel().tolist()
+        groups[(fit.overlap_mm3, id(a.part), id(b.part), *where)].append((fit, relative, joints.get(on)))
+    range_rad = _shoulder_range(assembly, limits)
+    found = []
+    for group in groups.values():
+        fit, relative, joint = group[0]
+        if joint is not None and joint.kind == "revolute":
+            turned = _turned(occurrences[fit.a], occurrences[fit.b], joint, assembly, links, range_rad)
+            found += [ContactPosition(fit, b_in_a, None) for b_in_a in turned]
+        else:
+            found += _extremes([(fit, relative) for fit, relative, _ in group], poses)
+    return found
+
+
+def _shoulder_range(assembly: Assembly, limits: CheckLimits) -> tuple[float, float]:
+    """Lowest and highest shoulder angle over the cube, enclosed, rad; any angle where the enclosure fails."""
+    try:
+        theta = domains(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm).theta
+    except FoldError:
+        return -np.pi, np.pi
+    return float(theta[:, 0].min()), float(theta[:, 1].max())
+
+
+def _turned(
+    a: Occurrence,
+    b: Occurrence,
+    joint: Joint,
+    assembly: Assembly,
+    links: Mapping[str, np.ndarray],
+    range_rad: tuple[float, float],
+) -> list[np.ndarray]:
+    """Positions of part b in part a over the range of a revolute joint.
+
+    The frames of the joint say how part b stands at angle 0; a shoulder's angle turns it about -y.
+    """
+    if rigid_link(a, assembly.placement) == joint.link_a:
+        frame_a, frame_b = joint.frame_a, joint.frame_b
+    else:
+        frame_a, frame_b = joint.frame_b, joint.frame_a
+    # an occurrence on the rotor of a direct drive stands on its arm as at every position
+    in_a, in_b = (
+        np.linalg.inv(links[o.link][0] @ o.placement) @ links[rigid_link(o, assembly.placement)][0] @ frame
+        for o, frame in ((a, frame_a), (b, frame_b))
+    )
+    if is_turned(a.part, in_a) or is_turned(b.part, in_b):
+        return [in_a @ np.linalg.inv(in_b)]
+    if any(link in swept_links(assembly.placement) for link in (joint.link_a, joint.link_b)):
+        angles = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)
+    else:
+        sense = -1.0 if rigid_link(a, assembly.placement) == joint.link_a else 1.0
+        angles = sense * np.linspace(*range_rad, TURNS)
+    return [in_a @ _about_y(angle) @ np.linalg.inv(in_b) for angle in angles.tolist()]
+
+
+def _extremes(group: list[tuple[Fit, np.ndarray]], poses: np.ndarray) -> list[ContactPosition]:
+    """The centre, and where equal contacts are turned most and tilted most, along either direction."""
+    relative = np.stack([r for _, r in group])
+    turn = np.einsum("kij,knij->kn", relative[:, 0, :3, :3], relative[..., :3, :3])
+    axis = relative[..., :3, 1]  # of part b, seen from part a
+    tilt = np.einsum("ki,kni->kn", axis[:, 0], axis)
+    aside = np.einsum("ki,kni->kn", relative[:, 0, :3, 0], axis)
+    picked = {0, *(int(v.argmin()) for v in (turn, tilt, aside)), int(aside.argmax())}
+    found = []
+    for k in sorted(picked):
+        member, pose = divmod(k, len(poses))
+        x, y, z = poses[pose].tolist()
+        found.append(ContactPosition(group[member][0], relative[member, pose], (x, y, z)))
+    return found
+
+
+def _inverse(frame: np.ndarray) -> np.ndarray:
+    """(..., 4, 4) inverse of rigid transforms."""
+    out = np.zeros_like(frame)
+    turn = np.swapaxes(frame[..., :3, :3], -1, -2)
+    out[..., :3, :3], out[..., :3, 3] = turn, -(turn @ frame[..., :3, 3:])[..., 0]
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def _about_y(angle_rad: float) -> np.ndarray:
+    """(4, 4) rotation about y."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[c, 0.0, s, 0.0], [0.0, 1.0, 0.0, 0.0], [-s, 0.0, c, 0.0], [0.0, 0.0, 0.0, 1.0]])

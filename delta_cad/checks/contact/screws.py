@@ -1,0 +1,244 @@
+"""Screws hold: each has its length of thread and clamps what lies under its head, and no tapped hole is empty."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.contact.attachment import SEAT_MM
+from delta_cad.checks.contact.clamped_stack import largest_gaps
+from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.links import rigid_link
+from delta_cad.checks.report import CheckResult
+from delta_cad.solids.part import Occurrence, Part
+
+ENGAGED_LEAST = 1.0  # thread lengths in diameters: what steel screws need in aluminium under hand torque
+THREAD_PLAY_MM = 0.05  # radius by which a tap drill may exceed the drawn core of its screw (0.02), and axes may differ
+CLAMPING = "screw_"  # part numbers of screws that clamp with their heads
+ADJUSTING = "tension_screw"  # part number of screws that are turned to set something: nothing lies under their heads
+
+
+@dataclass(frozen=True, eq=False)
+class _Cylinders:
+    """All cylindrical faces of one kind on a link, in its frame.
+
+    Attributes:
+        owner: (n,) index of the occurrence.
+        point: (n, 3) points of the axes, mm.
+        direction: (n, 3) unit vectors.
+        radius: (n,) radii, mm.
+        span: (n, 2) where the faces begin and end along their directions, mm.
+    """
+
+    owner: np.ndarray
+    point: np.ndarray
+    direction: np.ndarray
+    radius: np.ndarray
+    span: np.ndarray
+
+    def along(self, point: np.ndarray, direction: np.ndarray, inside: bool, radius_mm: float) -> np.ndarray:
+        """Where the faces lie that hold a shank (`inside`), or that a bore holds, along a line.
+
+        Args:
+            point: (3,) origin of the line, mm.
+            direction: (3,) unit vector.
+            inside: Whether the faces are around the given radius; else they are inside of it.
+            radius_mm: Radius of the shank or bore on the line.
+
+        Returns:
+            (n, 2) begin and end along the line, mm; NaN where a face is not on the line or does not fit the radius.
+        """
+        across = np.linalg.norm(np.cross(self.direction, direction), axis=1)
+        apart = self.point - point
+        aside = np.linalg.norm(apart - (apart @ direction)[:, None] * direction, axis=1)
+        play = self.radius - radius_mm if inside else radius_mm - self.radius
+        # both ends of a screw of 20 mm are within the play when the directions agree to 1e-3
+        fits = (across < 1e-3) & (aside <= THREAD_PLAY_MM) & (play > -1e-6) & (play <= THREAD_PLAY_MM)
+        sense = np.sign(self.direction @ direction)
+        ends = np.sort((apart @ direction)[:, None] + sense[:, None] * self.span, axis=1)
+        return np.where(fits[:, None], ends, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class _Screw:
+    """A screw on its link: z of its frame runs from the shank to the head, the origin is under the head.
+
+    Attributes:
+        index: Index of its occurrence on the link.
+        radius: Radius of the shank, mm.
+        length: Length of the shank, mm.
+        head: Radius of the head, mm.
+        nominal: Diameter of the thread, mm.
+    """
+
+    index: int
+    radius: float
+    length: float
+    head: float
+    nominal: float
+
+
+def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
+    """Hold every screw of a link, and every tapped hole.
+
+    Args:
+        assembly: The machine.
+        meshes: The parts' meshes.
+
+    Returns:
+        `screws engaged` (least length of thread in diameters), `screws seated` (largest gap between the parts that a
+        screw clamps, from under its head to the thread, mm) and `tapped holes filled` (number of empty ones).
+    """
+    links: dict[str, list[Occurrence]] = defaultdict(list)
+    for o in assembly.occurrences:
+        links[rigid_link(o, assembly.placement)].append(o)
+    library = FeatureLibrary()
+    engaged: list[tuple[float, str]] = []
+    seated: list[tuple[float, str]] = []
+    empty: list[str] = []
+    holes = 0
+    for carried in links.values():
+        bores, shafts = (_cylinders(carried, library, is_bore) for is_bore in (True, False))
+        for screw in _screws(carried, library):
+            o = carried[screw.index]
+            length, start = _engagement(screw, o, bores)
+            engaged.append((length / screw.nominal, o.name))
+            if o.part.number.startswith(CLAMPING):
+                seated.append((_unseated(screw, carried, start, meshes), o.name))
+        for k, o in enumerate(carried):
+            asked, missing = _empty_holes(k, o, bores, shafts)
+            holes += asked
+            empty += [f"{o.name} {hole}" for hole in missing]
+    return [
+        _told("screws engaged", [(-value, name) for value, name in engaged], -ENGAGED_LEAST, "", "diameters of thread"),
+        _told("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
+        CheckResult(
+            "tapped holes filled",
+            not empty,
+            len(empty),
+            0,
+            "",
+            worst_pair=tuple(dict.fromkeys(text.split(" ")[0] for text in empty[:8])) or None,
+            detail=f"{'; '.join(empty[:8]) + ' without a screw; ' if empty else ''}{holes} kinds of tapped holes",
+        ),
+    ]
+
+
+def _told(name: str, found: Sequence[tuple[float, str]], limit: float, unit: str, what: str) -> CheckResult:
+    """The screw with the largest value; values and limit below 0 are least values with their sign changed."""
+    sign = -1.0 if limit < 0.0 else 1.0
+    if not found:
+        return CheckResult(name, True, None, abs(limit), unit, detail="no screws")
+    value, worst = max(found)
+    bad = [f"{n} {sign * v:.2f}" for v, n in sorted(found, reverse=True) if v > limit + 1e-9]  # sums of lengths in mm
+    detail = f"{what}, worst of {len(found)} screws" + (f"; {len(bad)} fail: {'; '.join(bad[:8])}" if bad else "")
+    shown = sign * value if np.isfinite(value) else None
+    return CheckResult(name, not bad, shown, abs(limit), unit, worst_pair=(worst,), detail=detail)
+
+
+def _cylinders(carried: Sequence[Occurrence], library: FeatureLibrary, is_bore: bool) -> _Cylinders:
+    """All bores, or all outer cylinders, of a link."""
+    rows = [
+        (k, c.moved(o.placement))
+        for k, o in enumerate(carried)
+        for c in library[o.part].cylinders
+        if c.is_bore == is_bore
+    ]
+    return _Cylinders(
+        np.array([k for k, _ in rows], dtype=int),
+        np.array([c.point for _, c in rows]).reshape(-1, 3),
+        np.array([c.direction for _, c in rows]).reshape(-1, 3),
+        np.array([c.radius_mm for _, c in rows]),
+        np.array([(c.start_mm, c.end_mm) for _, c in rows]).reshape(-1, 2),
+    )
+
+
+def _screws(carried: Sequence[Occurrence], library: FeatureLibrary) -> list[_Screw]:
+    """The screws of a link, measured on their solids: the shank is the outer cylinder below the origin."""
+    found = []
+    for k, o in enumerate(carried):
+        if not o.part.number.startswith((CLAMPING, ADJUSTING)):
+            continue
+        on_axis = [
+            c
+            for c in library[o.part].cylinders
+            if not c.is_bore and abs(c.direction[2]) > 1.0 - 1e-9 and np.hypot(*c.point[:2]) < 1e-6
+        ]
+        ends = [sorted(c.point[2] + c.direction[2] * v for v in (c.start_mm, c.end_mm)) for c in on_axis]
+        shank = [(low, c.radius_mm) for c, (low, high) in zip(on_axis, ends, strict=True) if high <= 1e-6]
+        head = [c.radius_mm for c, (low, _) in zip(on_axis, ends, strict=True) if low >= -1e-6]
+        low, radius = min(shank)
+        found.append(_Screw(k, radius, -low, max(head, default=2.0 * radius), _nominal(o.part, radius)))
+    return found
+
+
+def _nominal(part: Part, radius_mm: float) -> float:
+    """Thread diameter from the part number; where it says none, the core that is drawn, mm."""
+    said = re.search(r"M(\d+(?:\.\d+)?)x", part.number)
+    return float(said[1]) if said else 2.0 * radius_mm
+
+
+def _engagement(screw: _Screw, o: Occurrence, bores: _Cylinders) -> tuple[float, float]:
+    """Length of thread around a shank in the part that holds it best, and where it begins (z of the screw), mm."""
+    spans = bores.along(o.placement[:3, 3], o.placement[:3, 2], True, screw.radius)
+    best, start = 0.0, -screw.length
+    for owner in np.unique(bores.owner[~np.isnan(spans[:, 0])]):
+        if owner == screw.index:
+            continue
+        held = np.clip(spans[(bores.owner == owner) & ~np.isnan(spans[:, 0])], -screw.length, 0.0)
+        length, reached = 0.0, -np.inf
+        for low, high in sorted(map(tuple, held.tolist())):
+            length += max(high - max(low, reached), 0.0)
+            reached = max(reached, high)
+        if length > best:
+            best, start = length, float(held[:, 1].max())
+    return best, start
+
+
+def _unseated(screw: _Screw, carried: Sequence[Occurrence], start: float, meshes: MeshLibrary) -> float:
+    """Gap between the parts that a screw clamps, mm: the median over lines around its axis, of the largest each."""
+    frame = np.linalg.inv(carried[screw.index].placement)
+    along = np.array([0.0, 0.0, screw.length / 2.0])  # from the middle of the shank to the seat of the head
+    size = np.array([screw.head, screw.head, screw.length / 2.0]) + SEAT_MM
+    parts = []
+    for k, o in enumerate(carried):
+        if k == screw.index:
+            continue
+        mesh, seen = meshes[o.part.number], frame @ o.placement
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        middle = seen[:3, :3] @ ((low + high) / 2.0) + seen[:3, 3]
+        half = np.abs(seen[:3, :3]) @ ((high - low) / 2.0)
+        if (np.abs(middle + along) <= half + size).all():
+            parts.append((mesh, seen))
+    return float(np.median(largest_gaps(parts, screw.head, start)))
+
+
+def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -> tuple[int, list[str]]:
+    """Number of kinds of tapped holes of an occurrence, and those of which too many hold no shank."""
+    missing, asked = [], 0
+    for hole in o.part.holes:
+        groups = [re.fullmatch(r"(?:(\d+)x )?(.*)", text.strip()) for text in hole.callout.split(";")]
+        counts = [(int(g[1]) if g[1] else hole.count, g[2]) for g in groups if g]
+        tapped = sum(count for count, text in counts if re.match(r"M\d", text))
+        if not tapped:
+            continue
+        asked += 1
+        mine = np.flatnonzero((bores.owner == k) & (np.abs(2.0 * bores.radius - hole.diameter_mm) < 1e-3))
+        bare: list[np.ndarray] = []
+        for b in mine:
+            low, high = np.sort(bores.span[b])
+            spans = shafts.along(bores.point[b], bores.direction[b], False, float(bores.radius[b]))
+            held = (np.minimum(spans[:, 1], high) - np.maximum(spans[:, 0], low) > SEAT_MM) & (shafts.owner != k)
+            at = bores.point[b] - (bores.point[b] @ bores.direction[b]) * bores.direction[b]
+            if not held.any() and not any(np.linalg.norm(at - seen) < 1e-3 for seen in bare):
+                bare.append(at)
+        allowed = hole.count - tapped  # bores of the same diameter that are no threads
+        if len(bare) > allowed:
+            missing.append(f"{hole.callout} ({len(bare) - allowed})")
+    return asked, missing

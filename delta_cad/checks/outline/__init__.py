@@ -1,0 +1,1 @@
+"""The outline that the machine sweeps, enclosed from both sides."""

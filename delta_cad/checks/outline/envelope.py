@@ -1,0 +1,213 @@
+"""Outline that all bodies sweep over the cube, along the base frame's x and y.
+
+Upper bounds, body by body:
+    base: the mesh.
+    geared pinion: the body of revolution about its axis.
+    upper arm: each vertex runs on a circle, `R + a cos(theta) - c sin(theta)` outwards; its extremes over the enclosed
+        range of theta are in closed form.
+    platform: the mesh, moved by the cube's half side.
+    rod: branch and bound over boxes of handle positions, see `rod_reach`.
+Each gets the mesh's deviation on top. What this adds is told by the same extents over the sampled positions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.bodies import Body, bodies_of
+from delta_cad.checks.clearance.joint_ranges import FoldError, domains
+from delta_cad.checks.clearance.motion import box_motion, cube_boxes
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links
+from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
+from delta_cad.checks.outline.rod_reach import RodReach
+from delta_cad.checks.report import CheckResult
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
+from delta_cad.mechanism.placement import MM_PER_M, LinkPlacement
+
+THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
+THETA_GAP_RAD = 1e-4  # 0.01 mm at the elbow
+FLOOR_BODIES = 8  # bodies whose sampled reach sets the floor below which no rod is refined
+DIRECTIONS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Bounds of the swept outline along +x, -x, +y, -y.
+
+    Attributes:
+        reach_mm: (4,) farthest point along each direction, mm.
+        bodies: The body that decides each.
+    """
+
+    reach_mm: np.ndarray
+    bodies: tuple[Body, ...]
+
+    @property
+    def size_mm(self) -> np.ndarray:
+        """(2,) extents along x and y, mm."""
+        return self.reach_mm[0::2] + self.reach_mm[1::2]
+
+
+def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
+    """Hold the swept outline against the rectangle W x D, either way round.
+
+    Args:
+        assembly: The machine.
+        limits: The cube and the rectangle.
+        meshes: The parts' meshes.
+
+    Returns:
+        `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
+    """
+    wanted = np.array([limits.envelope_width_mm, limits.envelope_depth_mm])
+    try:
+        outline = swept_outline(assembly, limits, meshes)
+    except FoldError as error:
+        return [
+            CheckResult(f"envelope {name}", False, None, limit, "mm", detail=str(error))
+            for name, limit in zip(("width", "depth"), wanted.tolist(), strict=True)
+        ]
+    sampler = _Sampled(assembly.placement, limits.poses_mm())
+    sampled, poses = zip(*(sampler.reach(b, d) for d, b in enumerate(outline.bodies)), strict=True)
+    size = outline.size_mm
+    excess = [(size - wanted).max(), (size[::-1] - wanted).max()]
+    along_x = bool(excess[0] <= excess[1])
+    results = []
+    for name, axis, limit in zip(("width", "depth"), (0, 1) if along_x else (1, 0), wanted.tolist(), strict=True):
+        low, high = 2 * axis + 1, 2 * axis
+        a, b = outline.bodies[low], outline.bodies[high]
+        pose = limits.poses_mm()[poses[high]]
+        misses = max(excess)
+        turned = f"turned by 90 degrees it misses by {misses:.2f} mm" if misses > 0.0 else "it fits both ways round"
+        detail = (
+            f"along {'xy'[axis]} from {-outline.reach_mm[low]:.2f} ({a.name}) to {outline.reach_mm[high]:.2f} mm "
+            f"({b.name}), a bound {size[axis] - sampled[low] - sampled[high]:.2f} mm larger than at the sampled "
+            f"positions; W lies along {'x' if along_x else 'y'}, {turned}"
+        )
+        value = float(size[axis])
+        x, y, z = pose.tolist()
+        results.append(
+            CheckResult(f"envelope {name}", value <= limit, value, limit, "mm", (x, y, z), (a.name, b.name), detail)
+        )
+    return results
+
+
+def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> Outline:
+    """Rigorous bounds on the outline.
+
+    Args:
+        assembly: The machine.
+        limits: The cube.
+        meshes: The parts' meshes.
+
+    Returns:
+        The outline.
+
+    Raises:
+        FoldError: A chain may fold in the cube.
+    """
+    placement = assembly.placement
+    moved = [replace(o, link=rigid_link(o, placement)) for o in assembly.occurrences]
+    bodies = list(bodies_of(moved, meshes, swept_links(placement)).values())
+    theta = shoulder_range(placement.geometry, limits)
+    rods = RodReach(placement, limits, theta)
+    reach = np.stack([_reach(b, placement, limits, theta, rods) for b in bodies])
+    sampler = _Sampled(placement, limits.poses_mm())
+    for d in range(len(DIRECTIONS)):
+        floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-FLOOR_BODIES:])
+        for k in np.argsort(-reach[:, d]):
+            if reach[k, d] > floor and bodies[k].link.startswith("rod"):
+                reach[k, d], floor = rods.refined(bodies[k], DIRECTIONS[d], floor)
+    reach += np.array([b.mesh.deviation_mm for b in bodies])[:, None]
+    decides = reach.argmax(axis=0)
+    return Outline(reach.max(axis=0), tuple(bodies[k] for k in decides))
+
+
+def _reach(b: Body, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, rods: RodReach) -> np.ndarray:
+    """(4,) bound on a mesh's reach along the directions, mm."""
+    if b.link.startswith("rod"):
+        return np.array([rods.coarse(b, d) for d in DIRECTIONS])
+    if b.link == "base" or b.link in swept_links(placement):
+        frame = fixed_frame(b.link, placement)
+        return (DIRECTIONS @ (frame[:3, :3] @ b.vertices.T + frame[:3, 3:])).max(axis=1)
+    if b.link == "platform":
+        return (DIRECTIONS @ (b.vertices + limits.centre_mm).T).max(axis=1) + limits.half_side_mm
+    i = chain_of(b.link)
+    on_axis = placement.geometry.base_radius * MM_PER_M
+    radius = on_axis if b.link.startswith("upper_arm") else placement.pinion_centre_mm[0]
+    least, most = radial_range(b.vertices, radius, theta[i])
+    across = (DIRECTIONS @ TANGENTIAL[i])[:, None] * b.vertices[:, 1]
+    outwards = (DIRECTIONS @ RADIAL[i])[:, None]
+    return (np.maximum(outwards * least, outwards * most) + across).max(axis=1)
+
+
+def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
+    """Close enclosure of the shoulder angles over the cube.
+
+    Args:
+        g: The mechanism.
+        limits: The cube.
+
+    Returns:
+        (3, 2) lowest and highest angle of each chain, rad.
+
+    Raises:
+        FoldError: A chain may fold in the cube.
+    """
+    widest = domains(g, limits.centre_mm, limits.half_side_mm).theta
+    boxes = cube_boxes(limits.centre_mm, limits.half_side_mm, THETA_BOXES)
+    theta = np.empty_like(widest)
+    for i, end in product(range(len(theta)), range(2)):
+        sign = (-1.0, 1.0)[end]
+
+        def bounds(
+            centres: np.ndarray, halves: np.ndarray, i: int = i, sign: float = sign
+        ) -> tuple[np.ndarray, np.ndarray]:
+            motion = box_motion(g, centres, halves)
+            at_centre = sign * motion.theta[:, i]
+            return at_centre + motion.theta_change[:, i], at_centre
+
+        theta[i, end] = sign * min(enclosed_maximum(bounds, *boxes, THETA_GAP_RAD)[0], sign * widest[i, end])
+    return theta
+
+
+def radial_range(points: np.ndarray, radius_mm: float, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest distance along the chain's radial direction while points turn about a tangential axis.
+
+    Args:
+        points: (n, 3) points in the turning link's frame, mm.
+        radius_mm: Radial position of the axis, mm.
+        theta: (2,) lowest and highest angle, rad.
+
+    Returns:
+        least, most: each (n,), mm.
+    """
+    amplitude, phase = np.hypot(points[:, 0], points[:, 2]), np.arctan2(points[:, 2], points[:, 0])
+    ends = amplitude[:, None] * np.cos(phase[:, None] + theta)
+    start, width = np.mod(phase + theta[0], 2.0 * np.pi), theta[1] - theta[0]
+    top = (start + width >= 2.0 * np.pi) | (start == 0.0)
+    bottom = np.mod(np.pi - start, 2.0 * np.pi) <= width
+    least = np.where(bottom, -amplitude, ends.min(axis=1))
+    most = np.where(top, amplitude, ends.max(axis=1))
+    return radius_mm + least, radius_mm + most
+
+
+class _Sampled:
+    """Reach of bodies over sampled positions, from below."""
+
+    def __init__(self, placement: LinkPlacement, poses: np.ndarray) -> None:
+        self._links = dict(placement(poses))
+        for name in swept_links(placement):
+            self._links[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses), 4, 4))
+
+    def reach(self, b: Body, direction: int) -> tuple[float, int]:
+        """Reach of the body's mesh, mm, and the index of the position."""
+        frame, d = self._links[b.link], DIRECTIONS[direction]
+        along = ((d @ frame[:, :3, :3]) @ b.hull.T).max(axis=1) + frame[:, :3, 3] @ d
+        return float(along.max()), int(along.argmax())

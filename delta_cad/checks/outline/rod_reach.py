@@ -1,0 +1,141 @@
+"""How far a body on a rod reaches along a direction over the cube: branch and bound with first-order bounds.
+
+Over a box of handle positions, along a direction d,
+    the elbow's ball E reaches `outwards (R + L_A cos(theta)) + side`, exact over the enclosed range of theta;
+    the wrist's ball W is exact, the handle moves along straight lines;
+    a vector h fixed in the rod turns by at most the rotation phi of the rod's whole frame, so from its place at the
+        box's centre, at the angle alpha from d, it reaches `|h| cos(alpha - phi)`, or |h| once phi >= alpha.
+A point of the body is `E + h`, and also `W + h`, and also `(1 - f) E + f W + h` with f its share of the way and h
+square to the rod: the least of the three bounds it. All are exact for a box of no size and err by its size, so that
+cutting the boxes closes the gap.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from delta_cad.checks.clearance.bodies import Body
+from delta_cad.checks.clearance.motion import MM_PER_M, box_motion, cube_boxes
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
+from delta_cad.mechanism.placement import LinkPlacement
+
+BOXES = 7  # boxes along an edge of the cube at first, 11 mm: most bodies are told apart with these
+GAP_MM = 0.02  # what the bound may leave above an attained reach; less than a mesh's deviation
+
+
+class RodReach:
+    """Reach of the bodies on the rods over the cube.
+
+    Args:
+        placement: Placement of the links.
+        limits: The cube.
+        theta: (3, 2) enclosed range of the shoulder angles over the cube, rad.
+    """
+
+    def __init__(self, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray) -> None:
+        self._placement, self._geometry, self._theta = placement, placement.geometry, theta
+        self._start = _Boxes(placement, *cube_boxes(limits.centre_mm, limits.half_side_mm, BOXES))
+
+    def coarse(self, body: Body, direction: np.ndarray) -> float:
+        """Bound from the first boxes alone.
+
+        Args:
+            body: A body on a rod.
+            direction: (3,) unit vector in the base plane.
+
+        Returns:
+            Bound on the reach of its mesh, mm.
+        """
+        return float(self.bounds(body, direction, self._start.centres, self._start.halves)[0].max())
+
+    def refined(self, body: Body, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:
+        """Bound that is close where it matters.
+
+        Args:
+            body: A body on a rod.
+            direction: (3,) unit vector in the base plane.
+            floor_mm: A reach that something else attains: what stays below it is not looked into.
+
+        Returns:
+            bound: On the reach of the body's mesh, mm; close where it exceeds the floor.
+            attained: The larger of the floor and the reach at the best box's centre, mm.
+        """
+        bounds = partial(self.bounds, body, direction)
+        return enclosed_maximum(bounds, self._start.centres, self._start.halves, GAP_MM, floor_mm)
+
+    def bounds(
+        self, body: Body, direction: np.ndarray, centres: np.ndarray, halves: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Reach over boxes of handle positions.
+
+        Args:
+            body: A body on a rod.
+            direction: (3,) unit vector in the base plane.
+            centres: (n, 3) centres of the boxes, mm.
+            halves: (n, 3) their half sides, mm.
+
+        Returns:
+            bound: (n,) on the reach of the body's mesh while the handle is in the box, mm.
+            at_centre: (n,) reach with the handle at the box's centre, mm.
+        """
+        boxes = self._start if centres is self._start.centres else _Boxes(self._placement, centres, halves)
+        d = direction
+        i, j = (int(word) for word in body.link.split("_")[1:])
+        g, motion = self._geometry, boxes.motion
+        low = np.maximum(motion.theta[:, i] - motion.theta_change[:, i], self._theta[i, 0])
+        high = np.minimum(motion.theta[:, i] + motion.theta_change[:, i], self._theta[i, 1])
+        outwards = float(d @ RADIAL[i])
+        side = (j - 0.5) * self._placement.parallelogram_width_mm * float(d @ TANGENTIAL[i])
+        swing = np.sort(outwards * g.upper_arm_length * MM_PER_M * np.stack(cosine_range(low, high)), axis=0)
+        elbow = outwards * g.base_radius * MM_PER_M + side + swing[..., None]
+        middle = boxes.centres @ d + outwards * g.platform_radius * MM_PER_M + side
+        wrist = (middle + np.stack([-1.0, 1.0])[:, None] * (boxes.halves @ np.abs(d)))[..., None]
+
+        frame = boxes.links[body.link]
+        axes, origin = d @ frame[:, :3, :3], frame[:, :3, 3] @ d
+        points, length = body.hull, g.forearm_length * MM_PER_M
+        at_centre = (axes @ points.T).max(axis=1) + origin
+        phi = np.minimum(motion.rotation[:, i], np.pi)[:, None]
+        share = points[:, 0] / length
+        ends = _at_most(1.0 - share, elbow) + _at_most(share, wrist)
+        bound = np.minimum(
+            elbow[1] + _turned(axes, points, phi), wrist[1] + _turned(axes, points - [length, 0, 0], phi)
+        )
+        return np.minimum(bound, ends + _turned(axes, points * [0, 1, 1], phi)).max(axis=1), at_centre
+
+
+def _at_most(factor: np.ndarray, between: np.ndarray) -> np.ndarray:
+    """(n, k) largest product of factors (k,) with numbers in ranges (2, n, 1)."""
+    return np.maximum(factor, 0.0) * between[1] + np.minimum(factor, 0.0) * between[0]
+
+
+def _turned(axes: np.ndarray, vectors: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """(n, k) farthest reach of (k, 3) vectors in a frame that may turn by any rotation up to (n, 1) phi in [0, pi].
+
+    The axes (n, 3) are the components, in the frame before it turns, of the direction along which they reach.
+    """
+    size, along = np.linalg.norm(vectors, axis=1), axes @ vectors.T
+    c = np.cos(phi)
+    square = np.sqrt(np.maximum(size**2 - along**2, 0.0))
+    return np.where(along >= size * c, size, along * c + square * np.sin(phi))
+
+
+class _Boxes:
+    """Boxes of handle positions, the links at their centres and bounds on what moves inside them."""
+
+    def __init__(self, placement: LinkPlacement, centres: np.ndarray, halves: np.ndarray) -> None:
+        self.centres, self.halves = centres, halves
+        self.motion = box_motion(placement.geometry, centres, halves)
+        self.links = placement(centres)
+
+
+def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest cosine over ranges of angles within (-2 pi, 2 pi), each (n,)."""
+    ends = np.stack([np.cos(low), np.cos(high)])
+    most = np.where((low <= 0.0) & (high >= 0.0), 1.0, ends.max(axis=0))
+    over = (low <= -np.pi) & (high >= -np.pi) | (low <= np.pi) & (high >= np.pi)
+    return np.where(over, -1.0, ends.min(axis=0)), most

@@ -1,0 +1,1 @@
+"""Joints, their axes and ranges, and the torque that holds the machine."""

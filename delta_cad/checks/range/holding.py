@@ -1,0 +1,97 @@
+"""Torque of each joint with gravity: what holds the machine up, and what is left for the force on the handle.
+
+The torque that holds the moving bodies at p is minus the torque of gravity, that is the gradient of their potential
+energy in the joint angles: `J^T dU/dp` with `v = J theta_dot`. U is summed over the links of the placement, with masses
+and centres from the solids; its gradient is taken by central differences, so no formula of the dynamics enters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.report import CheckResult
+from delta_cad.mechanism import jacobian, worst_joint_torque
+
+MM_PER_M = 1000.0
+STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third derivative, below 1e-8 of the torque
+
+
+def potential_energy(
+    assembly: Assembly, bodies: Mapping[str, tuple[float, np.ndarray]], p_mm: np.ndarray, gravity_m_s2: np.ndarray
+) -> np.ndarray:
+    """Potential energy of the moving bodies, J.
+
+    Args:
+        assembly: The machine.
+        bodies: Link -> (mass in kg, centre of mass (3,) in the link's frame in mm), without the base.
+        p_mm: (..., 3) handle positions, mm.
+        gravity_m_s2: (3,) acceleration of gravity in the base frame.
+    """
+    links = assembly.placement(p_mm)
+    energy = np.zeros(np.shape(p_mm)[:-1])
+    for link, (mass, centre) in bodies.items():
+        at = links[link][..., :3, :3] @ centre + links[link][..., :3, 3]
+        energy = energy - mass * (at @ gravity_m_s2) / MM_PER_M
+    return energy
+
+
+def holding_torque(
+    assembly: Assembly, bodies: Mapping[str, tuple[float, np.ndarray]], p_mm: np.ndarray, gravity_m_s2: np.ndarray
+) -> np.ndarray:
+    """(..., 3) torque of each joint that holds the moving bodies at p, N m; arguments as `potential_energy`."""
+    p = np.asarray(p_mm, dtype=float)
+    steps = STEP_MM * np.eye(3)
+    gradient = np.stack(
+        [
+            potential_energy(assembly, bodies, p + step, gravity_m_s2)
+            - potential_energy(assembly, bodies, p - step, gravity_m_s2)
+            for step in steps
+        ],
+        axis=-1,
+    ) / (2.0 * STEP_MM / MM_PER_M)
+    to_joints = np.swapaxes(jacobian(assembly.placement.geometry, p / MM_PER_M), -1, -2)
+    return (to_joints @ gradient[..., None])[..., 0]
+
+
+def check_holding(
+    assembly: Assembly,
+    limits: CheckLimits,
+    bodies: Mapping[str, tuple[float, np.ndarray]],
+    gravity_m_s2: np.ndarray,
+    available_N_m: float,
+) -> CheckResult:
+    """Force in the worst direction plus gravity, against the torque at a joint.
+
+    Args:
+        assembly: The machine.
+        limits: The cube and the force.
+        bodies: As for `potential_energy`.
+        gravity_m_s2: (3,) acceleration of gravity in the base frame.
+        available_N_m: Torque that the design asks for at each joint.
+    """
+    poses = limits.poses_mm()
+    gravity = holding_torque(assembly, bodies, poses, gravity_m_s2)
+    force = worst_joint_torque(assembly.placement.geometry, poses / MM_PER_M, limits.force_N or 0.0)
+    total = np.abs(gravity) + force
+    pose, chain = np.unravel_index(np.argmax(total), total.shape)
+    x, y, z = poses[pose].tolist()
+    detail = (
+        f"{limits.force_N or 0.0:g} N in the worst direction takes {force[pose, chain]:.4f} N m, gravity "
+        f"{abs(gravity[pose, chain]):.4f} N m; gravity alone at most {np.abs(gravity).max():.4f} N m; "
+        f"largest of {len(poses)} positions, on chain {chain}"
+    )
+    value = float(total[pose, chain])
+    return CheckResult(
+        "torque with gravity",
+        value <= available_N_m,
+        value,
+        available_N_m,
+        "N m",
+        (x, y, z),
+        (f"chain_{chain}",),
+        detail,
+    )

@@ -1,0 +1,270 @@
+"""From a design to its folder: dimensions, solids, checks and files, in this order, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.assemble import assemble
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks import CheckLimits, run_checks
+from delta_cad.checks.clearance.joint_ranges import FoldError
+from delta_cad.checks.outline.envelope import swept_outline
+from delta_cad.checks.range.holding import check_holding
+from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.design import Design, design_hash
+from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.drive import drive_torque
+from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
+from delta_cad.export.folder import output_folder
+from delta_cad.export.glb import write_glb
+from delta_cad.export.manifest import write_manifest
+from delta_cad.export.mass_properties import mass_report, write_mass_properties
+from delta_cad.export.meshes import write_3mf, write_stl
+from delta_cad.export.mjcf import twin, write_twin
+from delta_cad.export.step import write_assembly_step, write_part_step
+from delta_cad.export.views.gallery import pictures
+from delta_cad.export.views.views import Stage
+from delta_cad.mechanism import conditioning
+
+MM_PER_M = 1000.0
+LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn
+Progress = Callable[[str], None]
+
+
+def quiet(_: str) -> None:
+    """Progress that nobody sees."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A design made solid.
+
+    Attributes:
+        dimensions: All dimensions.
+        assembly: Parts placed on links.
+        meshes: One mesh a part.
+        masses: What `mass_report` found.
+    """
+
+    dimensions: Dimensions
+    assembly: Assembly
+    meshes: MeshLibrary
+    masses: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a build or a check came to.
+
+    Attributes:
+        design: The design.
+        results: All checks.
+        masses: What `mass_report` found.
+        folder: Where the files landed; None when none were written.
+        unverified: Numbers of the bought parts whose data are not all verified against a datasheet.
+    """
+
+    design: Design
+    results: list[CheckResult]
+    masses: dict[str, Any]
+    folder: Path | None
+    unverified: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check holds."""
+        return all_passed(self.results)
+
+    def record(self) -> dict[str, Any]:
+        """Facts of the build as JSON types."""
+        return {
+            "schema": "delta-checks/1",
+            "name": self.design.name,
+            "input_sha256": design_hash(self.design),
+            "passed": self.passed,
+            "failed": [result.name for result in self.results if not result.passed],
+            "total_mass_kg": self.masses["total_mass_kg"],
+            "moving_mass_kg": self.masses["moving_mass_kg"],
+            "unverified_parts": list(self.unverified),
+            "checks": [result.to_json() for result in self.results],
+        }
+
+
+def make_machine(design: Design, progress: Progress = quiet) -> Machine:
+    """Solids, placement, meshes and masses of a design.
+
+    Args:
+        design: A validated design.
+        progress: Told what is being done.
+
+    Raises:
+        UnreachableError: A point of the cube is out of reach.
+        DimensionError: A part cannot be given sound dimensions.
+        BuildError: A solid could not be built.
+    """
+    progress("dimensions")
+    d = dimensions(design)
+    assembly = assemble(d, lambda part: progress(f"solid {part}"))
+    progress("masses")
+    masses = mass_report(assembly)
+    meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
+    for part in assembly.parts:
+        progress(f"mesh {part.number}")
+        meshes[part.number]
+    return Machine(d, assembly, meshes, masses)
+
+
+def check_limits(d: Dimensions) -> CheckLimits:
+    """What the design's requirements and hardware ask of the machine."""
+    cube, asked = d.design.cube, d.design.requirements
+    stops = d.stops_rad
+    lowest = stops[0] if asked.shoulder_min_deg is None else max(stops[0], radians(asked.shoulder_min_deg))
+    highest = stops[1] if asked.shoulder_max_deg is None else min(stops[1], radians(asked.shoulder_max_deg))
+    return CheckLimits(
+        bottom_height_mm=cube.bottom_height_mm,
+        half_side_mm=cube.half_side_mm,
+        envelope_width_mm=asked.envelope_width_mm,
+        envelope_depth_mm=asked.envelope_depth_mm,
+        clearance_min_mm=asked.clearance_min_mm,
+        lean_max_rad=d.forearm.tilt_limit_rad if asked.lean_max_deg is None else radians(asked.lean_max_deg),
+        shoulder_range_rad=(lowest, highest),
+        force_N=asked.force_N,
+        joint_torque_N_m=asked.joint_torque_N_m,
+    )
+
+
+def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckResult]:
+    """All checks of a machine: the geometry's, then torque with gravity, drive and conditioning."""
+    d, asked = machine.dimensions, machine.dimensions.design.requirements
+    limits = check_limits(d)
+    results = run_checks(machine.assembly, limits, machine.meshes, progress)
+    bodies = {
+        link: (body["mass_kg"], np.array(body["centre_m"]) * MM_PER_M)
+        for link, body in machine.masses["bodies"].items()
+        if link != "base"
+    }
+    progress("torque with gravity")
+    gravity = np.array(asked.gravity_m_s2)
+    results.append(check_holding(machine.assembly, limits, bodies, gravity, asked.joint_torque_N_m))
+    results.append(_drive(d.design))
+    if asked.kappa_max is not None:
+        results.append(_conditioning(d, limits, asked.kappa_max))
+    return results
+
+
+def _drive(design: Design) -> CheckResult:
+    drive = drive_torque(design)
+    detail = (
+        f"{drive.motor}, {drive.drive} {drive.ratio:g}:1, {drive.verdict}: "
+        f"{drive.continuous_torque_N_m:.3f} N m for ever, "
+        f"{drive.peak_torque_N_m:.3f} N m for {drive.peak_time_s:g} s"
+    )
+    if drive.cable is not None:
+        detail += (
+            f"; cable safety {drive.cable_safety_factor:.1f} at the peak, bend ratio {drive.bend_ratio:.1f} "
+            f"(makers advise {drive.bend_ratio_recommended:g} for long life)"
+        )
+    value = drive.continuous_torque_N_m if drive.verdict == "continuous" else drive.peak_torque_N_m
+    passed = drive.verdict != "insufficient"
+    return CheckResult("drive torque", passed, value, drive.required_torque_N_m, "N m", detail=detail)
+
+
+def _conditioning(d: Dimensions, limits: CheckLimits, largest: float) -> CheckResult:
+    poses = limits.poses_mm()
+    kappa = conditioning(d.design.geometry, poses / MM_PER_M)
+    worst = int(np.argmax(np.where(np.isnan(kappa), np.inf, kappa)))
+    x, y, z = poses[worst].tolist()
+    value = float(kappa[worst])
+    detail = f"condition number of the Jacobian, largest of {len(poses)} positions"
+    return CheckResult("conditioning", value <= largest, value, largest, "", (x, y, z), detail=detail)
+
+
+def check(design: Design, progress: Progress = quiet) -> Outcome:
+    """The checks of a design without any file; raises as `make_machine`."""
+    machine = make_machine(design, progress)
+    return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
+
+
+def _unverified(machine: Machine) -> tuple[str, ...]:
+    return tuple(p.number for p in machine.assembly.parts if p.source and "verified: yes" not in p.source)
+
+
+def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "AP242") -> Outcome:
+    """Builds a design into `out/<name>`, or into `out/<name>.rejected` when a check fails.
+
+    Args:
+        design: A validated design.
+        out: Parent folder.
+        progress: Told what is being done.
+        schema: STEP schema, "AP242" or "AP214".
+
+    Raises:
+        UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
+    """
+    machine = make_machine(design, progress)
+    with output_folder(out, design.name) as folder:
+        with pictures(machine.assembly, machine.meshes, folder.path / "views", _stage(machine)):
+            results = check_machine(machine, progress)
+            folder.rejected = not all_passed(results)
+            landed = f"{design.name}.rejected" if folder.rejected else design.name
+            outcome = Outcome(design, results, machine.masses, out / landed, _unverified(machine))
+            write_files(machine, outcome, folder.path, progress, schema)
+            progress("pictures")
+        progress("manifest")
+        status = "rejected" if folder.rejected else "passed"
+        write_manifest(folder.path, input_hash=design_hash(design), status=status)
+    return outcome
+
+
+def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
+    """Writes what a machine and its checks come to into a folder, all but pictures and manifest."""
+    assembly, meshes = machine.assembly, machine.meshes
+    progress("assembly.step")
+    write_assembly_step(assembly, folder / "assembly.step", schema)
+    parts = folder / "parts"
+    parts.mkdir()
+    for part in assembly.parts:
+        if part.make:
+            progress(f"parts/{part.number}")
+            write_part_step(part, parts / f"{part.number}.step", schema)
+            write_stl(meshes[part.number], parts / f"{part.number}.stl", part.number)
+            write_3mf(
+                meshes[part.number], parts / f"{part.number}.3mf", part.number, part.description, part.material.name
+            )
+    progress("assembly.glb")
+    write_glb(assembly, meshes, folder / "assembly.glb")
+    progress("tables")
+    unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
+    write_bom(bill_of_materials(assembly, unit_mass), folder)
+    write_holes(hole_list(assembly), folder / "holes.csv")
+    from_design = {"input_sha256": design_hash(machine.dimensions.design)}
+    write_mass_properties(machine.masses | from_design, folder / "mass_properties.json")
+    d = machine.dimensions
+    gravity = d.design.requirements.gravity_m_s2
+    write_twin(twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity), folder / "twin.xml")
+    text = json.dumps(outcome.record(), indent=1) + "\n"
+    (folder / "checks.json").write_text(text, encoding="utf-8")
+
+
+def _stage(machine: Machine) -> Stage:
+    """The outline the way round in which it fits best, around the swept machine, and the cube."""
+    d = machine.dimensions
+    cube, asked = d.design.cube, d.design.requirements
+    wanted = (asked.envelope_width_mm, asked.envelope_depth_mm)
+    turned = (asked.envelope_depth_mm, asked.envelope_width_mm)
+    try:
+        reach = swept_outline(machine.assembly, check_limits(d), machine.meshes).reach_mm
+    except FoldError:  # a rejected design: its outline has no bound
+        reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
+    size = reach[0::2] + reach[1::2]
+    x, y = (reach[0::2] - reach[1::2]) / 2
+    fits = min((wanted, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
+    return Stage(fits, (float(x), float(y)), cube.bottom_height_mm, cube.half_side_mm)

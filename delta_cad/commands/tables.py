@@ -1,0 +1,139 @@
+"""What a person sees: phases with their time, the inspection table, the result table."""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from delta_cad.checks.report import CheckResult
+    from delta_cad.commands.inspection import Row
+    from delta_cad.commands.pipeline import Outcome
+
+FIGURES = 5  # significant digits of a value in a table
+TOLD = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
+
+
+@contextmanager
+def phases(first: str) -> Iterator[Callable[[str], None]]:
+    """Shows what is being done and since when, on a terminal only; elsewhere nothing is printed.
+
+    Args:
+        first: What is being done at the start.
+
+    Yields:
+        Function to call with the name of the next phase.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    start = time.monotonic()
+    with console.status(first) as status:
+
+        def show(phase: str) -> None:
+            status.update(f"[dim]{time.monotonic() - start:5.1f} s[/dim]  {phase}")
+
+        yield show
+
+
+def _number(value: float | str | None) -> str:
+    return "" if value is None else value if isinstance(value, str) else f"{value:.{FIGURES}g}"
+
+
+class _Console(Console):
+    """Leaves a reader that goes away to the command line, which keeps its exit code; rich would exit with 1."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
+def _console() -> Console:
+    """Colours on a terminal only; elsewhere as wide as the table needs."""
+    return _Console(file=sys.stdout) if sys.stdout.isatty() else _Console(file=sys.stdout, width=160)
+
+
+def print_inspection(name: str, rows: list[Row]) -> None:
+    """Prints the inspection of a design."""
+    table = Table(title=name, title_justify="left")
+    for column, side in (
+        ("", "left"),
+        ("value", "right"),
+        ("unit", "left"),
+        ("limit", "left"),
+        ("at x, y, z mm", "right"),
+    ):
+        table.add_column(column, justify=side)  # type: ignore[arg-type]
+    group = ""
+    for row in rows:
+        if row.group != group:
+            group = row.group
+            table.add_row(f"[bold]{group}[/bold]")
+        mark = "" if row.holds is None else " [green]holds[/green]" if row.holds else " [red]FAILS[/red]"
+        at = "" if row.at_mm is None else ", ".join(f"{v:.1f}" for v in row.at_mm)
+        table.add_row(f"  {row.quantity}", _number(row.value), row.unit, f"{row.limit}{mark}", at)
+    _console().print(table)
+
+
+def print_outcome(outcome: Outcome) -> None:
+    """Prints the result of a build or a check: one line a check, equal checks of the three chains as one."""
+    console = _console()
+    table = Table(title=outcome.design.name, title_justify="left")
+    for column, side in (
+        ("check", "left"),
+        ("value", "right"),
+        ("limit", "right"),
+        ("unit", "left"),
+        ("", "left"),
+        ("where", "left"),
+    ):
+        table.add_column(column, justify=side)  # type: ignore[arg-type]
+    for name, results in grouped(outcome.results).items():
+        worst = min(results, key=_margin)
+        verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
+        count = f" ({len(results)}x)" if len(results) > 1 else ""
+        where = " / ".join(worst.worst_pair or ())
+        table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), worst.unit, verdict, where)
+    console.print(table)
+    for result in outcome.results:
+        if not result.passed:
+            at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
+            console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
+    for result in outcome.results:
+        if result.passed and result.name in TOLD:
+            console.print(f"{result.name}: {result.detail}", highlight=False, soft_wrap=True)
+    total, moving = outcome.masses["total_mass_kg"], outcome.masses["moving_mass_kg"]
+    console.print(f"mass {total * 1000:.0f} g, of it moving {moving * 1000:.0f} g", highlight=False)
+    if outcome.unverified:
+        console.print(
+            f"check before ordering, not all data verified: {', '.join(outcome.unverified)}",
+            highlight=False,
+            soft_wrap=True,
+        )
+    if outcome.folder is not None:
+        state = "" if outcome.passed else " (rejected: a check fails)"
+        console.print(f"files in {outcome.folder}{state}", highlight=False, soft_wrap=True)
+
+
+def grouped(results: list[CheckResult]) -> dict[str, list[CheckResult]]:
+    """Results under their name without the numbers of chain, side and copy."""
+    groups: dict[str, list[CheckResult]] = {}
+    for result in results:
+        name = (
+            "solids" if result.name.startswith("solid ") else re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
+        )
+        groups.setdefault(name, []).append(result)
+    return groups
+
+
+def _margin(result: CheckResult) -> tuple[bool, float]:
+    if result.value is None or result.limit is None:
+        return (result.passed, 0.0)
+    return (result.passed, abs(result.value - result.limit))

@@ -1,0 +1,1 @@
+"""What the three packages share: console, files that appear whole, compiled code, style of pictures."""

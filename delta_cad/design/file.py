@@ -1,0 +1,346 @@
+"""The design file: what was asked for, the chosen dimensions and hardware; read, validated, written and hashed.
+
+A file that is refused says which field, its value and what is allowed, in one line (`DesignError`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+
+from delta_cad import catalogue
+from delta_cad.design.sums import impossible_sum
+
+if TYPE_CHECKING:
+    from delta_cad.mechanism import DeltaGeometry
+
+SCHEMA = "delta-design/1"
+NAME_PATTERN = r"^[A-Za-z0-9](?:[A-Za-z0-9_-]{0,62}[A-Za-z0-9])?$"
+NAME_RULE = (
+    "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
+    "file name"
+)
+MM_PER_M = 1000.0
+UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
+GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
+
+HARDWARE_FAMILIES = {
+    "motor": "motor",
+    "cable": "cable",
+    "encoder": "encoder",
+    "bearing": "bearing",
+    "tube": "tube",
+    "knob": "knob",
+    "foot": "foot",
+    "magnet": "magnet",
+}
+"""Entry of `hardware` that names a part -> its family in the catalogue."""
+
+
+class DesignError(ValueError):
+    """A design that is refused.
+
+    Attributes:
+        file: Name of the file (its last part), or what stands for it.
+        field: Dotted path of the field, such as "mechanism.forearm_length_mm"; "" when the whole file is meant.
+        value: The offending value as JSON text; "" when there is none.
+        allowed: What is wrong or what would be allowed.
+    """
+
+    def __init__(self, file: str, field: str, value: str, allowed: str) -> None:
+        self.file, self.field, self.value, self.allowed = file, field, value, allowed
+        what = " = ".join(part for part in (field, value) if part)
+        text = ": ".join(part for part in (file, what, allowed) if part)
+        super().__init__(" ".join(text.split()))
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class Mechanism(_Record):
+    """The lengths of the mechanism, mm."""
+
+    base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
+    platform_radius_mm: float = Field(gt=0, le=1000, description="r: platform centre to wrist")
+    upper_arm_length_mm: float = Field(gt=0, le=1000, description="L_A: shoulder to elbow")
+    forearm_length_mm: float = Field(gt=0, le=1000, description="L_B: elbow to wrist")
+    parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
+
+
+class Cube(_Record):
+    """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
+
+    bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
+    half_side_mm: float = Field(gt=0, le=1000, description="L: half the side")
+
+
+Gravity = Annotated[
+    tuple[
+        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
+        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
+        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
+    ],
+    Field(strict=False),  # JSON has lists, not tuples; the numbers inside stay strict
+]
+
+
+class Requirements(_Record):
+    """What the customer asked for; an optional entry that is given is checked and certified."""
+
+    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
+    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
+    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
+    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give")
+    kappa_max: float | None = Field(default=None, ge=1, le=1e6, description="largest condition number in the cube")
+    lean_max_deg: float | None = Field(default=None, gt=0, lt=90, description="largest lean of a rod")
+    shoulder_min_deg: float | None = Field(default=None, ge=-180, le=180, description="smallest shoulder angle")
+    shoulder_max_deg: float | None = Field(default=None, ge=-180, le=180, description="largest shoulder angle")
+    clearance_min_mm: float = Field(default=1.0, ge=0, le=100, description="between bodies that are not neighbours")
+    gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
+
+
+class Hardware(_Record):
+    """The bought parts and the thicknesses of the made ones; every entry has a default."""
+
+    motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
+    drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
+    capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
+    sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
+    cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
+    encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")
+    bearing: str = Field(default="688", description="id in the catalogue of bearings")
+    tube: str = Field(default="cfrp-5x3", description="id in the catalogue of tubes: the rods")
+    knob: str = Field(default="din319-25", description="id in the catalogue of knobs: the handle")
+    foot: str = Field(default="foot-m4-stud-15x8", description="id in the catalogue of feet")
+    magnet: str = Field(default="ndfeb-6x2.5-diametric", description="id in the catalogue of magnets")
+    base_plate_thickness_mm: float = Field(default=8.0, ge=4, le=30, description="base plate")
+    arm_thickness_mm: float = Field(default=8.0, ge=5, le=20, description="upper arm plate")
+    platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
+    ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
+
+
+class Design(_Record):
+    """One design: everything the CAD, the checks, the optimiser and the controller start from."""
+
+    schema_id: Literal["delta-design/1"] = Field(alias="schema", description="version of this format")
+    name: str = Field(pattern=NAME_PATTERN, description="name of the design and of its output directory")
+    mechanism: Mechanism
+    cube: Cube
+    requirements: Requirements
+    hardware: Hardware = Field(default_factory=Hardware)
+    provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
+
+    @property
+    def geometry(self) -> DeltaGeometry:
+        """The mechanism's lengths in metres."""
+        from delta_cad.mechanism import DeltaGeometry
+
+        m = self.mechanism
+        return DeltaGeometry(
+            base_radius=m.base_radius_mm / MM_PER_M,
+            platform_radius=m.platform_radius_mm / MM_PER_M,
+            upper_arm_length=m.upper_arm_length_mm / MM_PER_M,
+            forearm_length=m.forearm_length_mm / MM_PER_M,
+        )
+
+
+def load_design(path: str | Path) -> Design:
+    """Reads and validates a design file.
+
+    Args:
+        path: JSON file, UTF-8, schema `delta-design/1`.
+
+    Returns:
+        The design, with all defaults filled in.
+
+    Raises:
+        DesignError: Unreadable, not JSON, a repeated key, or anything `design_from_dict` refuses.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise DesignError(path.name, "", "", f"cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise DesignError(path.name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
+
+    def without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        seen: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in seen:
+                raise DesignError(path.name, key, _text(value), "is given more than once; a key must be given once")
+            seen[key] = value
+        return seen
+
+    try:
+        data = json.loads(text, object_pairs_hook=without_repetition)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno} column {error.colno}"
+        raise DesignError(path.name, "", "", f"is not JSON: {error.msg} at {where}") from None
+    except DesignError:
+        raise
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits; lists nested too deep
+        raise DesignError(path.name, "", "", f"is not JSON we can read: {error}") from None
+    return design_from_dict(data, path.name)
+
+
+def design_from_dict(data: object, file: str = "design") -> Design:
+    """Validates a design given as plain data.
+
+    Args:
+        data: What the JSON file holds: nested dicts, lists, numbers, strings.
+        file: Name that error messages start with.
+
+    Returns:
+        The design, with all defaults filled in.
+
+    Raises:
+        DesignError: Wrong schema, a missing or unknown field, a wrong type, a number that is not finite or out of
+            bounds, a name that is not safe as a file name, a part that is not in the catalogue, a motor that does not
+            suit the drive, or lengths that cannot go together.
+    """
+    try:
+        return _validated(data, file)
+    except RecursionError:
+        raise DesignError(file, "", "", "is nested too deep") from None
+
+
+def _validated(data: object, file: str) -> Design:
+    """See `design_from_dict`."""
+    if not isinstance(data, Mapping):
+        raise DesignError(file, "", _text(data), "must be an object")
+    if "schema" in data and data["schema"] != SCHEMA:
+        raise DesignError(file, "schema", _text(data["schema"]), _allowed(("schema",)))
+    for field, value in _numbers(data, ""):
+        if not math.isfinite(value):
+            raise DesignError(file, field, _text(value), "must be finite")
+    try:
+        design = Design.model_validate(dict(data))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
+    _check_catalogue(design, file)
+    fault = impossible_sum(design)
+    if fault is not None:
+        raise DesignError(file, fault.field, _text(fault.value), fault.allowed)
+    return design
+
+
+def design_schema() -> dict[str, Any]:
+    """JSON Schema of the design file, with bounds, defaults and descriptions."""
+    schema = Design.model_json_schema(by_alias=True)
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    schema["title"] = SCHEMA
+    entries = schema["$defs"]["Hardware"]["properties"]
+    for entry, family in HARDWARE_FAMILIES.items():
+        entries[entry]["enum"] = list(catalogue.family(family))
+    return schema
+
+
+def design_to_dict(design: Design) -> dict[str, Any]:
+    """The design as plain data: all defaults spelled out, optional requirements that are not given left out."""
+    return design.model_dump(mode="json", by_alias=True, exclude_none=True) | {
+        "provenance": dict(design.provenance)  # null is a value in there
+    }
+
+
+def design_to_json(design: Design) -> str:
+    """The text of the design file; `load_design` gives the same design back, to the last bit of each number."""
+    return json.dumps(design_to_dict(design), indent=2, allow_nan=False) + "\n"
+
+
+def design_hash(design: Design) -> str:
+    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out."""
+    text = json.dumps(design_to_dict(design), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _text(value: object) -> str:
+    """A value as short JSON text for a message."""
+    text = json.dumps(value, default=repr)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _numbers(data: object, path: str) -> list[tuple[str, float]]:
+    """All floats of nested data with their dotted paths."""
+    if isinstance(data, float):
+        return [(path, data)]
+    items: list[tuple[str, object]] = []
+    if isinstance(data, Mapping):
+        items = [(f"{path}.{key}" if path else str(key), value) for key, value in data.items()]
+    elif isinstance(data, list | tuple):
+        items = [(f"{path}[{i}]", value) for i, value in enumerate(data)]
+    return [found for name, value in items for found in _numbers(value, name)]
+
+
+def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
+    """The record that holds the field at a location."""
+    sections: dict[str, type[BaseModel]] = {
+        "mechanism": Mechanism,
+        "cube": Cube,
+        "requirements": Requirements,
+        "hardware": Hardware,
+    }
+    return sections[str(loc[0])] if len(loc) > 1 and loc[0] in sections else Design
+
+
+def _allowed(loc: tuple[int | str, ...]) -> str:
+    """What a field may hold, from its declaration."""
+    model, name = _model_at(loc), str(loc[min(1, len(loc) - 1)])
+    if name == "name":
+        return NAME_RULE
+    if name == "gravity_m_s2":
+        return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
+    if name == "schema":
+        return f"must be {json.dumps(SCHEMA)}"
+    if name == "drive":
+        return 'must be "capstan" or "direct"'
+    if name in HARDWARE_FAMILIES and model is Hardware:
+        return f"must be one of {', '.join(catalogue.family(HARDWARE_FAMILIES[name]))}"
+    info = model.model_fields.get(name)
+    bounds = []
+    for item in info.metadata if info else []:
+        for sign, attribute in ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le")):
+            if hasattr(item, attribute):
+                bounds.append(f"{sign} {getattr(item, attribute):g}")
+    if not bounds:
+        return "must be an object"
+    unit = next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
+    return f"must be a number {' and '.join(bounds)} {unit}".rstrip()
+
+
+def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, message: str) -> DesignError:
+    """The first finding of the validator as our error."""
+    field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
+    if kind == "extra_forbidden":
+        model = _model_at(loc)
+        known = ", ".join(info.alias or name for name, info in model.model_fields.items())
+        return DesignError(file, field, _text(value), f"unknown key; known here: {known}")
+    if kind == "missing":
+        return DesignError(file, field, "", f"is missing; {_allowed(loc)}")
+    if kind in {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}:
+        return DesignError(file, field, _text(value), _allowed(loc).replace("a number ", ""))
+    if loc[0] == "provenance" and len(loc) > 1:
+        return DesignError(file, field, _text(value), f"must be plain JSON: {message}")
+    return DesignError(file, field, _text(value), _allowed(loc))
+
+
+def _check_catalogue(design: Design, file: str) -> None:
+    """Refuses parts that are not in the catalogue and motors that do not suit the drive."""
+    for entry, family in HARDWARE_FAMILIES.items():
+        key, rows = getattr(design.hardware, entry), catalogue.family(family)
+        if key not in rows:
+            raise DesignError(file, f"hardware.{entry}", _text(key), f"must be one of {', '.join(rows)}")
+    drive = design.hardware.drive
+    if drive not in catalogue.motor(design.hardware.motor).drives:
+        legal = [key for key in catalogue.family("motor") if drive in catalogue.motor(key).drives]
+        value = _text(design.hardware.motor)
+        allowed = f"is not for the {drive} drive; must be one of {', '.join(legal)}"
+        raise DesignError(file, "hardware.motor", value, allowed)

@@ -1,0 +1,218 @@
+"""Drawing sheet of a parallel view: camera, dimension lines, captions; coordinates in mm on the sheet."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from delta_cad.export.views.scene import SUPERSAMPLING, Colour, line_mapper
+
+INK: Colour = (0.16, 0.19, 0.24)
+TITLE_PIXELS, TEXT_PIXELS = 26, 18
+ARROW_PIXELS = 11.0
+ARROW_SLOPE = 0.16
+GAP_PIXELS = 5.0
+DIMENSION_PIXELS = 34.0
+"""Distance of a dimension line from what it measures, and of the next one from it."""
+BAND_PIXELS = 92.0
+"""Height of the strip at the bottom that is kept for the title."""
+MARGIN = 1.05
+CHAIN_PIXELS = (22.0, 5.0, 4.0)
+"""Long dash, gap, short dash of a centre line."""
+
+
+class Sheet:
+    """A view of a renderer along one direction, with an overlay for dimensions and captions.
+
+    Attributes:
+        towards: (3,) unit vector from the machine to the viewer.
+        right: (3,) unit vector to the right on the sheet.
+        up: (3,) unit vector upwards on the sheet.
+        mm_per_pixel: Scale of the finished picture.
+        overlay: Renderer of the annotations.
+    """
+
+    def __init__(
+        self, renderer: Any, towards: np.ndarray, size: tuple[int, int], box: np.ndarray, *, room: float = 0.0
+    ) -> None:
+        """Sets up the camera so that a box fills the sheet.
+
+        Args:
+            renderer: The scene.
+            towards: (3,) direction from the machine to the viewer.
+            size: Pixels of the finished picture.
+            box: (n, 3) points that must be visible, mm.
+            room: Pixels to keep free around them for dimension lines.
+        """
+        from vtkmodules.vtkRenderingCore import vtkRenderer
+
+        self.towards = np.asarray(towards, dtype=float) / np.linalg.norm(towards)
+        pole = np.array([0.0, 0.0, 1.0]) if abs(self.towards[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
+        self.right = np.cross(pole, self.towards)
+        self.right /= np.linalg.norm(self.right)
+        self.up = np.cross(self.towards, self.right)
+        flat = self.flat(box)
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        free = np.array([size[0] - 2 * room, size[1] - 2 * room - BAND_PIXELS])
+        self.mm_per_pixel = float((MARGIN * (high - low) / free).max())
+        centre = (low + high) / 2 - [0.0, BAND_PIXELS / 2 * self.mm_per_pixel]
+        self._aim(renderer, centre, size[1])
+        self.overlay = vtkRenderer()
+        self.overlay.SetLayer(1)
+        self.overlay.SetViewport(renderer.GetViewport())
+        self.overlay.SetActiveCamera(renderer.GetActiveCamera())
+        self._segments: list[np.ndarray] = []
+        self._arrows: list[np.ndarray] = []
+
+    def _aim(self, renderer: Any, centre: np.ndarray, height: int) -> None:
+        """Parallel camera on a sheet point."""
+        camera = renderer.GetActiveCamera()
+        target = centre[0] * self.right + centre[1] * self.up
+        camera.ParallelProjectionOn()
+        camera.SetFocalPoint(*target)
+        camera.SetPosition(*(target + 1000.0 * self.towards))
+        camera.SetViewUp(*self.up)
+        camera.SetParallelScale(height / 2 * self.mm_per_pixel)
+        renderer.ResetCameraClippingRange()
+
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """(..., 3) points in mm to (..., 2) on the sheet, mm."""
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+    def solid(self, flat: np.ndarray) -> np.ndarray:
+        """(..., 2) sheet points to (..., 3) points in the plane through the origin."""
+        return flat[..., :1] * self.right + flat[..., 1:] * self.up
+
+    def dimension(
+        self, a: tuple[float, float], b: tuple[float, float], text: str, *, rows: float, upright: bool
+    ) -> None:
+        """Dimension line between two sheet points, measured along one axis of the sheet.
+
+        Args:
+            a: Where the first extension line starts, mm on the sheet.
+            b: Where the second one starts.
+            text: What it says.
+            rows: How far out it sits, in steps of `DIMENSION_PIXELS`; positive is above or to the right.
+            upright: True measures along the sheet's height, False along its width.
+        """
+        pixel = self.mm_per_pixel
+        along, across = (1, 0) if upright else (0, 1)
+        base = (max if rows > 0 else min)(a[across], b[across])
+        level = base + rows * DIMENSION_PIXELS * pixel
+        sense = np.sign(rows)
+        ends = []
+        for point in (a, b):
+            end = np.zeros(2)
+            end[along], end[across] = point[along], level
+            start = np.array(point, dtype=float)
+            start[across] += sense * GAP_PIXELS * pixel
+            over = end.copy()
+            over[across] += sense * GAP_PIXELS * pixel
+            self._segments.append(np.array([start, over]))
+            ends.append(end)
+        self._segments.append(np.array(ends))
+        run = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        side = np.array([-run[1], run[0]])
+        length = ARROW_PIXELS * pixel
+        for tip, way in ((ends[0], run), (ends[1], -run)):
+            back = tip + length * way
+            self._arrows.append(np.array([tip, back + ARROW_SLOPE * length * side, back - ARROW_SLOPE * length * side]))
+        middle = (ends[0] + ends[1]) / 2
+        middle[across] += 4.0 * pixel if not upright else -4.0 * pixel
+        self.label(middle, text, turned=upright)
+
+    def centre_line(self, left: float, right: float, height: float) -> None:
+        """Level chain line (long dash, short dash) between two abscissas, mm on the sheet."""
+        pixel = self.mm_per_pixel
+        long, gap, short = (length * pixel for length in CHAIN_PIXELS)
+        start = left
+        while start < right:
+            for length in (long, short):
+                end = min(start + length, right)
+                if end > start:
+                    self._segments.append(np.array([[start, height], [end, height]]))
+                start = end + gap
+
+    def label(self, at: np.ndarray, text: str, *, turned: bool = False, colour: Colour = INK) -> None:
+        """Text above a sheet point; turned texts read from the right."""
+        actor = _text(text, TEXT_PIXELS, colour)
+        place = actor.GetPositionCoordinate()
+        place.SetCoordinateSystemToWorld()
+        place.SetValue(*self.solid(np.asarray(at, dtype=float)))
+        actor.GetTextProperty().SetJustificationToCentered()
+        actor.GetTextProperty().SetVerticalJustificationToBottom()
+        if turned:
+            actor.GetTextProperty().SetOrientation(90.0)
+        self.overlay.AddViewProp(actor)
+
+    def caption(self, title: str, subtitle: str) -> None:
+        """Title and subtitle in the strip at the bottom."""
+        for text, pixels, bold, height in ((title, TITLE_PIXELS, True, 46), (subtitle, TEXT_PIXELS, False, 20)):
+            actor = _text(text, pixels, INK)
+            actor.GetTextProperty().SetBold(bold)
+            actor.SetPosition(28 * SUPERSAMPLING, height * SUPERSAMPLING)
+            self.overlay.AddViewProp(actor)
+
+    def finish(self) -> Any:
+        """Draws what was collected; returns the overlay."""
+        from vtkmodules.vtkRenderingCore import vtkActor
+
+        if self._segments:
+            lines = vtkActor()
+            lines.SetMapper(line_mapper(self.solid(np.array(self._segments))))
+            lines.GetProperty().SetLineWidth(1.0 * SUPERSAMPLING)
+            heads = vtkActor()
+            heads.SetMapper(_triangles(self.solid(np.array(self._arrows))))
+            for actor in (lines, heads):
+                actor.GetProperty().SetColor(*INK)
+                actor.GetProperty().LightingOff()
+                self.overlay.AddActor(actor)
+        return self.overlay
+
+
+def frame_actor(segments: np.ndarray, colour: Colour, width: float) -> Any:
+    """Lines in space, hidden by what is before them.
+
+    Args:
+        segments: (n, 2, 3) end points, mm.
+        colour: sRGB.
+        width: Pixels of the finished picture.
+    """
+    from vtkmodules.vtkRenderingCore import vtkActor
+
+    actor = vtkActor()
+    actor.SetMapper(line_mapper(segments))
+    actor.GetProperty().SetColor(*colour)
+    actor.GetProperty().SetLineWidth(width * SUPERSAMPLING)
+    actor.GetProperty().LightingOff()
+    return actor
+
+
+def box_edges(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(k, 2, 3) edges of an upright box; four edges if it is flat."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    pairs = [(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(corners[a] - corners[b]).sum() == 1]
+    points = low + corners * (np.asarray(high) - low)
+    edges = points[np.array(pairs)]
+    return edges[np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) > 0.0]
+
+
+def _text(text: str, pixels: int, colour: Colour) -> Any:
+    from vtkmodules.vtkRenderingCore import vtkTextActor
+
+    actor = vtkTextActor()
+    actor.SetInput(text)
+    style = actor.GetTextProperty()
+    style.SetFontFamilyToArial()
+    style.SetFontSize(pixels * SUPERSAMPLING)
+    style.SetColor(*colour)
+    return actor
+
+
+def _triangles(corners: np.ndarray) -> Any:
+    """Mapper of (n, 3, 3) loose triangles."""
+    from delta_cad.export.views.scene import surface_mapper
+
+    flat = corners.reshape(-1, 3)
+    return surface_mapper(flat, np.arange(len(flat)).reshape(-1, 3), np.zeros_like(flat))

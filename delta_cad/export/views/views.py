@@ -1,0 +1,286 @@
+"""Pictures of the machine: isometric, front, top, side, one drive whole and exploded, lowest and highest position."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.export.meshes import Meshes
+from delta_cad.export.views.png import png_bytes
+from delta_cad.export.views.scene import (
+    SUPERSAMPLING,
+    Colour,
+    PartScene,
+    PartShape,
+    Placed,
+    photograph,
+    placed_points,
+    render_window,
+)
+from delta_cad.export.views.sheet import Sheet, box_edges, frame_actor
+from delta_cad.solids.part import Occurrence
+
+SIZE = (1280, 960)
+CUBE_COLOUR: Colour = (0.08, 0.36, 0.75)
+ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
+ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
+DRIVE = np.array([0.62, -0.66, 0.42])
+EXPLODED = np.array([0.80, -0.55, 0.38])
+NEAR_MM = 0.5
+"""Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower."""
+PULL = 2.2
+"""How much further from the middle a part of the pulled-apart view sits, as a share of its distance."""
+VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What the machine has to fit into and to reach, in the base frame.
+
+    Attributes:
+        envelope_mm: (2,) size of the outline along x and y, mm.
+        envelope_centre_mm: (2,) its centre, mm.
+        cube_bottom_mm: Height of the cube's bottom face, mm.
+        cube_half_side_mm: Half the side of the cube, mm.
+    """
+
+    envelope_mm: tuple[float, float]
+    envelope_centre_mm: tuple[float, float]
+    cube_bottom_mm: float
+    cube_half_side_mm: float
+
+    def cube(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of the cube, (3,) mm each."""
+        half, bottom = self.cube_half_side_mm, self.cube_bottom_mm
+        return np.array([-half, -half, bottom]), np.array([half, half, bottom + 2 * half])
+
+    def envelope(self, z: float) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of the outline rectangle at a height, (3,) mm each."""
+        centre, half = np.array([*self.envelope_centre_mm, z]), np.array([*self.envelope_mm, 0.0]) / 2
+        return centre - half, centre + half
+
+
+def write_views(
+    assembly: Assembly,
+    meshes: Meshes,
+    directory: Path,
+    stage: Stage,
+    pose: np.ndarray | None = None,
+    *,
+    occlusion: bool = False,
+) -> list[Path]:
+    """Draws all pictures.
+
+    Args:
+        assembly: The machine.
+        meshes: Part number -> mesh in mm.
+        directory: Folder to write into, made if missing.
+        stage: Outline and cube.
+        pose: (3,) handle position in mm; the home position if not given.
+        occlusion: Shade corners and gaps of the isometric view and the drive; without a graphics card that doubles
+            the time.
+
+    Returns:
+        The files, named after `VIEWS`.
+
+    Raises:
+        PictureError: There is no OpenGL.
+        UnreachableError: The pose, or the cube's bottom or top centre, cannot be reached.
+    """
+    at = np.asarray(assembly.home_mm if pose is None else pose, dtype=float)
+    directory.mkdir(parents=True, exist_ok=True)
+    studio = _Studio(assembly, meshes, stage, at, occlusion)
+    try:
+        with ThreadPoolExecutor(1) as encoder:  # encodes one picture while the next is drawn
+            files = {view: encoder.submit(png_bytes, studio.draw(view)) for view in VIEWS}
+    finally:
+        studio.window.Finalize()
+    paths = [directory / f"{view}.png" for view in VIEWS]
+    for view, path in zip(VIEWS, paths, strict=True):
+        path.write_bytes(files[view].result())
+    return paths
+
+
+class _Studio:
+    """One window, one set of display data, one scene a pose."""
+
+    def __init__(self, assembly: Assembly, meshes: Meshes, stage: Stage, at: np.ndarray, occlusion: bool) -> None:
+        self.assembly, self.stage, self.at, self.occlusion = assembly, stage, at, occlusion
+        self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
+        self.window.SetNumberOfLayers(2)
+        self.shapes = {part.number: PartShape(meshes[part.number], part.material.colour) for part in assembly.parts}
+        self.scene = PartScene(self._placed(at, assembly.occurrences))
+        self.bounds = self.scene.bounds_mm()
+        self.cube = frame_actor(box_edges(*stage.cube()), CUBE_COLOUR, 1.6)
+        self.envelope = frame_actor(box_edges(*stage.envelope(self.bounds[0, 2])), ENVELOPE_COLOUR, 1.6)
+
+    def _placed(self, p_mm: np.ndarray, occurrences: Sequence[Occurrence]) -> list[Placed]:
+        """Display data and base frame of occurrences at a handle position."""
+        poses = self.assembly.poses(p_mm)
+        return [(self.shapes[o.part.number], poses[o.name]) for o in occurrences]
+
+    def draw(self, view: str) -> np.ndarray:
+        """Pixels of one picture."""
+        layers: list[tuple[Any, Any]] = getattr(self, f"_{view}")()
+        for renderer, overlay in layers:
+            self.window.AddRenderer(renderer)
+            self.window.AddRenderer(overlay)
+        pixels = photograph(self.window)
+        for renderer, overlay in layers:
+            renderer.SetPass(None)
+            renderer.RemoveActor(self.cube)
+            renderer.RemoveActor(self.envelope)
+            self.window.RemoveRenderer(renderer)
+            self.window.RemoveRenderer(overlay)
+        return pixels
+
+    def _sheet(self, towards: np.ndarray, points: np.ndarray, room: float, frames: list[Any]) -> Sheet:
+        for frame in frames:
+            self.scene.renderer.AddActor(frame)
+        sheet = Sheet(self.scene.renderer, towards, SIZE, points, room=room)
+        self.scene.draw_edges(sheet.towards)
+        return sheet
+
+    def _where(self) -> str:
+        x, y, z = self.at
+        return f"platform centre at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+
+    def _corners(self) -> np.ndarray:
+        """Points that every overall view must show."""
+        return np.concatenate([_box(*self.bounds), _box(*self.stage.cube())])
+
+    def _iso(self) -> list[tuple[Any, Any]]:
+        points = np.concatenate(
+            [self.scene.points_mm(), _box(*self.stage.cube()), _box(*self.stage.envelope(self.bounds[0, 2]))]
+        )
+        sheet = self._sheet(ISO, points, 0.0, [self.cube, self.envelope])
+        if self.occlusion:
+            self.scene.occlude()
+        width, depth = self.stage.envelope_mm
+        side = 2 * self.stage.cube_half_side_mm
+        sheet.caption(
+            self.assembly.name,
+            f"{self._where()}; blue: cube workspace {side:g} mm; red: outline {width:g} x {depth:g} mm",
+        )
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _front(self) -> list[tuple[Any, Any]]:
+        return self._elevation(FRONT, "front view", 0)
+
+    def _side(self) -> list[tuple[Any, Any]]:
+        return self._elevation(SIDE, "side view", 1)
+
+    def _elevation(self, towards: np.ndarray, title: str, axis: int) -> list[tuple[Any, Any]]:
+        """A view along the ground: overall width and height, the cube's side and height."""
+        sheet = self._sheet(towards, self._corners(), 95.0, [self.cube])
+        (left, bottom), (right, top) = sheet.flat(self.bounds[0]), sheet.flat(self.bounds[1])
+        sheet.dimension((left, bottom), (right, bottom), f"{right - left:.1f}", rows=-1, upright=False)
+        sheet.dimension((left, bottom), (left, top), f"{top - bottom:.1f}", rows=-1.4, upright=True)
+        low, high = (sheet.flat(corner) for corner in self.stage.cube())
+        edge = max(right, high[0])
+        side, floor = high[1] - low[1], low[1]
+        sheet.dimension((edge, floor), (edge, floor + side), f"{side:g}", rows=1, upright=True)
+        sheet.dimension((edge, 0.0), (edge, floor), f"{floor:g}", rows=1, upright=True)
+        sheet.centre_line(left - 6.0, edge + 6.0, 0.0)
+        crown = max(top, high[1])
+        sheet.dimension((low[0], crown), (high[0], crown), f"cube {side:g}", rows=0.8, upright=False)
+        letter = "xy"[axis]
+        sheet.caption(
+            f"{self.assembly.name}, {title}",
+            f"{self._where()}; {letter} to the right, z up; chain line: plane of the shoulder axes",
+        )
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _top(self) -> list[tuple[Any, Any]]:
+        low, high = self.stage.envelope(self.bounds[0, 2])
+        points = np.concatenate([_box(*self.bounds), _box(low, high)])
+        sheet = self._sheet(TOP, points, 80.0, [self.envelope])
+        (left, bottom), (right, top) = sheet.flat(low), sheet.flat(high)
+        sheet.dimension((left, bottom), (right, bottom), f"outline {right - left:g}", rows=-1, upright=False)
+        sheet.dimension((left, bottom), (left, top), f"outline {top - bottom:g}", rows=-1, upright=True)
+        (west, south), (east, north) = sheet.flat(self.bounds[0]), sheet.flat(self.bounds[1])
+        sheet.dimension(
+            (west, north), (east, north), f"{east - west:.1f}", rows=1 + _rows(sheet, top - north), upright=False
+        )
+        sheet.dimension(
+            (east, south), (east, north), f"{north - south:.1f}", rows=1 + _rows(sheet, right - east), upright=True
+        )
+        sheet.caption(f"{self.assembly.name}, top view", f"{self._where()}; x to the right, y up; red: outline allowed")
+        return [(self.scene.renderer, sheet.finish())]
+
+    def _drive(self) -> list[tuple[Any, Any]]:
+        return self._alone(DRIVE, self._chain(), "drive of chain 0", self._where())
+
+    def _exploded(self) -> list[tuple[Any, Any]]:
+        """The drive pulled apart along the shoulder axis, the base frame's y for chain 0."""
+        pulled = []
+        for shape, frame in self._chain():
+            apart = frame.copy()
+            apart[1, 3] += PULL * placed_points(shape, frame)[:, 1].mean()
+            pulled.append((shape, apart))
+        return self._alone(EXPLODED, pulled, "drive of chain 0, exploded", "pulled apart along the shoulder axis")
+
+    def _alone(self, towards: np.ndarray, placed: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
+        """Some of the parts, filling the sheet."""
+        scene = PartScene(placed)
+        sheet = Sheet(scene.renderer, towards, SIZE, scene.points_mm(), room=10.0)
+        scene.draw_edges(sheet.towards)
+        if self.occlusion:
+            scene.occlude()
+        sheet.caption(f"{self.assembly.name}, {title}", subtitle)
+        return [(scene.renderer, sheet.finish())]
+
+    def _chain(self) -> list[Placed]:
+        """Chain 0 without its rods, and of the base only what hangs together with it."""
+        links = ("base", "upper_arm_0", "pinion_0")
+        chain = [o for o in self.assembly.occurrences if o.link in links and chain_of(o.name) == 0]
+        placed = self._placed(self.at, chain)
+        boxes = np.array([[p.min(axis=0), p.max(axis=0)] for p in (placed_points(*one) for one in placed)])
+        joined = np.array([o.link != "base" for o in chain])
+        touching = (boxes[:, None, 0] <= boxes[None, :, 1] + NEAR_MM).all(axis=2)
+        touching &= touching.T
+        for _ in chain:
+            joined = joined | (touching & joined).any(axis=1)
+        return [one for one, keep in zip(placed, joined, strict=True) if keep]
+
+    def _poses(self) -> list[tuple[Any, Any]]:
+        low, high = self.stage.cube()
+        half = (SIZE[0] // 2, SIZE[1])
+        heights = {"lowest": float(low[2]), "highest": float(high[2])}
+        everything = self.assembly.occurrences
+        scenes = {word: PartScene(self._placed(np.array([0.0, 0.0, z]), everything)) for word, z in heights.items()}
+        points = np.concatenate([_box(*scene.bounds_mm()) for scene in scenes.values()] + [_box(low, high)])
+        layers = []
+        for column, (word, scene) in enumerate(scenes.items()):
+            scene.renderer.SetViewport((0.5 * column, 0.0, 0.5 * column + 0.5, 1.0))
+            scene.renderer.AddActor(self.cube)
+            sheet = Sheet(scene.renderer, FRONT, half, points, room=10.0)
+            scene.draw_edges(sheet.towards)
+            sheet.caption(f"{word} position", f"platform centre at (0, 0, {heights[word]:.1f}) mm, same scale")
+            layers.append((scene.renderer, sheet.finish()))
+        return layers
+
+
+def chain_of(name: str) -> int | None:
+    """Chain of an occurrence, the first number that stands alone in its name; None for what belongs to no chain."""
+    match = re.search(r"_(\d)(?=_|$)", name)
+    return int(match[1]) if match else None
+
+
+def _box(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(8, 3) corners of an upright box."""
+    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+
+def _rows(sheet: Sheet, distance_mm: float) -> float:
+    """A distance on the sheet as steps of dimension lines, to clear what lies between; never negative."""
+    from delta_cad.export.views.sheet import DIMENSION_PIXELS
+
+    return max(0.0, distance_mm / (DIMENSION_PIXELS * sheet.mm_per_pixel))

@@ -1,0 +1,113 @@
+"""One tick of the controller: angles in, torques out; compiled, without allocation.
+
+The order is fixed: pose from the angles; the supervisor judges what was read; joint rates, and the handle's velocity by
+`v = J theta_dot`; the force of all laws; `torque = J^T F`, scaled as a whole where the joints cannot give it beside
+gravity; the supervisor lets pass what is safe. The same tick drives the simulation and a device in Python, and is what
+the C controller is held against. Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from haptics.control.filters import Estimator, fresh_memory, velocity
+from haptics.control.pose import HOLDING, POSITION, RATES, ROWS, Model, pose
+from haptics.control.saturation import saturate
+from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.memory import reset_memory
+from haptics.control.supervisor.supervisor import check, limit
+from haptics.rendering.kernel import total_force
+
+VELOCITY, FORCE, RENDERED, CEILING = ROWS, ROWS + 1, ROWS + 2, ROWS + 3
+"""Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), its torque as far as it fits
+(N m), limit of each joint (N m)."""
+WORK = (ROWS + 5, 3)
+FACTOR = (ROWS + 4, 0)
+"""Where the share of the wanted force that the joints could give is left, 0 to 1."""
+
+
+class Controller(NamedTuple):
+    """What does not change while the controller runs.
+
+    Attributes:
+        model: The device as the controller knows it.
+        estimator: Of the joint rates.
+        limits: Of the supervisor.
+        force: Largest force on the handle, N; what laws ask beyond is scaled down in its direction. May be infinite.
+    """
+
+    model: Model
+    estimator: Estimator
+    limits: Limits
+    force: float
+
+
+class Memory(NamedTuple):
+    """What the controller remembers, changed in place.
+
+    Attributes:
+        filters: (3, n) of the estimator.
+        supervisor: (m,) of the supervisor.
+        work: WORK, the last tick's figures.
+    """
+
+    filters: np.ndarray
+    supervisor: np.ndarray
+    work: np.ndarray
+
+
+def fresh(controller: Controller) -> Memory:
+    """The memory of a controller that has just been switched on, disabled.
+
+    Args:
+        controller: The controller.
+
+    Returns:
+        The memory.
+    """
+    return Memory(fresh_memory(controller.estimator), reset_memory(controller.limits), np.zeros(WORK))
+
+
+@njit(cache=True, error_model="numpy")
+def tick(controller, memory, laws, now, theta, out):
+    """One period.
+
+    Args:
+        controller: `Controller`.
+        memory: `Memory`, moved on in place.
+        laws: (n, COLUMNS) table of force laws.
+        now: Time of the reading, s.
+        theta: (3,) shoulder angles as read, rad.
+        out: (3,) filled with the torques, N m.
+
+    Returns:
+        The supervisor's bits.
+    """
+    known, work = controller.model, memory.work
+    reach, volume = pose(known, theta, work)
+    check(controller.limits, memory.supervisor, now, theta, work[POSITION], reach, volume)
+    vx = vy = vz = 0.0
+    for i in range(3):
+        rate = velocity(controller.estimator, memory.filters[i], theta[i])
+        work[RATES, i] = rate
+        vx += work[i, 0] * rate
+        vy += work[i, 1] * rate
+        vz += work[i, 2] * rate
+    work[VELOCITY, 0], work[VELOCITY, 1], work[VELOCITY, 2] = vx, vy, vz
+    fx, fy, fz = total_force(laws, work[POSITION, 0], work[POSITION, 1], work[POSITION, 2], vx, vy, vz)
+    wanted = math.sqrt(fx * fx + fy * fy + fz * fz)
+    if wanted > controller.force:
+        scale = controller.force / wanted
+        fx, fy, fz = scale * fx, scale * fy, scale * fz
+    work[FORCE, 0], work[FORCE, 1], work[FORCE, 2] = fx, fy, fz
+    for i in range(3):
+        work[CEILING, i] = controller.limits.torque
+        work[RENDERED, i] = work[i, 0] * fx + work[i, 1] * fy + work[i, 2] * fz
+    work[FACTOR] = saturate(work[HOLDING], work[RENDERED], work[CEILING], out)
+    for i in range(3):
+        work[RENDERED, i] *= work[FACTOR]
+    return limit(controller.limits, memory.supervisor, work[RENDERED], work[HOLDING], out)

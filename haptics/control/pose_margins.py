@@ -1,0 +1,25 @@
+"""How far a pose is from both kinds of singularity, compiled; importing this module loads numba."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from haptics.model.plant import chain
+
+
+@njit(cache=True, error_model="numpy")
+def pose_margins(par, p):
+    """The distances to both kinds of singularity.
+
+    Args:
+        par: Any record with `radius_difference`, `upper_arm_length` and `forearm_length`, such as `plant.Plant`.
+        p: (3,) position, m.
+
+    Returns:
+        Smallest w of the three chains (m), and det S / L_B^3; NaN where a chain cannot be closed.
+    """
+    _, _, _, _, w0, ax, ay, az = chain(par, 0, p[0], p[1], p[2])
+    _, _, _, _, w1, bx, by, bz = chain(par, 1, p[0], p[1], p[2])
+    _, _, _, _, w2, cx, cy, cz = chain(par, 2, p[0], p[1], p[2])
+    det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return min(w0, w1, w2) + 0.0 * (w0 + w1 + w2), det / par.forearm_length**3

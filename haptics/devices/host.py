@@ -1,0 +1,229 @@
+"""The host: the compiled controller as what `device.run` calls at each tick, and what an operator may do meanwhile.
+
+What a device tells of itself (its watchdog, its emergency stop) reaches the supervisor at every tick, beside the host's
+own emergency stop; a device that does not answer any more is the supervisor's DEVICE_LOST. Importing this module loads
+numba.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from haptics.control.controller import Controller, Memory, fresh, tick
+from haptics.control.filters import fresh_memory
+from haptics.control.supervisor.faults import EXTERNAL, Fault
+from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDERED, SIGNALS, STARTED
+from haptics.control.supervisor.safety import Supervisor
+from haptics.devices.device import Device, DeviceLostError, Sample, run
+from haptics.devices.recording import Recorder, Recording
+from haptics.rendering.kernel import GAIN, fade
+from haptics.rendering.laws import law_table
+
+SAME_PERIOD = 1e-6
+"""Relative difference of two periods that are the same: less than the error of any quartz."""
+
+
+@runtime_checkable
+class Guarded(Protocol):
+    """A device with a watchdog of its own, which cuts the torque until it is told to end that."""
+
+    def reset_watchdog(self) -> None:
+        """The next write ends what the watchdog began."""
+        ...
+
+
+class Host:
+    """A controller at work: call it with a `Sample` to get torques, or let `drive` do that.
+
+    The supervisor begins disabled; `enable` asks for force. Buttons (`enable`, `disable`, `reset`, `emergency_stop`,
+    `heard`) only leave a mark for the next tick and may be pressed in another thread; `change` belongs to the thread of
+    the ticks, where `drive` calls `until`.
+
+    Args:
+        controller: Of the device.
+        laws: Rows of force laws, as `rows.law_table` takes them.
+
+    Attributes:
+        controller: As given.
+        supervisor: Of the controller: `state`, `latched`, `present`.
+        memory: Of the controller; its supervisor's part is that of `supervisor`.
+        bits: What the supervisor found at the last tick and what is latched; `faults.described` has the words.
+
+    Raises:
+        LawError: The laws are refused.
+        ValueError: The controller's limits contradict each other.
+    """
+
+    def __init__(self, controller: Controller, laws: ArrayLike) -> None:
+        self.controller, self.supervisor = controller, Supervisor(controller.limits)
+        self.memory: Memory = fresh(controller)._replace(supervisor=self.supervisor.memory)
+        self.bits = 0
+        self._laws = law_table(laws)
+        self._gains, self._step = self._laws[:, GAIN].copy(), 1.0
+        self._stopped, self._lost = False, False
+        self._device: Device | None = None
+        self._last: Sample | None = None
+        self._torques = np.zeros(3)
+        # compiled before a device waits for it
+        tick(controller, fresh(controller), self._laws, 0.0, np.zeros(3), self._torques)
+
+    @property
+    def laws(self) -> np.ndarray:
+        """(n, COLUMNS) rows that act now, those that fade included; a copy."""
+        return self._laws.copy()
+
+    def __call__(self, sample: Sample) -> np.ndarray:
+        """One tick.
+
+        Args:
+            sample: What the device has read.
+
+        Returns:
+            (3,) torques for the device, N m: finite and within the limits, whatever was read.
+
+        Raises:
+            ValueError: The sample has not three angles.
+        """
+        if np.shape(sample.angles) != (3,):
+            raise ValueError(f"a sample has angles of the shape {np.shape(sample.angles)}; it must be (3,)")
+        self._lost = False
+        return self._tick(sample)
+
+    def drive(
+        self,
+        device: Device,
+        *,
+        ticks: int | None = None,
+        until: Callable[[Sample], bool] | None = None,
+        recorder: Recorder | None = None,
+    ) -> Recording:
+        """Drives a device as `device.run` does, and tells the supervisor if it is lost.
+
+        Afterwards the device is closed and without torque, and the supervisor disabled, or in FAULT if something has
+        latched; another device may be driven next, and has its own clock and its own angles.
+
+        Args:
+            device: Any.
+            ticks: Their number; None for as many as there are.
+            until: Says after a tick that it was the last; the place for an operator, too.
+            recorder: Where ticks are kept; given, it still has them after an exception.
+
+        Returns:
+            What was read and written.
+
+        Raises:
+            ValueError: The device has another period than the controller, or clips torques that the controller allows,
+                each joint for itself, which would turn the force. It is closed.
+            DeviceLostError: It does not answer; DEVICE_LOST is latched then, if force was enabled.
+            BaseException: See `device.run`.
+        """
+        try:
+            self._require_fit(device)
+        except ValueError:
+            device.close()
+            raise
+        self._device = device
+        try:
+            return run(device, self, ticks=ticks, until=until, recorder=recorder)
+        except DeviceLostError:
+            self._lost = True
+            self._tick_unread()
+            raise
+        finally:
+            self._leave()
+
+    def enable(self) -> None:
+        """Lets force come in from the next tick on, if nothing forbids it; see `supervisor.state` then."""
+        self.supervisor.enable()
+
+    def disable(self) -> None:
+        """Takes all torque away, along its slew, from the next tick on."""
+        self.supervisor.disable()
+
+    def reset(self) -> None:
+        """Clears what is latched, and ends what the device's own watchdog began; `enable` is asked for apart."""
+        if isinstance(self._device, Guarded):
+            self._device.reset_watchdog()
+        self.supervisor.reset()
+
+    def emergency_stop(self, pressed: bool = True) -> None:
+        """The host's own emergency stop; the device's comes with its samples.
+
+        Args:
+            pressed: False when it is released; what it has latched waits for a reset.
+        """
+        self._stopped = pressed
+
+    def heard(self) -> None:
+        """A sign of life of whoever gives the commands; force fades when there is none for `limits.stale`."""
+        self.supervisor.heard()
+
+    def change(self, laws: ArrayLike, seconds: float | None = None) -> None:
+        """Other laws from now on, which is a sign of life too; the old ones fade out while the new ones fade in.
+
+        Args:
+            laws: Rows of force laws, as `rows.law_table` takes them.
+            seconds: Of the fade, s; 0 for at once, None for `limits.fade`.
+
+        Raises:
+            LawError: The laws are refused; the old ones stay.
+            ValueError: The time is negative or not finite; likewise.
+        """
+        seconds = self.controller.limits.fade if seconds is None else seconds
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise ValueError(f"a fade of {seconds!r} s; it must be finite and not negative")
+        table = law_table(laws)
+        gains = table[:, GAIN].copy()
+        self._step = self.controller.limits.period / seconds if seconds > 0.0 else 1.0
+        table[:, GAIN] = 0.0
+        self._gains = np.concatenate([np.zeros(len(self._laws)), gains])
+        self._laws = np.vstack([self._laws, table])
+        self.heard()
+
+    def _tick(self, sample: Sample) -> np.ndarray:
+        mine = self._stopped * Fault.EMERGENCY_STOP.bit | self._lost * Fault.DEVICE_LOST.bit
+        self.supervisor.memory[SIGNALS] = float(sample.flags & EXTERNAL | mine)
+        self._fade()
+        theta = np.array(sample.angles, dtype=float)
+        self.bits = int(tick(self.controller, self.memory, self._laws, sample.time, theta, self._torques))
+        self._last = sample
+        return self._torques.copy()
+
+    def _tick_unread(self) -> None:
+        """A tick without a reading: the last one again, a period later, so that only signals and requests act."""
+        if self._last is not None:
+            self._tick(self._last._replace(time=self._last.time + self.controller.limits.period))
+
+    def _fade(self) -> None:
+        """Moves the gains on, and drops rows that have faded out."""
+        gains = self._laws[:, GAIN]
+        if np.array_equal(gains, self._gains):
+            return
+        for i, target in enumerate(self._gains):
+            gains[i] = fade(gains[i], target, self._step)
+        keep = (gains > 0.0) | (self._gains > 0.0)
+        self._laws, self._gains = np.ascontiguousarray(self._laws[keep]), self._gains[keep]
+
+    def _leave(self) -> None:
+        """The device is without torque, and so is the memory; the next device is not compared with this one."""
+        self.disable()
+        self._tick_unread()
+        memory = self.supervisor.memory
+        memory[[STARTED, KNOWN, PLACED]] = 0.0
+        for row in (RENDERED, GRAVITY, OUT):
+            memory[row : row + 3] = 0.0
+        self.memory.filters[:] = fresh_memory(self.controller.estimator)
+        self._device = self._last = None
+
+    def _require_fit(self, device: Device) -> None:
+        limits = self.controller.limits
+        period, torque = getattr(device, "period", limits.period), getattr(device, "torque_limit", limits.torque)
+        if not math.isclose(period, limits.period, rel_tol=SAME_PERIOD):
+            raise ValueError(f"the device has a period of {period:g} s, the controller one of {limits.period:g} s")
+        if torque < limits.torque:
+            raise ValueError(f"the device clips at {torque:g} N m, the controller allows {limits.torque:g} N m a joint")

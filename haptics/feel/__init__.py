@@ -1,0 +1,1 @@
+"""The feel sheet: figures over the cube and how they compare."""

@@ -1,0 +1,191 @@
+"""What the handle feels like at positions: mass, friction, resolution, force, gravity; arrays over positions.
+
+With `torque = J^T force`, `v = J theta_dot` and G the inverse Jacobian, rows G_i, joint rates of a motion n are
+`G n`, and a torque of joint i is the force G_i at the handle. From that, exactly:
+
+- Effective mass along n with the other directions free `1 / (n . M^-1 n)`: between the eigenvalues of M.
+- Friction c of each joint against a steady motion along n: `c sum |G_i . n|`. It is largest along one of the four
+  `sum +-G_i`, and smallest where only one joint turns, along a column of J: `c min 1 / |J_i|`.
+- Forces that torques within +-l give beside gravity's h_i: those with `-l - h_i <= J_i . F <= l - h_i`, a
+  parallelepiped. The ball about 0 in it has the radius of the nearest face, `min (l - |h_i|) / |J_i|`; its corners are
+  `G^T (+-l - h)`, and the farthest is the most that any direction gets.
+- A step of one encoder moves the handle by `count |J_i|`; one of a torque changes the force by `step |G_i|`.
+
+Source:
+    [RCIM2018] eqs. (8)-(12) for J^T; the others follow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from delta_cad.mechanism import inverse_jacobian, inverse_kinematics, jacobian
+from haptics.gravity import arm_directions, gravity_torque
+
+if TYPE_CHECKING:
+    from delta_cad.mechanism import DeltaGeometry
+    from haptics.model.machine import Machine
+    from haptics.model.masses import Masses
+
+SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
+"""(8, 3) corners of a cube of torques; the first four are enough where n and -n are the same."""
+COMMAND_STEPS = 2**12
+"""Steps of a current command from minus to plus the peak, assumed: 12 bits, the coarsest in use. The driver is no part
+of the design."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What the joints do, N m at the joint unless said.
+
+    Attributes:
+        continuous: Torque for ever, as far as the controller allows it.
+        peak: For a moment, likewise.
+        motor: For a moment, as far as the motor goes; no controller of this project asks for more than `peak`.
+        coulomb: Friction.
+        count: Of the encoder, rad.
+        step: Of the torque command.
+    """
+
+    continuous: float
+    peak: float
+    motor: float
+    coulomb: float
+    count: float
+    step: float
+
+
+@dataclass(frozen=True)
+class FeelField:
+    """Figures at positions; each (...) unless said.
+
+    Attributes:
+        position: (..., 3) m.
+        mass_min: Smallest effective mass of all directions, kg.
+        mass_max: Largest, kg.
+        mass_axes: (..., 3) along x, y, z with the others free, kg.
+        friction_min: Coulomb friction at the handle in the best direction of motion, N; also the smallest force that
+            moves a handle at rest.
+        friction_max: In the worst, N.
+        position_step: Handle's way for one count of the encoder that moves it most, m.
+        force_step: Change of the force for one step of the torque command that changes it most, N.
+        force_continuous: Force that is there in every direction for ever, gravity held, N; negative where the joints
+            cannot even hold that.
+        force_peak: Likewise for a moment, N.
+        force_peak_best: Likewise in the best direction, N.
+        force_motor: In every direction for a moment, if the controller let the motors go to their own limit, N.
+        gravity: Largest torque of a joint that holds the weight, N m.
+    """
+
+    position: np.ndarray
+    mass_min: np.ndarray
+    mass_max: np.ndarray
+    mass_axes: np.ndarray
+    friction_min: np.ndarray
+    friction_max: np.ndarray
+    position_step: np.ndarray
+    force_step: np.ndarray
+    force_continuous: np.ndarray
+    force_peak: np.ndarray
+    force_peak_best: np.ndarray
+    force_motor: np.ndarray
+    gravity: np.ndarray
+
+    def named(self) -> dict[str, np.ndarray]:
+        """Each figure's array by its name, the axes' masses as three."""
+        found = {field.name: getattr(self, field.name) for field in fields(self)}
+        del found["position"]
+        masses = found.pop("mass_axes")
+        return found | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
+
+
+def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
+    """Mass matrix of the platform's coordinates, without a hand; the formula is that of `plant`.
+
+    Args:
+        g: The mechanism.
+        masses: Of the moving bodies.
+        p: (..., 3) platform centre, m.
+
+    Returns:
+        (..., 3, 3) kg.
+    """
+    rates = inverse_jacobian(g, p)
+    _, across = arm_directions(inverse_kinematics(g, p))
+    whole = masses.platform + 3.0 * masses.rod_wrist
+    cross = masses.rod_cross * g.upper_arm_length * np.swapaxes(across, -1, -2) @ rates
+    turning = masses.rod_elbow * g.upper_arm_length**2 + masses.arm_inertia + masses.rotor_inertia
+    own = turning * np.swapaxes(rates, -1, -2) @ rates
+    return whole * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
+
+
+def feel_at(machine: Machine, drive: Drive, p: ArrayLike) -> FeelField:
+    """The figures at positions.
+
+    Args:
+        machine: The device.
+        drive: What its joints do.
+        p: (..., 3) platform centre, m.
+
+    Returns:
+        The figures.
+
+    Raises:
+        UnreachableError: A position cannot be reached.
+        SingularError: The forearms lie in one plane.
+    """
+    g, p = machine.geometry, np.asarray(p, dtype=float)
+    columns = np.swapaxes(jacobian(g, p), -1, -2)  # (..., chain, axis): J_i
+    rows = inverse_jacobian(g, p)  # (..., chain, axis): G_i
+    reach, lever = np.linalg.norm(columns, axis=-1), np.linalg.norm(rows, axis=-1)
+    mass = mass_matrix(g, machine.masses, p)
+    eigenvalues = np.linalg.eigvalsh(mass)
+    gravity = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
+    corners = drive.peak * SIGNS - gravity[..., None, :]  # (..., 8, chain)
+    return FeelField(
+        position=p,
+        mass_min=eigenvalues[..., 0],
+        mass_max=eigenvalues[..., 2],
+        mass_axes=1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1),
+        friction_min=drive.coulomb / reach.max(axis=-1),
+        friction_max=worst_friction(rows, drive.coulomb),
+        position_step=drive.count * reach.max(axis=-1),
+        force_step=drive.step * lever.max(axis=-1),
+        force_continuous=inscribed_ball(columns, gravity, drive.continuous),
+        force_peak=inscribed_ball(columns, gravity, drive.peak),
+        force_peak_best=np.linalg.norm(corners @ rows, axis=-1).max(axis=-1),
+        force_motor=inscribed_ball(columns, gravity, drive.motor),
+        gravity=np.abs(gravity).max(axis=-1),
+    )
+
+
+def worst_friction(rows: np.ndarray, coulomb: float) -> np.ndarray:
+    """Friction at the handle against a steady motion in the worst direction: `c max |sum +-G_i|`.
+
+    Args:
+        rows: (..., 3 chains, 3) G_i, rad/m.
+        coulomb: Friction of each joint, N m.
+
+    Returns:
+        (...) N.
+    """
+    return coulomb * np.linalg.norm(SIGNS[:4] @ rows, axis=-1).max(axis=-1)
+
+
+def inscribed_ball(columns: np.ndarray, gravity: np.ndarray, limit: float) -> np.ndarray:
+    """Force that is there in every direction.
+
+    Args:
+        columns: (..., 3 chains, 3) J_i, m/rad.
+        gravity: (..., 3 chains) torque that holds the weight, N m.
+        limit: Of each joint, N m.
+
+    Returns:
+        (...) N; negative where a joint cannot hold the weight.
+    """
+    return ((limit - np.abs(gravity)) / np.linalg.norm(columns, axis=-1)).min(axis=-1)

@@ -1,0 +1,1 @@
+"""The device: its masses, motors, equations of motion, and who holds it."""

@@ -1,0 +1,68 @@
+"""One device to be driven: its design file and the masses that the build found for it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from delta_cad.design import Design, design_hash, load_design
+from delta_cad.drive import DriveReport, drive_torque
+from delta_cad.mechanism import DeltaGeometry
+from haptics.model.masses import MassError, Masses, load_masses
+
+FILE = "mass_properties.json"
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A design with its masses.
+
+    Attributes:
+        design: The design.
+        masses: Of the moving bodies, rotor and pinion included.
+        drive: What the drive gives at the joint.
+    """
+
+    design: Design
+    masses: Masses
+    drive: DriveReport
+
+    @property
+    def geometry(self) -> DeltaGeometry:
+        """The mechanism's lengths in metres."""
+        return self.design.geometry
+
+
+def load_machine(design_file: Path, masses_file: Path | None = None) -> Machine:
+    """Reads a device.
+
+    Args:
+        design_file: Design file, `delta-design/1`.
+        masses_file: `mass_properties.json` of its build; None for `out/<name>/mass_properties.json`.
+
+    Returns:
+        The device.
+
+    Raises:
+        DesignError: The design file is refused.
+        MassError: The masses are refused, missing, or of a build of another design.
+    """
+    design = load_design(design_file)
+    path = masses_file if masses_file is not None else Path("out") / design.name / FILE
+    if masses_file is None and not path.exists():
+        raise MassError(f"{path}: is missing; run `python -m delta_cad build --design {design_file}` or give --masses")
+    _require_same_design(path, design)
+    drive = drive_torque(design)
+    return Machine(design, load_masses(path, design.geometry.forearm_length, drive), drive)
+
+
+def _require_same_design(path: Path, design: Design) -> None:
+    """Refuses masses that say that they were built from another design; a file that does not say is the user's word."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return  # `load_masses` says what is wrong with it
+    built_from = data.get("input_sha256") if isinstance(data, dict) else None
+    if built_from is not None and built_from != design_hash(design):
+        raise MassError(f"{path}: was built from another design than {design.name}; build it again")

@@ -1,0 +1,355 @@
+"""The device as a machine: its state, exact equations of motion, friction, motors, and a hand; compiled.
+
+Coordinates are the platform's position p and velocity v. With `theta_dot_i = G_i . v` (G the inverse Jacobian),
+elbow velocity `u_i = L_A theta_dot_i e_i` and its acceleration `L_A (e_i theta_ddot_i - x_i theta_dot_i^2)`, the
+forearm of constant length asks `s_i . (v - u_i) = 0`, and once more differentiated
+`theta_ddot_i = G_i . a + h_i`, `h_i = (|v - u_i|^2 + L_A theta_dot_i^2 s_i . x_i) / (L_A w_i)`. Virtual work over
+`d theta_i = G_i . dp` then gives `M(p) a + c(p, v) = gravity + G^T torque + force` with
+
+    M = (m + 3 m_vv) 1 + sum m_uv L_A (e G^T + G e^T) + (m_uu L_A^2 + I) G G^T
+    c = sum m_uv L_A (e h - x theta_dot^2) + (m_uu L_A^2 + I) h G
+
+and the names of `masses`. Friction of a joint is a bristle in series with a slider (Prandtl, Jenkin): its deflection b
+follows the turn, `db = d theta / presliding`, until it slips at -1 or 1; torque `-coulomb b - viscous theta_dot -
+bristle_damping (1 - b^2) theta_dot`: the last is what metal, cable and grease take while they bend. It sticks without
+creeping or ringing on, slips, and is passive. b depends on the path alone, so a step takes it in closed form and no
+stiffness is left to the integrator. Importing this module loads numba.
+
+Source:
+    The rods' exact energy in place of the half masses of [RCIM2018]; friction that does not creep under vibration, as
+    P. Dupont et al., "Single state elastoplastic friction models", IEEE Trans. Automatic Control 47 (2002), ask of one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from delta_cad.mechanism.geometry import DeltaGeometry
+from haptics.model.masses import Masses
+
+POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+"""Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
+STATES = 12
+_ROOT_3_4 = float(np.sqrt(3.0) / 2.0)  # the same double as in `mechanism.geometry.RADIAL`
+
+
+class Plant(NamedTuple):
+    """All parameters of the machine, SI; plain floats, so that compiled code takes it as it is.
+
+    Attributes:
+        radius_difference: R - r, m.
+        upper_arm_length: L_A, m.
+        forearm_length: L_B, m.
+        platform: Mass of the platform with what is rigidly held to it, kg.
+        arm_along: First moment of an upper arm along itself, kg m.
+        arm_across: First moment along the elbow's motion, kg m.
+        joint_inertia: Upper arm, rotor and pinion about the shoulder, kg m^2.
+        rod_elbow: m_uu of a chain's rods, kg.
+        rod_cross: m_uv, kg.
+        rod_wrist: m_vv, kg.
+        gravity_x: Acceleration of gravity in the base frame, m/s^2.
+        gravity_y: Likewise.
+        gravity_z: Likewise.
+        coulomb: Friction torque of a joint that slips, N m.
+        viscous: N m s/rad.
+        presliding: Turn by which the bristle bends before it slips, rad.
+        bristle_damping: Of a bristle that is not bent, N m s/rad; none where it slips.
+        current_lag: Time constant of the current loop, s; 0 for none.
+    """
+
+    radius_difference: float
+    upper_arm_length: float
+    forearm_length: float
+    platform: float
+    arm_along: float
+    arm_across: float
+    joint_inertia: float
+    rod_elbow: float
+    rod_cross: float
+    rod_wrist: float
+    gravity_x: float
+    gravity_y: float
+    gravity_z: float
+    coulomb: float
+    viscous: float
+    presliding: float
+    bristle_damping: float
+    current_lag: float
+
+
+class Hand(NamedTuple):
+    """A hand that holds the handle: a mass on the platform, and a spring and damper to where the person wants it.
+
+    Attributes:
+        mass: kg.
+        damping: N s/m.
+        stiffness: N/m.
+    """
+
+    mass: float
+    damping: float
+    stiffness: float
+
+
+FREE = Hand(0.0, 0.0, 0.0)
+"""No hand."""
+
+
+def plant(
+    geometry: DeltaGeometry,
+    masses: Masses,
+    gravity_vector: tuple[float, float, float] = (0.0, 0.0, -9.81),
+    *,
+    coulomb: float = 0.0,
+    viscous: float = 0.0,
+    presliding: float = 1e-3,
+    bristle_damping: float = 0.0,
+    current_lag: float = 0.0,
+) -> Plant:
+    """The parameters of a machine.
+
+    Args:
+        geometry: The mechanism.
+        masses: Of the moving bodies.
+        gravity_vector: (3,) in the base frame, m/s^2.
+        coulomb: N m at a joint.
+        viscous: N m s/rad at a joint.
+        presliding: rad, positive.
+        bristle_damping: N m s/rad.
+        current_lag: s.
+
+    Returns:
+        The plant.
+
+    Raises:
+        ValueError: A figure is not finite, one is negative, or `presliding` is not positive.
+    """
+    none_negative = {"coulomb": coulomb, "viscous": viscous, "bristle_damping": bristle_damping}
+    for name, value in (none_negative | {"current_lag": current_lag}).items():
+        if not (math.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{name} is {value!r}; it must be finite and not negative")
+    if not (math.isfinite(presliding) and presliding > 0.0):
+        raise ValueError(f"presliding is {presliding!r} rad; it must be finite and positive")
+    gx, gy, gz = (float(g) for g in gravity_vector)
+    return Plant(
+        radius_difference=geometry.radius_difference,
+        upper_arm_length=geometry.upper_arm_length,
+        forearm_length=geometry.forearm_length,
+        platform=masses.platform,
+        arm_along=masses.arm_along,
+        arm_across=masses.arm_across,
+        joint_inertia=masses.arm_inertia + masses.rotor_inertia,
+        rod_elbow=masses.rod_elbow,
+        rod_cross=masses.rod_cross,
+        rod_wrist=masses.rod_wrist,
+        gravity_x=gx,
+        gravity_y=gy,
+        gravity_z=gz,
+        coulomb=float(coulomb),
+        viscous=float(viscous),
+        presliding=float(presliding),
+        bristle_damping=float(bristle_damping),
+        current_lag=float(current_lag),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def chain(par, i, x, y, z):
+    """One chain at a position.
+
+    Returns:
+        Cosine and sine of the azimuth, cosine and sine of the shoulder angle, w (m), and the forearm s (m) in the base
+        frame: 8 floats; NaN where the chain cannot be closed.
+    """
+    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, _ROOT_3_4) if i == 1 else (-0.5, -_ROOT_3_4))
+    q, t = ca * x + sa * y - par.radius_difference, ca * y - sa * x
+    la, lb = par.upper_arm_length, par.forearm_length
+    rho2 = q * q + z * z
+    m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
+    w = math.sqrt(rho2 - m * m)
+    cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
+    radial, up = q - la * cos, z - la * sin
+    return ca, sa, cos, sin, w, ca * radial - sa * t, sa * radial + ca * t, up
+
+
+@njit(cache=True, error_model="numpy")
+def motion(par, hand_mass, state, out):
+    """Mass matrix, bias and joint rates at a state.
+
+    Args:
+        par: The plant.
+        hand_mass: kg, moves with the platform.
+        state: (STATES,) state.
+        out: (6, 3) filled: rows 0-2 G, the inverse Jacobian (rad/m); row 3 theta_dot (rad/s); row 4 gravity less c (N);
+            row 5 shoulder angles (rad).
+
+    Returns:
+        The mass matrix, kg: m11, m22, m33, m12, m13, m23.
+    """
+    x, y, z, vx, vy, vz = state[0], state[1], state[2], state[3], state[4], state[5]
+    la = par.upper_arm_length
+    whole = par.platform + hand_mass + 3.0 * par.rod_wrist
+    turning = par.rod_elbow * la * la + par.joint_inertia
+    cross = par.rod_cross * la
+    hanging = par.platform + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
+    moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
+    m11 = m22 = m33 = whole
+    m12 = m13 = m23 = 0.0
+    fx, fy, fz = hanging * par.gravity_x, hanging * par.gravity_y, hanging * par.gravity_z
+    for i in range(3):
+        ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, x, y, z)
+        ax, ay, az = ca * cos, sa * cos, sin
+        ex, ey, ez = -ca * sin, -sa * sin, cos
+        arm = 1.0 / (la * w)
+        gx, gy, gz = sx * arm, sy * arm, sz * arm
+        rate = gx * vx + gy * vy + gz * vz
+        speed = la * rate
+        dx, dy, dz = vx - speed * ex, vy - speed * ey, vz - speed * ez
+        h = (dx * dx + dy * dy + dz * dz + la * rate * rate * (sx * ax + sy * ay + sz * az)) * arm
+        m11 += 2.0 * cross * ex * gx + turning * gx * gx
+        m22 += 2.0 * cross * ey * gy + turning * gy * gy
+        m33 += 2.0 * cross * ez * gz + turning * gz * gz
+        m12 += cross * (ex * gy + gx * ey) + turning * gx * gy
+        m13 += cross * (ex * gz + gx * ez) + turning * gx * gz
+        m23 += cross * (ey * gz + gy * ez) + turning * gy * gz
+        square = rate * rate
+        pull = moment * (ex * par.gravity_x + ey * par.gravity_y + ez * par.gravity_z)
+        pull -= par.arm_across * (ax * par.gravity_x + ay * par.gravity_y + az * par.gravity_z)
+        pull -= turning * h
+        fx += pull * gx - cross * (ex * h - ax * square)
+        fy += pull * gy - cross * (ey * h - ay * square)
+        fz += pull * gz - cross * (ez * h - az * square)
+        out[i, 0], out[i, 1], out[i, 2] = gx, gy, gz
+        out[3, i] = rate
+        out[5, i] = math.atan2(sin, cos)
+    out[4, 0], out[4, 1], out[4, 2] = fx, fy, fz
+    return m11, m22, m33, m12, m13, m23
+
+
+@njit(cache=True, error_model="numpy")
+def bristle(before, turn, presliding):
+    """Deflection of a bristle after a turn without reversal.
+
+    Args:
+        before: Deflection before it, between -1 and 1.
+        turn: rad.
+        presliding: rad.
+    """
+    return min(max(before + turn / presliding, -1.0), 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def derivative(par, hand, anchor, force, command, state, theta, work, out):
+    """Time derivative of the state.
+
+    Args:
+        par: The plant.
+        hand: The hand.
+        anchor: (3,) where the person wants the handle, m.
+        force: (3,) further force on the handle, N.
+        command: (3,) torque that the motors are asked for, N m.
+        state: (STATES,) state; its bristles are those at the angles `theta`.
+        theta: (3,) shoulder angles at which the step began, rad.
+        work: (6, 3) room; afterwards as `motion` leaves it.
+        out: (STATES,) filled; 0 for the bristles.
+    """
+    m11, m22, m33, m12, m13, m23 = motion(par, hand.mass, state, work)
+    fx, fy, fz = work[4, 0], work[4, 1], work[4, 2]
+    lagging = par.current_lag > 0.0
+    for i in range(3):
+        torque = state[9 + i] if lagging else command[i]
+        out[9 + i] = (command[i] - state[9 + i]) / par.current_lag if lagging else 0.0
+        out[6 + i] = 0.0
+        torque -= par.viscous * work[3, i]
+        if par.coulomb > 0.0:
+            bent = bristle(state[6 + i], work[5, i] - theta[i], par.presliding)
+            torque -= par.coulomb * bent + par.bristle_damping * (1.0 - bent * bent) * work[3, i]
+        fx += torque * work[i, 0]
+        fy += torque * work[i, 1]
+        fz += torque * work[i, 2]
+    fx += force[0] + hand.stiffness * (anchor[0] - state[0]) - hand.damping * state[3]
+    fy += force[1] + hand.stiffness * (anchor[1] - state[1]) - hand.damping * state[4]
+    fz += force[2] + hand.stiffness * (anchor[2] - state[2]) - hand.damping * state[5]
+    # cofactors of the symmetric mass matrix
+    c11, c22, c33 = m22 * m33 - m23 * m23, m11 * m33 - m13 * m13, m11 * m22 - m12 * m12
+    c12, c13, c23 = m13 * m23 - m12 * m33, m12 * m23 - m13 * m22, m12 * m13 - m11 * m23
+    over = 1.0 / (m11 * c11 + m12 * c12 + m13 * c13)
+    out[0], out[1], out[2] = state[3], state[4], state[5]
+    out[3] = (c11 * fx + c12 * fy + c13 * fz) * over
+    out[4] = (c12 * fx + c22 * fy + c23 * fz) * over
+    out[5] = (c13 * fx + c23 * fy + c33 * fz) * over
+
+
+@njit(cache=True, error_model="numpy")
+def angles(par, state, out):
+    """Fills (3,) shoulder angles, rad; NaN where a chain cannot be closed."""
+    for i in range(3):
+        _, _, cos, sin, _, _, _, _ = chain(par, i, state[0], state[1], state[2])
+        out[i] = math.atan2(sin, cos)
+
+
+@njit(cache=True, error_model="numpy")
+def advance(par, hand, anchor, force, command, seconds, steps, state, room):
+    """Moves the state on by equal steps of the classical Runge-Kutta method; command and anchor are held.
+
+    Args:
+        par: The plant.
+        hand: The hand.
+        anchor: (3,) m.
+        force: (3,) N.
+        command: (3,) N m.
+        seconds: Time, s.
+        steps: Number of steps.
+        state: (STATES,) moved on in place.
+        room: (13, STATES) room; row 12 ends with the shoulder angles (rad) in its first three places.
+    """
+    dt = seconds / steps
+    work, theta, after = room[6:12, :3], room[5, :3], room[12, :3]
+    angles(par, state, theta)
+    for _ in range(steps):
+        derivative(par, hand, anchor, force, command, state, theta, work, room[0])
+        for k in range(STATES):
+            room[4, k] = state[k] + 0.5 * dt * room[0, k]
+        derivative(par, hand, anchor, force, command, room[4], theta, work, room[1])
+        for k in range(STATES):
+            room[4, k] = state[k] + 0.5 * dt * room[1, k]
+        derivative(par, hand, anchor, force, command, room[4], theta, work, room[2])
+        for k in range(STATES):
+            room[4, k] = state[k] + dt * room[2, k]
+        derivative(par, hand, anchor, force, command, room[4], theta, work, room[3])
+        for k in range(STATES):
+            state[k] += dt / 6.0 * (room[0, k] + 2.0 * (room[1, k] + room[2, k]) + room[3, k])
+        angles(par, state, after)
+        for i in range(3):
+            state[6 + i] = bristle(state[6 + i], after[i] - theta[i], par.presliding)
+            theta[i] = after[i]
+
+
+@njit(cache=True, error_model="numpy")
+def energy(par, hand_mass, state):
+    """Kinetic and potential energy of the moving bodies, J, without the hand's spring.
+
+    The kinetic energy is summed over the bodies from their velocities, not taken from the mass matrix.
+    """
+    vx, vy, vz = state[3], state[4], state[5]
+    la = par.upper_arm_length
+    v2 = vx * vx + vy * vy + vz * vz
+    kinetic = 0.5 * (par.platform + hand_mass) * v2
+    hanging = par.platform + 3.0 * (par.rod_cross + par.rod_wrist)
+    moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
+    height = par.gravity_x * state[0] + par.gravity_y * state[1] + par.gravity_z * state[2]
+    potential = -hanging * height
+    for i in range(3):
+        ca, sa, cos, sin, w, sx, sy, sz = chain(par, i, state[0], state[1], state[2])
+        rate = (sx * vx + sy * vy + sz * vz) / (la * w)
+        along = ca * cos * par.gravity_x + sa * cos * par.gravity_y + sin * par.gravity_z
+        across = -ca * sin * par.gravity_x - sa * sin * par.gravity_y + cos * par.gravity_z
+        product = la * rate * (cos * vz - sin * (ca * vx + sa * vy))
+        kinetic += 0.5 * par.joint_inertia * rate * rate
+        kinetic += 0.5 * (par.rod_elbow * (la * rate) ** 2 + 2.0 * par.rod_cross * product + par.rod_wrist * v2)
+        potential -= moment * along + par.arm_across * across
+    return kinetic, potential

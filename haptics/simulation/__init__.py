@@ -1,0 +1,1 @@
+"""The sampled loop in time, what is assumed of it, and its series."""

@@ -1,0 +1,142 @@
+"""What is assumed of a device that has not been built: friction, delay, motors, estimator, and the plant they give.
+
+None of these follows from the drawings. Each has a nominal value and, where results depend on it, a range; results that
+matter are given over the range. Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from delta_cad import catalogue
+from haptics.control.controller import Controller
+from haptics.control.filters import Estimator, low_pass
+from haptics.control.pose import model
+from haptics.control.supervisor.limits import safety_limits
+from haptics.model.machine import Machine
+from haptics.model.plant import Plant, plant
+
+IDLE_SHARE = 0.16 / (3.44 - 0.16)
+"""Friction of a motor as a share of its continuous torque: no-load current over what is left of the continuous one, of
+the RE 30 as its row in the catalogue has them. Not known of the others; bearings and cable are inside the range."""
+IDLE_SPEED = 900.0
+"""Speed of the motor at that current, rad/s: a small motor at its rated voltage, about 8600 turns a minute."""
+COULOMB = (0.25, 0.6, 1.0)
+"""Least, nominal and largest share of that friction that does not depend on the speed: brushes, bearings, cable."""
+VISCOUS = (0.0, 0.4, 0.75)
+"""The share that grows with it, likewise; the nominal ones add up to the no-load torque."""
+PRESLIDING = (1e-3, 3e-4, 1e-4)
+"""Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
+the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a light hand
+depends: the softest goes with the least friction, the stiffest with the largest."""
+BRISTLE_RATIO = (0.0, 0.05, 0.2)
+"""Share of critical damping with which a joint rings on an unslipped bristle, least, nominal, largest: none; wire rope
+and grease (a loss factor of 0.1); what friction models in the literature take at most. From memory."""
+DELAY = (0.0, 0.5, 1.0)
+"""From reading to torque in periods: at once, half a period to compute and send, a whole one."""
+CURRENT_LAG = 0.2e-3
+"""Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz."""
+CORNER = 100.0
+"""Of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an eighth of the damping with
+one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise here."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Of one joint; each least, nominal, largest.
+
+    Attributes:
+        coulomb: N m.
+        viscous: N m s/rad.
+        presliding: rad; the least friction is the softest.
+        bristle_damping: N m s/rad.
+    """
+
+    coulomb: tuple[float, float, float]
+    viscous: tuple[float, float, float]
+    presliding: tuple[float, float, float]
+    bristle_damping: tuple[float, float, float]
+
+    def of(self, par: Plant, place: int) -> Plant:
+        """A plant with the friction at one place of the range: 0 least, 1 nominal, 2 largest."""
+        return par._replace(
+            coulomb=self.coulomb[place],
+            viscous=self.viscous[place],
+            presliding=self.presliding[place],
+            bristle_damping=self.bristle_damping[place],
+        )
+
+
+def joint_friction(machine: Machine) -> Friction:
+    """Friction of a joint, from the motor's idle torque through the drive.
+
+    Args:
+        machine: The device.
+
+    Returns:
+        The range.
+    """
+    ratio = machine.drive.ratio
+    idle = IDLE_SHARE * catalogue.motor(machine.design.hardware.motor).nominal_torque_N_m
+    low, middle, high = COULOMB
+    thin, usual, thick = VISCOUS
+    torque, slope = ratio * idle, ratio**2 * idle / IDLE_SPEED
+    coulomb = (low * torque, middle * torque, high * torque)
+    inertia = machine.masses.arm_inertia + machine.masses.rotor_inertia
+    parts = zip(BRISTLE_RATIO, coulomb, PRESLIDING, strict=True)
+    least, nominal, largest = (2.0 * ratio * math.sqrt(c / turn * inertia) for ratio, c, turn in parts)
+    return Friction(coulomb, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
+
+
+def encoder_count(machine: Machine) -> float:
+    """Count of the encoder on the shoulder shaft, rad."""
+    return 2.0 * math.pi / catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
+
+
+def default_estimator(period: float = 1e-3) -> Estimator:
+    """Velocity estimator of the controller: backward difference and a low-pass.
+
+    Args:
+        period: s.
+
+    Returns:
+        The estimator.
+    """
+    return low_pass(period, CORNER)
+
+
+def nominal_plant(machine: Machine) -> Plant:
+    """The true device with nominal friction and motors.
+
+    Args:
+        machine: The device.
+
+    Returns:
+        The plant.
+    """
+    gravity = machine.design.requirements.gravity_m_s2
+    smooth = plant(machine.geometry, machine.masses, gravity, current_lag=CURRENT_LAG)
+    return joint_friction(machine).of(smooth, 1)
+
+
+def default_controller(
+    machine: Machine, period: float = 1e-3, estimator: Estimator | None = None, **limits: float
+) -> Controller:
+    """The controller of a device, its supervisor included.
+
+    Args:
+        machine: The device.
+        period: s.
+        estimator: Of the joint rates; None for `default_estimator`.
+        **limits: Any of `supervisor_limits.Limits`, to replace what follows from the design.
+
+    Returns:
+        The controller.
+
+    Raises:
+        ValueError: A limit is unknown or refused.
+    """
+    known = model(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
+    chosen = estimator if estimator is not None else default_estimator(period)
+    return Controller(known, chosen, safety_limits(machine.design, period=period, **limits), math.inf)

@@ -1,0 +1,196 @@
+"""The sampled loop: plant, encoders, controller, delay, hold, motors and a hand, one tick after the other; compiled.
+
+At each tick the encoders are read (the middle of the angle's count), the controller turns them into torques, and these
+arrive `delay` later and are held until the next ones arrive. Between ticks the plant moves on by equal Runge-Kutta
+steps. Nothing is random but the place of the encoders' counts, which a seed gives: the same seed, the same doubles.
+Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from haptics.control.controller import FORCE, VELOCITY, Controller, Memory, fresh, tick
+from haptics.control.pose import POSITION
+from haptics.control.supervisor.memory import ENABLE, REQUEST
+from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles, energy
+
+SUBSTEPS = 10
+
+
+class Timing(NamedTuple):
+    """Clock of the loop.
+
+    Attributes:
+        period: T, s.
+        substeps: Runge-Kutta steps of the plant in a period.
+        delay: From reading to torque in substeps.
+    """
+
+    period: float
+    substeps: int
+    delay: int
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What happened, one row a tick, taken when the encoders are read.
+
+    Attributes:
+        time: (n,) s.
+        position: (n, 3) true position of the handle, m.
+        velocity: (n, 3) true velocity, m/s.
+        measured: (n, 3) position by the encoders, m.
+        estimated: (n, 3) velocity that the controller believes, m/s.
+        force: (n, 3) force that the laws ask for, N.
+        torque: (n, 3) torque asked of the motors, N m.
+        applied: (n, 3) torque of the motors at the joints, N m.
+        hand: (n, 3) force of the hand on the handle, N.
+        energy: (n,) kinetic and potential energy of the device, J.
+        bits: (n,) the supervisor's findings.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    measured: np.ndarray
+    estimated: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+    applied: np.ndarray
+    hand: np.ndarray
+    energy: np.ndarray
+    bits: np.ndarray
+
+
+def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -> Timing:
+    """A clock.
+
+    Args:
+        period: T, s.
+        delay: s; rounded to a substep.
+        substeps: In a period.
+
+    Returns:
+        The clock.
+
+    Raises:
+        ValueError: The period is not positive, the delay not within 0 to 100 periods, or the substeps not 1 to 10000.
+    """
+    if not (math.isfinite(period) and period > 0.0):
+        raise ValueError(f"period is {period!r} s; it must be finite and positive")
+    if not 1 <= substeps <= 10_000:
+        raise ValueError(f"substeps is {substeps!r}; it must be 1 to 10000")
+    if not 0.0 <= delay <= 100.0 * period:
+        raise ValueError(f"delay is {delay!r} s; it must be 0 to 100 periods")
+    return Timing(float(period), int(substeps), round(delay / period * substeps))
+
+
+def simulate(
+    machine: Plant,
+    controller: Controller,
+    laws: np.ndarray,
+    clock: Timing,
+    start: np.ndarray,
+    *,
+    hand: Hand,
+    anchor: np.ndarray,
+    push: np.ndarray,
+    count: float,
+    seed: int = 0,
+    held: np.ndarray | None = None,
+    memory: Memory | None = None,
+) -> Recording:
+    """Runs the loop.
+
+    Args:
+        machine: The true device.
+        controller: The controller, whose model of the device may differ.
+        laws: (m, COLUMNS) force laws.
+        clock: The clock.
+        start: (3,) position of the handle at rest, or a whole (STATES,) state, SI.
+        hand: The hand.
+        anchor: (n, 3) where the person wants the handle at each tick, m.
+        push: (n, 3) further force on the handle, N.
+        count: Of the encoders at the joint, rad; 0 for exact readings.
+        seed: Of the place of the counts.
+        held: (n,) whether the hand holds the handle at each tick; None for always.
+        memory: Of the controller, changed in place; None for a fresh one, enabled at once.
+
+    Returns:
+        n rows.
+
+    Raises:
+        ValueError: Shapes that do not fit, or a count that is negative or not finite.
+    """
+    ticks = len(anchor)
+    held = np.ones(ticks, dtype=bool) if held is None else np.asarray(held, dtype=bool)
+    if anchor.shape != (ticks, 3) or push.shape != (ticks, 3) or held.shape != (ticks,):
+        raise ValueError(
+            f"anchor {anchor.shape} and push {push.shape} must both be (ticks, 3), held {held.shape} (ticks)"
+        )
+    if not (math.isfinite(count) and count >= 0.0):
+        raise ValueError(f"count is {count!r} rad; it must be finite and not negative")
+    state = np.zeros(STATES)
+    state[: len(start)] = start
+    if memory is None:
+        memory = fresh(controller)
+        memory.supervisor[REQUEST] = ENABLE
+    offset = np.random.default_rng(seed).uniform(0.0, 1.0, 3)
+    out = np.empty((ticks, 27))
+    bits = np.zeros(ticks, dtype=np.int64)
+    pending = np.zeros((clock.delay // clock.substeps + 2, 3))
+    anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
+    hands = (hand, FREE)
+    _run(machine, controller, memory, laws, clock, hands, held, anchor, push, count, offset, state, pending, out, bits)
+    return Recording(
+        time=np.arange(ticks) * clock.period,
+        position=out[:, 0:3],
+        velocity=out[:, 3:6],
+        measured=out[:, 6:9],
+        estimated=out[:, 9:12],
+        force=out[:, 12:15],
+        torque=out[:, 15:18],
+        applied=out[:, 18:21],
+        hand=out[:, 21:24],
+        energy=out[:, 24] + out[:, 25],
+        bits=bits,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, count, offset, state, pending, out, bits):
+    """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
+    room = np.zeros((13, STATES))
+    theta, torque = np.zeros(3), np.zeros(3)
+    whole, part = clock.delay // clock.substeps, clock.delay % clock.substeps
+    step = clock.period / clock.substeps
+    slots = pending.shape[0]
+    for k in range(anchor.shape[0]):
+        hand = hands[0] if held[k] else hands[1]
+        angles(machine, state, theta)
+        if count > 0.0:
+            for i in range(3):
+                theta[i] = (math.floor(theta[i] / count + offset[i]) + 0.5 - offset[i]) * count
+        bits[k] = tick(controller, memory, laws, k * clock.period, theta, torque)
+        for i in range(3):
+            pending[k % slots, i] = torque[i]
+            out[k, i] = state[i]
+            out[k, 3 + i] = state[3 + i]
+            out[k, 6 + i] = memory.work[POSITION, i]
+            out[k, 9 + i] = memory.work[VELOCITY, i]
+            out[k, 12 + i] = memory.work[FORCE, i]
+            out[k, 15 + i] = torque[i]
+            out[k, 18 + i] = state[9 + i]
+            out[k, 21 + i] = hand.stiffness * (anchor[k, i] - state[i]) - hand.damping * state[3 + i]
+        out[k, 24], out[k, 25] = energy(machine, 0.0, state)
+        before, after = pending[(k - whole - 1) % slots], pending[(k - whole) % slots]
+        if part > 0:
+            advance(machine, hand, anchor[k], push[k], before, part * step, part, state, room)
+        rest = clock.substeps - part
+        advance(machine, hand, anchor[k], push[k], after, rest * step, rest, state, room)

@@ -1,0 +1,1 @@
+"""What walls the loop bears: discrete model, passivity, trials in time."""

@@ -1,0 +1,360 @@
+"""Exact discrete-time model of a sampled haptic loop, its eigenvalues, and the largest gains that it bears.
+
+Between samples `M q'' + D q' + S q = f`: device and hand, Kelvin-Voigt to ground. Every period the controller reads q,
+estimates its rate and asks for `u = -E (K q + B rate)`, with E which coordinates the gains act on. u is held for a
+period and arrives `delay` later: whole periods and a fraction. The motor follows as `f' = (u - f) / lag`, or at once.
+Matrix exponentials carry the state over a period, in two pieces where the held value changes within it; nothing is
+approximated. Left out, because the model is linear: Coulomb friction, quantisation, saturation, leaving the wall.
+
+The loop matrix is affine in K and B, so gains are scanned as stacks of matrices.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from haptics.stability.estimator_models import LinearEstimator
+
+if TYPE_CHECKING:
+    from haptics.model.plant import Hand
+
+NEUTRAL = 1e-5
+"""Eigenvalues as near to 1 as this count as at rest: they would need 1e5 periods, 100 s at 1 kHz, to move by e. A free
+handle has such modes (it may rest anywhere), and rounding splits a double one by the root of 1e-16."""
+ALIGNED = 1e-9
+"""Share of a period below which a rest of a delay is rounding."""
+SCAN = (1e-6, 10.0)
+"""Range of gains that is scanned, as a share of m / T^2 and m / T. With one sample a spring above 4 m / T^2 or a damper
+above 2 m / T throws the handle over in one period; delays and filters lower that. A millionth is below 1 N/m."""
+GROWTH = 1e-10
+"""Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better."""
+
+
+class Body(NamedTuple):
+    """Device and hand between samples.
+
+    Attributes:
+        mass: (n, n), kg or kg m^2.
+        damping: (n, n), N s/m or N m s/rad.
+        stiffness: (n, n), N/m or N m/rad; of the hand.
+    """
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+
+
+def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> Body:
+    """One axis of a device in a hand.
+
+    Args:
+        mass: Effective mass of the device along the axis, kg.
+        friction: Viscous friction, N s/m.
+        hand: Who holds it; nobody if left out.
+
+    Returns:
+        The body, n = 1.
+
+    Raises:
+        ValueError: A figure is not finite or negative, or there is no mass.
+    """
+    figures = (mass, friction) if hand is None else (mass, friction, *hand)
+    if not all(math.isfinite(f) and f >= 0.0 for f in figures) or not mass > 0.0:
+        raise ValueError(f"mass {mass!r} kg, friction {friction!r} N s/m, hand {hand}: must be finite, none negative")
+    own, damping, stiffness = (0.0, 0.0, 0.0) if hand is None else hand
+    return Body(*(np.array([[value]]) for value in (mass + own, friction + damping, stiffness)))
+
+
+@dataclass(frozen=True)
+class Timing:
+    """When a held command arrives.
+
+    Attributes:
+        period: s.
+        delay: From the sample to the command's arrival, s.
+        current_lag: Time constant of the current loop, s; 0 for none.
+
+    Raises:
+        ValueError: The period is not positive, or another is negative.
+    """
+
+    period: float = 1e-3
+    delay: float = 0.0
+    current_lag: float = 0.0
+
+    def __post_init__(self) -> None:
+        figures = (self.period, self.delay, self.current_lag)
+        if not all(math.isfinite(f) and f >= 0.0 for f in figures) or not self.period > 0.0:
+            raise ValueError(f"{self}: all must be finite, none negative, and the period positive")
+
+    @property
+    def whole(self) -> int:
+        """Whole periods of the delay."""
+        return math.floor(self.delay / self.period + ALIGNED)
+
+    @property
+    def fraction(self) -> float:
+        """The rest of the delay as a share of a period, 0 up to 1."""
+        rest = self.delay / self.period - self.whole
+        return rest if rest > ALIGNED else 0.0
+
+
+@dataclass(frozen=True)
+class SampledLoop:
+    """Transition of the closed loop over one period, affine in the gains.
+
+    Attributes:
+        free: (N, N) without gains.
+        by_stiffness: (N, N) to be multiplied with K.
+        by_damping: (N, N) to be multiplied with B.
+        scale: Mass that the gains see, kg; `m / T^2` and `m / T` are the scales of K and B.
+        period: s.
+    """
+
+    free: np.ndarray
+    by_stiffness: np.ndarray
+    by_damping: np.ndarray
+    scale: float
+    period: float
+
+    def matrix(self, stiffness: float | np.ndarray, damping: float | np.ndarray) -> np.ndarray:
+        """Transition matrices.
+
+        Args:
+            stiffness: K, (...) N/m.
+            damping: B, (...) N s/m.
+
+        Returns:
+            (..., N, N).
+        """
+        k, b = (np.asarray(g, dtype=float)[..., None, None] for g in (stiffness, damping))
+        return self.free + k * self.by_stiffness + b * self.by_damping
+
+    def eigenvalues(self, stiffness: float | np.ndarray, damping: float | np.ndarray) -> np.ndarray:
+        """Eigenvalues of the transition, (..., N) complex."""
+        return np.linalg.eigvals(self.matrix(stiffness, damping)).astype(complex)
+
+    def radius(self, stiffness: float | np.ndarray, damping: float | np.ndarray) -> np.ndarray:
+        """Largest modulus of an eigenvalue that is not at rest (`NEUTRAL`), (...); below 1 is stable."""
+        z = self.eigenvalues(stiffness, damping)
+        return np.where(np.abs(z - 1.0) > NEUTRAL, np.abs(z), 0.0).max(axis=-1)
+
+    def stiffness_limit(self, damping: float = 0.0) -> Limit:
+        """Stable stiffnesses at a damping, N/m."""
+        unit = self.scale / self.period**2
+        return limits(lambda k: self.radius(k, damping), SCAN[0] * unit, SCAN[1] * unit)
+
+    def damping_limit(self, stiffness: float = 0.0) -> Limit:
+        """Stable dampings at a stiffness, N s/m."""
+        unit = self.scale / self.period
+        return limits(lambda b: self.radius(stiffness, b), SCAN[0] * unit, SCAN[1] * unit)
+
+
+class Limit(NamedTuple):
+    """Where a gain is stable.
+
+    Attributes:
+        intervals: Stable intervals, ascending; those that begin at the foot of the scan begin at 0.
+        reach: Top of the scan.
+    """
+
+    intervals: tuple[tuple[float, float], ...]
+    reach: float
+
+    @property
+    def value(self) -> float:
+        """Largest gain up to which all are stable; 0 where small gains are unstable already."""
+        return self.intervals[0][1] if self.intervals and self.intervals[0][0] == 0.0 else 0.0
+
+    @property
+    def first(self) -> float:
+        """Top of the lowest stable interval, wherever that begins; 0 where there is none."""
+        return self.intervals[0][1] if self.intervals else 0.0
+
+    @property
+    def monotone(self) -> bool:
+        """Whether it is stable up to one gain and nowhere above it (as far as the scan sees)."""
+        return not self.intervals or (len(self.intervals) == 1 and self.intervals[0][0] == 0.0)
+
+
+def sampled_loop(
+    body: Body, timing: Timing, estimator: LinearEstimator, acting: np.ndarray | None = None, scale: float | None = None
+) -> SampledLoop:
+    """The closed loop over one period.
+
+    Args:
+        body: Device and hand, n coordinates.
+        timing: Period, delay, lag.
+        estimator: Of each coordinate's rate.
+        acting: (n, n) E; a plane wall of normal n seen in coordinates q with `x = J q` has `J^T n n^T J`. The unit
+            matrix if left out.
+        scale: Mass along which the gains act, kg; the largest mass of the body if left out.
+
+    Returns:
+        The loop. Its state: q and q' (n each), the motors' force (n, with a lag), the estimators, the commands on
+        their way.
+    """
+    n = len(body.mass)
+    act = np.eye(n) if acting is None else acting
+    step, early, late = _hold(body, timing)
+    plant = len(step)
+    filter_step, filter_in, direct = estimator.realisation()
+    filters = len(filter_step)
+    way = timing.whole + (timing.fraction > 0.0)
+    first_filter, first_way = plant, plant + n * filters
+    size = first_way + n * way
+
+    ask = np.zeros((2, n, size))  # the command as it depends on the state, for K = 1 and for B = 1
+    ask[0, :, :n] = -act
+    ask[1, :, :n] = -act * direct
+    if filters:
+        ask[1, :, first_filter : first_filter + n] = -act
+
+    free = np.zeros((size, size))
+    free[:plant, :plant] = step
+    free[first_filter:first_way, first_filter:first_way] = np.kron(filter_step, np.eye(n))
+    free[first_filter:first_way, :n] = np.kron(filter_in[:, None], np.eye(n))
+    gains = np.zeros((2, size, size))
+    arrivals = [(timing.whole, late)] + ([(timing.whole + 1, early)] if timing.fraction > 0.0 else [])
+    for age, push in arrivals:
+        if age == 0:
+            gains[:, :plant] += push @ ask
+        else:
+            free[:plant, first_way + n * (age - 1) : first_way + n * age] += push
+    if way:
+        gains[:, first_way : first_way + n] = ask
+        free[first_way + n :, first_way:-n] += np.eye(n * (way - 1))
+    return SampledLoop(
+        free=free,
+        by_stiffness=gains[0],
+        by_damping=gains[1],
+        scale=float(np.linalg.eigvalsh(body.mass).max()) if scale is None else scale,
+        period=timing.period,
+    )
+
+
+def _hold(body: Body, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Transition of q, q' (and the motors' force) over a period, and what a command adds that is there before the
+    delay's fraction has passed, or after it.
+    """
+    n = len(body.mass)
+    lagging = timing.current_lag > 0.0
+    size = (3 if lagging else 2) * n
+    rate = np.zeros((size, size))
+    push = np.zeros((size, n))
+    rate[:n, n : 2 * n] = np.eye(n)
+    rate[n : 2 * n, :n] = -np.linalg.solve(body.mass, body.stiffness)
+    rate[n : 2 * n, n : 2 * n] = -np.linalg.solve(body.mass, body.damping)
+    if lagging:
+        rate[n : 2 * n, 2 * n :] = np.linalg.inv(body.mass)
+        rate[2 * n :, 2 * n :] = -np.eye(n) / timing.current_lag
+        push[2 * n :] = np.eye(n) / timing.current_lag
+    else:
+        push[n:] = np.linalg.inv(body.mass)
+
+    def over(seconds: float) -> tuple[np.ndarray, np.ndarray]:
+        joint = np.zeros((size + n, size + n))
+        joint[:size, :size], joint[:size, size:] = rate * seconds, push * seconds
+        moved = expm(joint)
+        return moved[:size, :size], moved[:size, size:]
+
+    before, early = over(timing.fraction * timing.period)
+    after, late = over((1.0 - timing.fraction) * timing.period)
+    return after @ before, after @ early, late
+
+
+def limits(
+    radius: Callable[[np.ndarray], np.ndarray], lowest: float, highest: float, points: int = 96, rounds: int = 36
+) -> Limit:
+    """Where a spectral radius stays below 1: scanned on a logarithmic grid, each change then bisected.
+
+    Args:
+        radius: (m,) gains -> (m,) spectral radii.
+        lowest: Foot of the scan; what is stable there counts as stable from 0.
+        highest: Top of the scan.
+        points: Of the grid; an island narrower than its step (18 % at 96 over seven decades) may be overlooked.
+        rounds: Of the bisection, all changes at once; 36 leave 1e-11 of the gain.
+
+    Returns:
+        The stable intervals.
+    """
+    gains = np.geomspace(lowest, highest, points)
+    stable = radius(gains) < 1.0 + GROWTH
+    turns = np.flatnonzero(stable[1:] != stable[:-1])
+    low, high, kept = gains[turns], gains[turns + 1], stable[turns]
+    for _ in range(rounds if len(turns) else 0):
+        middle = np.sqrt(low * high)
+        same = (radius(middle) < 1.0 + GROWTH) == kept
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    edges = list(np.where(kept, low, high))
+    if stable[0]:
+        edges.insert(0, 0.0)
+    if stable[-1]:
+        edges.append(highest)
+    edges = [float(edge) for edge in edges]
+    return Limit(tuple(zip(edges[::2], edges[1::2], strict=True)), highest)
+
+
+@dataclass(frozen=True)
+class DampingCap:
+    """Damping that a loop may be asked for.
+
+    Attributes:
+        limit: Where it becomes unstable, N s/m.
+        margin: Factor that is kept from it.
+    """
+
+    limit: float
+    margin: float
+
+    @property
+    def cap(self) -> float:
+        """Largest damping that is applied, N s/m."""
+        return self.limit / self.margin
+
+    def applied(self, requested: float) -> float:
+        """What becomes of a requested damping, N s/m; report both."""
+        return min(requested, self.cap)
+
+
+def damping_cap(
+    effective_mass: float,
+    period: float,
+    delay: float,
+    estimator: LinearEstimator | Sequence[LinearEstimator],
+    margin: float = 2.0,
+    *,
+    current_lag: float = 0.0,
+    stiffness: float = 0.0,
+) -> DampingCap:
+    """Damping that a handle let go of bears, without friction: nobody can be counted on to hold it.
+
+    Args:
+        effective_mass: Smallest mass of the device in any direction of the damping, kg: for damping alike in all
+            directions the smallest eigenvalue of the mass matrix.
+        period: s.
+        delay: From the sample to the force, s.
+        estimator: Of the velocity; of several (FOAW) the worst counts.
+        margin: Factor that is kept from the limit, at least 1; 2 is the usual gain margin of 6 dB.
+        current_lag: Time constant of the current loop, s.
+        stiffness: Of a spring rendered with it, N/m.
+
+    Returns:
+        Limit and cap.
+
+    Raises:
+        ValueError: Mass, period, delay, lag or margin cannot be.
+    """
+    if not (math.isfinite(margin) and margin >= 1.0):
+        raise ValueError(f"margin is {margin!r}; it must be finite and at least 1")
+    body, timing = axis(effective_mass), Timing(period, delay, current_lag)
+    several = (estimator,) if isinstance(estimator, LinearEstimator) else tuple(estimator)
+    if not several:
+        raise ValueError("no estimator was given; at least one is needed")
+    return DampingCap(min(sampled_loop(body, timing, e).damping_limit(stiffness).first for e in several), margin)

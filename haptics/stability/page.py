@@ -1,0 +1,155 @@
+"""The largest walls as facts (JSON types) and as a page of text."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+from typing import Any
+
+from haptics.stability.passivity import Verdict
+from haptics.stability.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffness
+from haptics.stability.wall_limit import START
+
+SCHEMA = "delta-stiffness/1"
+N_PER_MM = 1e-3
+"""N/m in N/mm."""
+WIDTH = 110
+NOTE = (
+    "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "
+    "(assumptions.py), a guess on which stiff walls and light hands depend more than on all else",
+    "simulation: 0.6 of the design's force leant on the wall; counts, sticking friction, saturation and leaving the "
+    "wall are in it. A swing above 3 counts that is not halved within 0.5 s counts as oscillation, so that it may stop "
+    "short of the linear limit. Where the encoders' counts lie moves it by some 10 %",
+    "linear: the limit of the exact sampled model of the whole device, viscous friction only",
+    "passivity asks for every passive hand, not for three: it knows neither the hands nor friction that sticks, and "
+    "says nothing of what a user feels",
+    "paper: one prototype whose masses, motors, encoders, filter and hand are not given; nothing here is fitted to it",
+)
+
+
+def stiffness_facts(name: str, found: Stiffness) -> dict[str, Any]:
+    """The facts.
+
+    Args:
+        name: Of the design.
+        found: What is known.
+
+    Returns:
+        JSON types, with a unit in every key.
+    """
+    return {
+        "schema": SCHEMA,
+        "name": name,
+        "period_ms": found.period * 1e3,
+        "delay_ms": [delay * 1e3 for delay in found.delays],
+        "damping_asked_N_s_per_m": found.damping,
+        "damping_limit_N_s_per_m": found.cap.limit,
+        "damping_applied_N_s_per_m": found.cap.applied(found.damping),
+        "default_wall_N_per_mm": START * N_PER_MM,
+        "default_wall_oscillates_with": [{"axis": axis, "hand": hand} for axis, hand in found.shaken],
+        "axes": {wall.axis: _axis_facts(wall) for wall in found.axes},
+        "notes": list(NOTE),
+    }
+
+
+def _axis_facts(wall: AxisWall) -> dict[str, Any]:
+    protocol = wall.nominal.protocol
+    return {
+        "published_N_per_mm": wall.published * N_PER_MM,
+        "simulated_N_per_mm": {
+            "nominal_case": _corner(End(wall.nominal.bisection, wall.corner)),
+            "protocol": None if protocol is None else protocol * N_PER_MM,
+            "bisection": wall.nominal.bisection * N_PER_MM,
+            "ceiling_reached": wall.nominal.ceiling_reached,
+            **_range(wall.simulated),
+            "asked": [[stiffness * N_PER_MM, stands] for stiffness, stands in wall.nominal.history],
+        },
+        "linear_N_per_mm": {"nominal": wall.linear_nominal * N_PER_MM, **_range(wall.linear)},
+        "default_wall_stands_with": dict(wall.steady),
+        "passivity": {
+            "default_wall": _verdict(wall.default_verdict),
+            "found_limit": None if wall.found_verdict is None else _verdict(wall.found_verdict),
+        },
+        "simulated_pushes": wall.trials,
+    }
+
+
+def _range(found: Range) -> dict[str, Any]:
+    return {
+        name: {"stiffness": end.stiffness * N_PER_MM, **_corner(end), "or_more": end.open}
+        for name, end in (("lowest", found.lowest), ("highest", found.highest))
+    }
+
+
+def _corner(end: End) -> dict[str, Any]:
+    return {"hand": end.corner.hand, "friction": end.corner.friction, "delay_ms": end.corner.delay * 1e3}
+
+
+def _verdict(found: Verdict) -> dict[str, Any]:
+    return {
+        "verdict": found.kind.value,
+        "friction_N_s_per_m": found.friction,
+        "friction_asked_N_s_per_m": found.demand.friction,
+        "friction_missing_N_s_per_m": found.missing_friction,
+        "at_rad_per_s": found.demand.frequency,
+        "spectral_margin": found.spectral_margin,
+        "worst_hand": found.worst_hand,
+        "spectral_radius": dict(found.radii),
+        "reason": found.reason,
+    }
+
+
+def stiffness_text(name: str, found: Stiffness) -> str:
+    """The facts as lines of plain text.
+
+    Args:
+        name: Of the design.
+        found: What is known.
+    """
+    applied = found.cap.applied(found.damping)
+    delays = ", ".join(f"{delay * 1e3:g}" for delay in sorted(set(found.delays)))
+    lines = [
+        f"{name}: largest stable wall, N/mm; period {found.period * 1e3:g} ms, delay {delays} ms, "
+        f"damping {found.damping:g} N s/m asked, {applied:.3g} applied",
+        "",
+        f"{'':6}{'paper':>7}{'simulated':>11}{'':>10}{'':>22}{'linear':>9}",
+        f"{'axis':<6}{'':>7}{'protocol':>11}{'bisection':>10}{'range':>22}{'nominal':>9}{'range':>18}",
+    ]
+    for wall in found.axes:
+        first, middle = wall.nominal.protocol, wall.nominal.bisection
+        more = ">=" if wall.nominal.ceiling_reached else ""
+        protocol = f"below {START * N_PER_MM:g}" if first is None else f"{more}{first * N_PER_MM:.1f}"
+        lines.append(
+            f"{wall.axis:<6}{wall.published * N_PER_MM:7.1f}{protocol:>11}{more + format(middle * N_PER_MM, '.2f'):>10}"
+            f"{_span(wall.simulated):>22}{wall.linear_nominal * N_PER_MM:9.2f}{_span(wall.linear):>18}"
+        )
+    lines += ["", f"nominal: {found.axes[0].corner}. The ranges' ends:"]
+    for label, chosen in (("simulated", lambda wall: wall.simulated), ("linear", lambda wall: wall.linear)):
+        for which in ("lowest", "highest"):
+            at: dict[str, list[str]] = {}
+            for wall in found.axes:
+                at.setdefault(str(getattr(chosen(wall), which).corner), []).append(wall.axis)
+            says = "; ".join(f"{', '.join(axes)}: {corner}" for corner, axes in at.items())
+            lines.append(f"  {label:<10}{which:<8}  {says}")
+    lines += [
+        "",
+        f"Default wall, {START * N_PER_MM:g} N/mm, simulated, friction and delay nominal, {PLACES} places of counts:",
+    ]
+    for wall in found.axes:
+        says = ", ".join(f"{hand} {'stands' if stands else 'OSCILLATES'}" for hand, stands in wall.steady.items())
+        low = wall.simulated.lowest
+        short = f"; oscillates with {low.corner}" if low.stiffness < START else ""
+        lines.append(f"  {wall.axis}  {says}{short}")
+    lines += ["", "Passivity verdict (friction and delay nominal), kept apart from what is simulated:"]
+    for wall in found.axes:
+        for stiffness, found_verdict in ((START, wall.default_verdict), (wall.nominal.bisection, wall.found_verdict)):
+            if found_verdict is not None:
+                lines.append(f"  {wall.axis}  {stiffness * N_PER_MM:5.2f} N/mm: {found_verdict.kind.value}")
+                lines += wrap(found_verdict.reason, WIDTH, initial_indent=" " * 7, subsequent_indent=" " * 7)
+    notes = [line for note in NOTE for line in wrap(note, WIDTH, subsequent_indent="  ")]
+    return "\n".join([*lines, "", *notes])
+
+
+def _span(found: Range) -> str:
+    top = f"{found.highest.stiffness * N_PER_MM:.1f}" + (" or more" if found.highest.open else "")
+    low = found.lowest.stiffness * N_PER_MM
+    return f"{low:.2f} to {top}" if found.lowest.stiffness < CEILING else f"{low:.0f} or more"

@@ -1,0 +1,398 @@
+"""Largest stable wall along each axis: what the simulated loop bears, what the linear one does, and what is passive.
+
+Three answers to one question, kept apart:
+
+- the simulation (`wall_trial`): friction that sticks, counts, saturation, leaving the wall. The nominal case by the
+  paper's protocol and a bisection; its range by searches that begin at the linear limit of the extreme cases;
+- the linear loop of the whole device (`wall_limit.wall_interval`), over the same range;
+- the passivity verdict (`passivity`), which asks for all passive hands instead of three.
+
+The range is hands x friction of the joints x delay, at its ends. In it the case that is extreme in the linear model is
+searched first. Each other case whose linear limit is within `RIVAL` times of it is then asked once at the value found,
+and takes its place if it answers worse (or better, at the upper end). Cases farther off are not simulated.
+Nothing here is fitted to what the paper measured. Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.model.hands import HANDS
+from haptics.model.machine import Machine
+from haptics.model.plant import Hand
+from haptics.simulation.assumptions import CURRENT_LAG, DELAY, default_estimator, joint_friction, nominal_plant
+from haptics.stability.discrete import DampingCap, Timing, damping_cap
+from haptics.stability.estimator_models import LinearEstimator, linear_models
+from haptics.stability.linear import linearise
+from haptics.stability.passivity import Verdict, verdict
+from haptics.stability.wall_limit import AXES, START, Predicate, Search, search, wall_interval
+from haptics.stability.wall_trial import LEVELS, PERIOD, Level, simulated_predicate
+
+NOMINAL_HAND = "medium"
+SUBSTEPS = 4
+"""Of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over the
+places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20."""
+FLOOR, CEILING = 50.0, 50e3
+"""Softest and stiffest wall that is asked, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
+bits on an arm of 80 mm: what happens beyond is not the wall."""
+TOLERANCE = 0.05
+"""Of the range's ends; the assumptions behind them are not known better."""
+NOMINAL_TOLERANCE = 25.0
+"""Of the nominal bisection, N/m: an eighth of the paper's step."""
+PLACES = 3
+"""Places of the encoders' counts with each of which the default wall must stand: one could be lucky."""
+STRIDE, RIVAL = 1.5, 3.0
+"""Factor between questions while no change is bracketed; ratio of linear limits up to which a case is asked: in trials
+friction raised the limit of a light hand to three times the linear one, and nothing moved any farther."""
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A case of what is not known.
+
+    Attributes:
+        hand: Its name.
+        friction: Place in the range of the joints' friction.
+        delay: From reading to torque, s.
+    """
+
+    hand: str
+    friction: Level
+    delay: float
+
+    def __str__(self) -> str:
+        return f"{self.hand} hand, {self.friction} friction, delay {self.delay * 1e3:.3g} ms"
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a range.
+
+    Attributes:
+        stiffness: Largest stable one of the case, N/m; 0 where the softest wall asked oscillates.
+        corner: Which case.
+        open: It is stable up to `CEILING`: the limit lies above.
+    """
+
+    stiffness: float
+    corner: Corner
+    open: bool = False
+
+
+@dataclass(frozen=True)
+class Range:
+    """Largest stable stiffness over all cases.
+
+    Attributes:
+        lowest: Its smallest value.
+        highest: Its largest.
+    """
+
+    lowest: End
+    highest: End
+
+
+@dataclass(frozen=True)
+class AxisWall:
+    """What is known of walls across an axis.
+
+    Attributes:
+        axis: "x", "y" or "z"; the handle meets the wall in its positive direction, at the cube's centre.
+        nominal: The simulated search with the nominal case.
+        corner: That case.
+        linear_nominal: Linear limit of that case, N/m.
+        simulated: Range of the simulation.
+        linear: Range of the linear loop.
+        published: What [RCIM2018] measured on its prototype, N/m.
+        steady: Hand -> whether the default wall stands in the simulation, friction and delay nominal, wherever the
+            encoders' counts lie (`PLACES`).
+        default_verdict: On the default wall, friction and delay nominal.
+        found_verdict: On the stiffest wall of the nominal simulated search; None where there is none.
+        trials: Simulated pushes.
+    """
+
+    axis: str
+    nominal: Search
+    corner: Corner
+    linear_nominal: float
+    simulated: Range
+    linear: Range
+    published: float
+    steady: Mapping[str, bool]
+    default_verdict: Verdict
+    found_verdict: Verdict | None
+    trials: int
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """What is known of a device's walls.
+
+    Attributes:
+        axes: x, y, z.
+        period: s.
+        delays: Least, nominal, largest, s.
+        damping: Of the wall as asked for, N s/m.
+        cap: What the loop bears of it.
+    """
+
+    axes: tuple[AxisWall, ...]
+    period: float
+    delays: tuple[float, float, float]
+    damping: float
+    cap: DampingCap
+
+    @property
+    def shaken(self) -> list[tuple[str, str]]:
+        """Axis and hand with which the default wall does not stand."""
+        return [(wall.axis, hand) for wall in self.axes for hand, stands in wall.steady.items() if not stands]
+
+
+Ask = Callable[[str, Corner, int], Predicate]
+"""Axis, case and place of the encoders' counts (a seed) -> whether a wall of a stiffness stands."""
+
+
+def largest_walls(
+    machine: Machine,
+    *,
+    damping: float = 0.0,
+    period: float = PERIOD,
+    delay: float | None = None,
+    axes: Sequence[str] = ("x", "y", "z"),
+    hands: Mapping[str, Hand] = HANDS,
+    ask: Ask | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> Stiffness:
+    """Largest stable walls across axes through the cube's centre.
+
+    Args:
+        machine: The device.
+        damping: Of the wall as asked for, N s/m; applied as far as `damping_cap` allows.
+        period: Of the loop, s.
+        delay: From reading to torque, s; None for the range of `assumptions.DELAY`.
+        axes: Which.
+        hands: The set, by name.
+        ask: Who answers whether a wall stands; None for the simulation.
+        say: Told which axis is being searched.
+
+    Returns:
+        What is known.
+
+    Raises:
+        ValueError: Damping, period or delay cannot be, or the set of hands is empty.
+    """
+    if not (math.isfinite(damping) and damping >= 0.0):
+        raise ValueError(f"damping is {damping!r} N s/m; it must be finite and not negative")
+    delays = (DELAY[0] * period, DELAY[1] * period, DELAY[2] * period) if delay is None else (delay, delay, delay)
+    Timing(period, delays[2], CURRENT_LAG)  # refuses what cannot be
+    if not hands:
+        raise ValueError("the set of hands is empty; at least one is needed")
+    estimators = linear_models(default_estimator(period))
+    mass = linearise(nominal_plant(machine), centre(machine)).smallest_mass
+    cap = damping_cap(mass, period, delays[2], estimators, current_lag=CURRENT_LAG)
+    if ask is None:
+        ask = _simulation(machine, cap.applied(damping), period, hands)
+    walls = []
+    for axis in axes:
+        say(axis)
+        walls.append(_axis_wall(machine, axis, cap.applied(damping), period, delays, estimators, hands, ask))
+    return Stiffness(tuple(walls), period, delays, damping, cap)
+
+
+def centre(machine: Machine) -> np.ndarray:
+    """(3,) centre of the cube, m."""
+    cube = machine.design.cube
+    return np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / 1000.0])
+
+
+def _simulation(machine: Machine, damping: float, period: float, hands: Mapping[str, Hand]) -> Ask:
+    given: dict[str, Any] = {"damping": damping, "period": period, "substeps": SUBSTEPS}
+    return lambda axis, c, seed: simulated_predicate(
+        machine, axis, hands[c.hand], c.friction, c.delay, seed=seed, **given
+    )
+
+
+def _axis_wall(
+    machine: Machine,
+    axis: str,
+    damping: float,
+    period: float,
+    delays: tuple[float, float, float],
+    estimators: Sequence[LinearEstimator],
+    hands: Mapping[str, Hand],
+    ask: Ask,
+) -> AxisWall:
+    trials = 0
+
+    def asked(corner: Corner, seed: int = 0) -> Predicate:
+        stands = ask(axis, corner, seed)
+        answers: dict[float, bool] = {}
+
+        def answer(stiffness: float) -> bool:
+            nonlocal trials
+            if stiffness not in answers:
+                trials += 1
+                answers[stiffness] = stands(stiffness)
+            return answers[stiffness]
+
+        return answer
+
+    name = NOMINAL_HAND if NOMINAL_HAND in hands else next(iter(hands))
+    corner = Corner(name, "nominal", delays[1])
+    nominal = search(asked(corner), tolerance=NOMINAL_TOLERANCE)
+    linear = linear_limits(machine, axis, damping, period, delays, estimators, hands)
+    middle = linear_limits(machine, axis, damping, period, delays, estimators, {name: hands[name]}, ("nominal",))
+    found = nominal.bisection
+    judged = [
+        _judge(machine, axis, stiffness, damping, Timing(period, delays[1], CURRENT_LAG), estimators, hands)
+        for stiffness in ((START, found) if found > 0.0 else (START,))
+    ]
+    return AxisWall(
+        axis=axis,
+        nominal=nominal,
+        corner=corner,
+        linear_nominal=middle[0].stiffness,
+        simulated=simulated_range(linear, asked),
+        linear=Range(linear[0], linear[-1]),
+        published=1000.0 * STIFFNESS_N_PER_MM[axis],
+        steady={
+            hand: all(asked(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
+            for hand in hands
+        },
+        default_verdict=judged[0],
+        found_verdict=judged[1] if found > 0.0 else None,
+        trials=trials,
+    )
+
+
+def linear_limits(
+    machine: Machine,
+    axis: str,
+    damping: float,
+    period: float,
+    delays: tuple[float, float, float],
+    estimators: Sequence[LinearEstimator],
+    hands: Mapping[str, Hand],
+    levels: tuple[Level, ...] = ("least", "largest"),
+) -> list[End]:
+    """Limits of the linear loop of the whole device, ascending.
+
+    Args:
+        machine: The device.
+        axis: "x", "y" or "z".
+        damping: Of the wall as applied, N s/m.
+        period: s.
+        delays: Least, nominal, largest, s.
+        estimators: Of the velocity; of several the worst counts for a case.
+        hands: By name.
+        levels: Of friction: its ends with the ends of the delay, or the nominal one with the nominal delay.
+    """
+    by_level = dict(zip(LEVELS, joint_friction(machine).viscous, strict=True))
+    found = wall_interval(
+        nominal_plant(machine),
+        centre(machine),
+        AXES[axis],
+        hands=hands,
+        viscous=[by_level[level] for level in levels],
+        delays=(delays[1],) if levels == ("nominal",) else tuple(sorted({delays[0], delays[2]})),
+        estimators=estimators,
+        damping=damping,
+        period=period,
+        current_lag=CURRENT_LAG,
+    )
+    worst: dict[Corner, float] = {}
+    for case in found.cases:
+        level: Level = next(level for level in levels if by_level[level] == case.viscous)
+        corner = Corner(case.hand, level, case.delay)
+        worst[corner] = min(case.device, worst.get(corner, math.inf))
+    return sorted((End(stiffness, corner) for corner, stiffness in worst.items()), key=lambda end: end.stiffness)
+
+
+def simulated_range(linear: Sequence[End], asked: Callable[[Corner], Predicate]) -> Range:
+    """Both ends of the simulated range, as the module's docstring has it.
+
+    Args:
+        linear: Limits of the linear loop, ascending.
+        asked: Who answers for a case.
+
+    Returns:
+        The range.
+    """
+    low = edge(asked(linear[0].corner), linear[0])
+    for rival in linear[1:]:
+        if rival.stiffness > RIVAL * linear[0].stiffness:
+            break
+        stands = asked(rival.corner)
+        if low.stiffness > FLOOR and not stands(low.stiffness):
+            low = edge(stands, End(low.stiffness, rival.corner))
+    high = edge(asked(linear[-1].corner), linear[-1])
+    for rival in reversed(linear[:-1]):
+        if high.open or rival.stiffness * RIVAL < linear[-1].stiffness:
+            break
+        stands = asked(rival.corner)
+        above = max(high.stiffness, FLOOR) * (1.0 + TOLERANCE)
+        if above <= CEILING and stands(above):
+            high = edge(stands, End(above, rival.corner))
+    return Range(low, high)
+
+
+def edge(stands: Predicate, guess: End) -> End:
+    """A stiffness that stands, with one that does not by `TOLERANCE` above it, nearest to a guess.
+
+    A simulated wall need not be stable up to one stiffness and nowhere above it: counts stir some soft walls that a
+    stiffer one swallows. Of several such edges this is the one that is met first from the guess.
+
+    Args:
+        stands: Asked.
+        guess: Where it begins, and the case.
+
+    Returns:
+        The edge; 0 where the softest wall asked does not stand, open where the stiffest does.
+    """
+    at = min(max(guess.stiffness, FLOOR), CEILING)
+    if stands(at):
+        low = at
+        while low < CEILING:
+            at = min(low * STRIDE, CEILING)
+            if not stands(at):
+                break
+            low = at
+        else:
+            return End(CEILING, guess.corner, open=True)
+        high = at
+    else:
+        high = at
+        while high > FLOOR:
+            at = max(high / STRIDE, FLOOR)
+            if stands(at):
+                break
+            high = at
+        else:
+            return End(0.0, guess.corner)
+        low = at
+    while high > low * (1.0 + TOLERANCE):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if stands(middle) else (low, middle)
+    return End(low, guess.corner)
+
+
+def _judge(
+    machine: Machine,
+    axis: str,
+    stiffness: float,
+    damping: float,
+    timing: Timing,
+    estimators: Sequence[LinearEstimator],
+    hands: Mapping[str, Hand],
+) -> Verdict:
+    """Passivity verdict with nominal friction; of several models of the estimator the one that asks for most."""
+    here, normal = linearise(nominal_plant(machine), centre(machine)), AXES[axis]
+    mass, friction = here.effective_mass(normal), here.effective_friction(normal)
+    verdicts = [verdict(mass, friction, timing, model, stiffness, damping, hands) for model in estimators]
+    return max(verdicts, key=lambda found: (list(type(found.kind)).index(found.kind), found.demand.friction))

@@ -1,0 +1,229 @@
+"""A push against a virtual wall in the time domain: a hand comes, leans on the wall and holds still; does it oscillate?
+
+The handle rests `GAP` before the wall, the hand moves its aim smoothly into it until it leans on it with `LEAN`, and
+holds. `oscillation` judges what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and
+leaving the wall are all in it. One trial of two seconds takes some 40 ms. Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from delta_cad.mechanism import jacobian
+from haptics.control.supervisor.faults import LATCHING
+from haptics.model.machine import Machine
+from haptics.model.plant import Hand, Plant
+from haptics.rendering.laws import AXES, axis_wall_row, law_table
+from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, joint_friction, nominal_plant
+from haptics.simulation.loop import SUBSTEPS, Recording, simulate, timing
+from haptics.stability.oscillation import Oscillation, oscillation
+from haptics.stability.wall_limit import Predicate
+
+PERIOD = 1e-3
+"""Of the paper's loop, s."""
+GAP = 2e-3
+"""Between the handle and the wall at the start, m."""
+LEAN = 0.6
+"""Force with which the hand leans on the wall, as a share of the design's: well felt, and room for swings below the
+limit."""
+DEEPEST = 10e-3
+"""To which the hand aims into a soft wall, m; softer walls are leaned on with less, so that the cube is not left."""
+READY = 0.6
+"""Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest."""
+COMES = 0.4
+"""Time in which the hand's aim moves into the wall, s."""
+CALMS = 0.1
+"""What the push itself stirs up is not judged, s."""
+WINDOW = 0.5
+"""Of the judgement, s; there are two."""
+
+Level = Literal["least", "nominal", "largest"]
+LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")
+"""Places in the ranges of `assumptions.Friction`."""
+
+
+@dataclass(frozen=True)
+class WallTrial:
+    """One push against one wall.
+
+    Attributes:
+        stiffness: Of the wall, N/m.
+        recording: What happened; the hand sets out at `READY`.
+        depth: (n,) of the handle in the wall, m; negative before it.
+        push: (n,) force of the wall that the laws ask for, N.
+        verdict: Judged from when the push is over; None where the supervisor cut the force.
+        resolution: One count at the handle along the normal, m.
+        faults: What the supervisor latched.
+    """
+
+    stiffness: float
+    recording: Recording
+    depth: np.ndarray
+    push: np.ndarray
+    verdict: Oscillation | None
+    resolution: float
+    faults: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether the wall stands: no oscillation, and no fault."""
+        return self.verdict is not None and not self.verdict.oscillates
+
+
+def wall_trial(
+    machine: Machine,
+    met: str,
+    hand: Hand,
+    stiffness: float,
+    *,
+    friction: Level = "nominal",
+    delay: float = DELAY[1] * PERIOD,
+    damping: float = 0.0,
+    seed: int = 0,
+    period: float = PERIOD,
+    substeps: int = SUBSTEPS,
+) -> WallTrial:
+    """Pushes the handle into one wall through the centre of the cube.
+
+    Args:
+        machine: The device.
+        met: Direction of the push that meets the wall, "+x" to "-z"; "x" is "+x".
+        hand: Whose; it needs a stiffness to lean with.
+        stiffness: K_e, N/m.
+        friction: Place in the range of the joints' friction.
+        delay: From reading to torque, s.
+        damping: Of the wall, N s/m.
+        seed: Of the places of the encoders' counts.
+        period: Of the loop, s.
+        substeps: Of the plant in a period.
+
+    Returns:
+        The trial.
+
+    Raises:
+        LawError: Stiffness, damping or direction are refused.
+        ValueError: The delay is, or the friction's name, or the hand has no stiffness.
+    """
+    return _Bench(machine, met, hand, friction, delay, damping, seed, period, substeps).trial(stiffness)
+
+
+def simulated_predicate(
+    machine: Machine,
+    met: str,
+    hand: Hand,
+    friction: Level = "nominal",
+    delay: float = DELAY[1] * PERIOD,
+    *,
+    damping: float = 0.0,
+    seed: int = 0,
+    period: float = PERIOD,
+    substeps: int = SUBSTEPS,
+) -> Predicate:
+    """Whether a wall stands in the simulation, for `wall_limit.search`.
+
+    Args:
+        machine: The device.
+        met: As for `wall_trial`, as all that follows.
+        hand: Whose.
+        friction: Place in its range.
+        delay: s.
+        damping: N s/m.
+        seed: Of the counts; the same seed gives the same answers.
+        period: Of the loop, s.
+        substeps: Of the plant in a period; with 4 a question takes 40 % of the time, and limits stay where they are.
+
+    Returns:
+        Stiffness (N/m) -> whether it is stable; 40 ms a question.
+
+    Raises:
+        LawError: The direction or the damping is refused.
+        ValueError: Period or delay are, or the friction's name, or the hand has no stiffness.
+    """
+    bench = _Bench(machine, met, hand, friction, delay, damping, seed, period, substeps)
+    bench.law(0.0)
+    return lambda stiffness: bench.trial(stiffness).stable
+
+
+def with_friction(machine: Machine, level: Level) -> Plant:
+    """The device with friction at one place of its range.
+
+    Args:
+        machine: The device.
+        level: Which.
+
+    Returns:
+        The plant.
+
+    Raises:
+        ValueError: There is no such place.
+    """
+    if level not in LEVELS:
+        raise ValueError(f"friction is {level!r}; it must be one of {', '.join(LEVELS)}")
+    return joint_friction(machine).of(nominal_plant(machine), LEVELS.index(level))
+
+
+class _Bench:
+    """What the trials of one search share."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        met: str,
+        hand: Hand,
+        friction: Level,
+        delay: float,
+        damping: float,
+        seed: int,
+        period: float = PERIOD,
+        substeps: int = SUBSTEPS,
+    ) -> None:
+        self.met = met if met[:1] in ("+", "-") else f"+{met}"
+        axis_wall_row(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
+        if not (math.isfinite(hand.stiffness) and hand.stiffness > 0.0):
+            raise ValueError(f"the hand's stiffness is {hand.stiffness!r} N/m; it must be positive to lean on a wall")
+        axis, sign = AXES[self.met[1]], 1.0 if self.met[0] == "+" else -1.0
+        self.along, self.damping, self.hand, self.seed = sign * np.eye(3)[axis], damping, hand, seed
+        cube, force = machine.design.cube, machine.design.requirements.force_N
+        self.centre = np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / 1000.0])
+        self.face = float(self.centre[axis])
+        self.lean = LEAN * force
+        self.plant = with_friction(machine, friction)
+        self.controller = default_controller(machine, period)._replace(force=force)
+        self.clock, self.count = timing(period, delay, substeps), encoder_count(machine)
+        self.resolution = float(self.count * np.abs(self.along @ jacobian(machine.geometry, self.centre)).max())
+        ticks = round((READY + COMES + CALMS + 2.0 * WINDOW) / period) + 1  # rounding must not shorten the windows
+        share = np.clip((np.arange(ticks) * period - READY) / COMES, 0.0, 1.0)
+        self.share = share**3 * (10.0 + share * (6.0 * share - 15.0))
+        self.still = np.zeros((ticks, 3))
+
+    def law(self, stiffness: float) -> np.ndarray:
+        return law_table(axis_wall_row(self.met, self.face, stiffness=stiffness, damping=self.damping))
+
+    def trial(self, stiffness: float) -> WallTrial:
+        start = self.centre - GAP * self.along
+        depth = min(self.lean / stiffness, DEEPEST) if stiffness > 0.0 else DEEPEST
+        way = GAP + depth + min(self.lean, stiffness * depth) / self.hand.stiffness
+        recording = simulate(
+            self.plant,
+            self.controller,
+            self.law(stiffness),
+            self.clock,
+            start,
+            hand=self.hand,
+            anchor=start + self.share[:, None] * way * self.along,
+            push=self.still,
+            count=self.count,
+            seed=self.seed,
+        )
+        depth = (recording.position - self.centre) @ self.along
+        push = -recording.force @ self.along
+        faults = int(np.bitwise_or.reduce(recording.bits)) & LATCHING
+        judged = slice(round((READY + COMES + CALMS) / self.clock.period), None)
+        verdict = None
+        if not faults and (push[judged] != 0.0).any():
+            verdict = oscillation(depth[judged], push[judged], self.clock.period, self.resolution, window=WINDOW)
+        return WallTrial(stiffness, recording, depth, push, verdict, self.resolution, faults)

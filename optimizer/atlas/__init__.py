@@ -1,0 +1,1 @@
+"""Many sets of requirements at once."""

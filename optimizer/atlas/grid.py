@@ -1,0 +1,296 @@
+"""The grid file of an atlas: a base task, axes to vary it along, seeds and a method; read, validated, spread out.
+
+Axes are dotted fields of the requirements file. A file that is refused says which field, its value and what is allowed.
+"""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import itertools
+import json
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from delta_cad.design import NAME_PATTERN, NAME_RULE
+from optimizer.problem.requirements import Requirements, RequirementsError, requirements_from_dict
+from optimizer.search.genetic import GENERATIONS
+from optimizer.synthesis.three_step import METHODS
+
+VALUES_MAX = 1_000
+"""Values of one axis, and seeds."""
+SETS_MAX = 10_000
+"""Sets of one atlas: a night on two cores."""
+POPULATION = (4, 100_000)
+GENERATION = (1, 100_000)
+INTEGER_MAX = 10**15
+"""A TOML integer may have thousands of digits; up to here each is a float too."""
+KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
+SPACES = ("linspace", "geomspace")
+TABLES = ("requirements", "bounds_mm", "limits", "step_3")
+
+
+class GridError(RequirementsError):
+    """A grid file that is refused; fields and message as of `RequirementsError`."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis.
+
+    Attributes:
+        field: Dotted field of the requirements file, such as "requirements.joint_torque_N_m".
+        values: What it takes, in the order given: numbers, or lists of numbers where the field holds a list.
+    """
+
+    field: str
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Set:
+    """One set of requirements to be solved; plain data, so that it can travel.
+
+    Attributes:
+        index: Its place in the atlas.
+        inputs: Field -> value, one for each axis.
+        requirements: What a requirements file would hold.
+        method: One of `three_step.METHODS`.
+        seed: Of everything random.
+        steps: Which steps.
+        population: Of the GA; None for the paper's.
+        generations: Of the GA.
+    """
+
+    index: int
+    inputs: dict[str, Any]
+    requirements: dict[str, Any]
+    method: str
+    seed: int
+    steps: tuple[int, ...]
+    population: int | None
+    generations: int
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A grid.
+
+    Attributes:
+        name: Safe as a file name.
+        axes: In the order of the file; the last one varies fastest.
+        sets: Every combination of the axes' values, and for each every seed.
+    """
+
+    name: str
+    axes: tuple[Axis, ...]
+    sets: tuple[Set, ...]
+
+    @property
+    def sha256(self) -> str:
+        """Of all that decides the results."""
+        told = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
+        text = json.dumps([self.name, [axis.field for axis in self.axes], told], sort_keys=True, allow_nan=False)
+        return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def load_grid(path: str | Path) -> Grid:
+    """Reads and validates a grid file.
+
+    Args:
+        path: TOML file, UTF-8. `base` is the path of a requirements file, from the grid file's folder, or such a file's
+            tables; `[axes]` holds dotted fields, each a list of values or `{linspace = [first, last, count]}` or
+            `{geomspace = ...}`; `method`, `seeds`, `steps`, `population`, `generations` and `name` may be left out.
+
+    Returns:
+        The grid.
+
+    Raises:
+        GridError: Unreadable, not TOML, or anything `grid_from_dict` refuses.
+        RequirementsError: The base, or one of the sets, is refused.
+    """
+    path = Path(path)
+    return grid_from_dict(_toml(path, path.name), path.name, path.parent)
+
+
+def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = Path()) -> Grid:
+    """Validates a grid given as plain data.
+
+    Args:
+        data: What the file holds.
+        file: Name that error messages start with.
+        folder: Where the path of a base starts.
+
+    Returns:
+        The grid.
+
+    Raises:
+        GridError: Unknown or missing keys, an axis that is no field of a requirements file, values that are not finite,
+            twice there or too many, a space that cannot be spread, or a method, seeds, steps or sizes out of range.
+        RequirementsError: The base, or one of the sets, is refused.
+    """
+    for key in data:
+        if key not in KEYS:
+            raise GridError(file, str(key), _text(data[key]), f"unknown key; known here: {', '.join(KEYS)}")
+    base, where = _base(data, file, folder)
+    requirements_from_dict(base, where)
+    name = data.get("name", base["name"])
+    if not isinstance(name, str) or re.fullmatch(NAME_PATTERN, name) is None:
+        raise GridError(file, "name", _text(name), NAME_RULE)
+    method = data.get("method", "ga+sqp")
+    if method not in METHODS:
+        raise GridError(file, "method", _text(method), f"must be one of {', '.join(METHODS)}")
+    seeds = data.get("seeds", [0])
+    if not _naturals(seeds) or len(seeds) > VALUES_MAX:
+        allowed = f"must be a list of 1 to {VALUES_MAX} different whole numbers >= 0"
+        raise GridError(file, "seeds", _text(seeds), allowed)
+    steps = data.get("steps", [1, 2, 3])
+    if not _naturals(steps) or not set(steps) <= {1, 2, 3} or steps != sorted(steps):
+        raise GridError(file, "steps", _text(steps), "must be a list of 1, 2, 3, each once at most, in order")
+    population = _whole(data, file, "population", None, POPULATION)
+    generations = _whole(data, file, "generations", GENERATIONS, GENERATION)
+    axes = _axes(data.get("axes"), file)
+    count = math.prod(len(axis.values) for axis in axes) * len(seeds)
+    if count > SETS_MAX:
+        raise GridError(file, "axes", "", f"{count:,} sets, seeds included; at most {SETS_MAX:,} are solved at once")
+    sets, index = [], 0
+    for values in itertools.product(*(axis.values for axis in axes)):
+        inputs = {axis.field: value for axis, value in zip(axes, values, strict=True)}
+        given = _placed(base, inputs)
+        record = requirements_from_dict(given, file)
+        if 3 in steps and 2 not in steps and record.step_3.half_side_mm is None:
+            raise GridError(file, "steps", _text(steps), "step 3 needs step 2 or step_3.half_side_mm")
+        for seed in seeds:
+            sets.append(Set(index, inputs, given, method, seed, tuple(steps), population, int(generations or 0)))
+            index += 1
+    return Grid(name, axes, tuple(sets))
+
+
+def _toml(path: Path, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise GridError(file, "", "", f"cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise GridError(file, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
+    except (ValueError, RecursionError) as error:
+        raise GridError(file, "", "", f"is not TOML we can read: {error}") from None
+
+
+def _base(data: Mapping[str, Any], file: str, folder: Path) -> tuple[dict[str, Any], str]:
+    """The base as plain data, and what its error messages start with."""
+    base = data.get("base")
+    if isinstance(base, str):
+        return _toml(folder / base, base), base
+    if isinstance(base, Mapping):
+        return dict(base), f"{file}: base"
+    kind = "is missing; it must be" if "base" not in data else "must be"
+    given = _text(base) if "base" in data else ""
+    raise GridError(file, "base", given, f"{kind} the path of a requirements file, or its tables")
+
+
+def _axes(data: object, file: str) -> tuple[Axis, ...]:
+    if not isinstance(data, Mapping):
+        given = "" if data is None else _text(data)
+        raise GridError(file, "axes", given, "must be a table of dotted fields")
+    axes = tuple(_axis(field, value, file) for field, value in _fields(data, ""))
+    if not axes:
+        raise GridError(file, "axes", _text(dict(data)), "must hold at least one dotted field")
+    twice = [axis.field for k, axis in enumerate(axes) if axis.field in [other.field for other in axes[:k]]]
+    if twice:
+        raise GridError(file, f"axes.{twice[0]}", "", "is given twice")
+    return axes
+
+
+def _fields(data: Mapping[str, Any], path: str) -> list[tuple[str, Any]]:
+    """Dotted field -> what is said of it; a field may be written as one quoted key or as nested tables."""
+    found: list[tuple[str, Any]] = []
+    for key, value in data.items():
+        field = f"{path}.{key}" if path else str(key)
+        nested = isinstance(value, Mapping) and "." not in field
+        found += _fields(value, field) if nested else [(field, value)]
+    return found
+
+
+def _axis(field: str, value: Any, file: str) -> Axis:
+    table, _, name = field.partition(".")
+    tables = {t: Requirements.model_fields[t].annotation for t in TABLES}
+    model = tables.get(table)
+    if not isinstance(model, type) or not issubclass(model, BaseModel) or name not in model.model_fields:
+        of = [table] if table in tables else list(tables)
+        known = ", ".join(f"{t}.{n}" for t in of for n in getattr(tables[t], "model_fields", {}))
+        raise GridError(file, f"axes.{field}", "", f"is no field that can vary; known: {known}")
+    where = f"axes.{field}"
+    values = _spread(value, where, file) if isinstance(value, Mapping) else value
+    if not isinstance(values, list) or not 1 <= len(values) <= VALUES_MAX:
+        allowed = f"must be a list of 1 to {VALUES_MAX} values, or {{linspace = [first, last, count]}}, or geomspace so"
+        raise GridError(file, where, _text(value), allowed)
+    for k, one in enumerate(values):
+        if not _numeric(one):
+            raise GridError(file, f"{where}[{k}]", _text(one), "must be a finite number, or a list of such")
+        if one in values[:k]:
+            raise GridError(file, f"{where}[{k}]", _text(one), "is there twice")
+    return Axis(field, tuple(values))
+
+
+def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
+    """Values of a linspace or geomspace."""
+    kinds = [key for key in spec if key in SPACES]
+    if len(spec) != 1 or len(kinds) != 1:
+        raise GridError(file, where, _text(dict(spec)), "must hold one key, linspace or geomspace")
+    kind, numbers = kinds[0], spec[kinds[0]]
+    where = f"{where}.{kind}"
+    shape = isinstance(numbers, list) and len(numbers) == 3 and _numeric(numbers)
+    if not shape or not isinstance(numbers[2], int) or not 2 <= numbers[2] <= VALUES_MAX:
+        allowed = f"must be [first, last, count], finite numbers and 2 to {VALUES_MAX} of them"
+        raise GridError(file, where, _text(numbers), allowed)
+    first, last, count = float(numbers[0]), float(numbers[1]), numbers[2]
+    if kind == "geomspace" and not (first > 0.0 and last > 0.0):
+        raise GridError(file, where, _text(numbers), "both ends must be > 0")
+    return [float(v) for v in (np.geomspace if kind == "geomspace" else np.linspace)(first, last, count)]
+
+
+def _placed(base: dict[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """The base with the inputs in their places."""
+    given = copy.deepcopy(base)
+    for field, value in inputs.items():
+        table, _, name = field.partition(".")
+        given.setdefault(table, {})[name] = value
+    return given
+
+
+def _whole(data: Mapping[str, Any], file: str, key: str, default: int | None, allowed: tuple[int, int]) -> int | None:
+    value = data.get(key, default)
+    if key in data and (not _natural(value) or not allowed[0] <= value <= allowed[1]):
+        raise GridError(file, key, _text(value), f"must be a whole number >= {allowed[0]} and <= {allowed[1]:,}")
+    return value
+
+
+def _natural(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _naturals(value: object) -> bool:
+    return isinstance(value, list) and all(_natural(v) for v in value) and 0 < len(value) == len(set(value))
+
+
+def _numeric(value: object) -> bool:
+    if isinstance(value, list):
+        return bool(value) and all(not isinstance(v, list) and _numeric(v) for v in value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value) if isinstance(value, float) else abs(value) < INTEGER_MAX
+
+
+def _text(value: object) -> str:
+    """A value as short JSON text for a message."""
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,1 @@
+"""Certificates of one design and their independent replay."""

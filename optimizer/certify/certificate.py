@@ -1,0 +1,317 @@
+"""Certificate of a design: what holds at every point of its cube, with the boxes that prove it, made and replayed.
+
+`certify` runs the prover, `delta_cad.mechanism.proof`, which compiles. `verify` believes neither it nor the file: it
+checks that the boxes tile the cube in exact integers, and proves each condition again over each box in another
+arithmetic (`replay`), without the compiler.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from delta_cad.design import Design, design_hash
+from delta_cad.mechanism import Cube, DeltaGeometry
+from delta_cad.mechanism.proof.findings import Finding, Verdict, limit_of
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.certify.gravity import GravityShare
+from optimizer.certify.replay import breaks, replay
+from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
+
+MM_PER_M = 1000.0
+Progress = Callable[[int, float], None]
+
+
+class CertificateError(ValueError):
+    """A certificate that is not one, or does not prove what it says; the message says what."""
+
+
+class UnreadableError(CertificateError):
+    """What was given is no certificate at all."""
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was asked of every point of a cube, and what came of it.
+
+    Attributes:
+        design: Name of the design.
+        design_hash: SHA-256 of the design file's content.
+        geometry: The mechanism; its doubles, in metres, are what the proof is about.
+        cube: The cube; likewise.
+        limits: The conditions, room for gravity left by them.
+        findings: One for each condition.
+        sign: Sign of det S at `reference`.
+        reference: Position at which the sign is certain, m.
+        leaves: (n, 6) boxes that cover the half y >= 0 of the cube, see `delta_cad.mechanism.proof`; empty where
+            nothing is proved.
+        boxes: Boxes that the prover examined.
+        gravity: What of the torque was left for gravity; None if nothing was.
+    """
+
+    design: str
+    design_hash: str
+    geometry: DeltaGeometry
+    cube: Cube
+    limits: Limits
+    findings: tuple[Finding, ...]
+    sign: float
+    reference: tuple[float, float, float]
+    leaves: np.ndarray
+    boxes: int
+    gravity: GravityShare | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Refuted if any condition is, else undecided if any is, else proved."""
+        verdicts = {finding.verdict for finding in self.findings}
+        if "refuted" in verdicts:
+            return "refuted"
+        return "undecided" if "undecided" in verdicts else "proved"
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A certificate that held.
+
+    Attributes:
+        proved: Conditions proved again over the whole cube.
+        refuted: Conditions whose point was confirmed to break them.
+        undecided: Conditions that the certificate leaves open.
+        leaves: Boxes of the certificate.
+        boxes: Boxes examined; more than the leaves where the second arithmetic is coarser.
+    """
+
+    proved: tuple[str, ...]
+    refuted: tuple[str, ...]
+    undecided: tuple[str, ...]
+    leaves: int
+    boxes: int
+
+
+def limits_of(design: Design) -> Limits:
+    """The conditions that a design's requirements ask, angles rounded to the strict side.
+
+    Args:
+        design: The design.
+
+    Returns:
+        Reach and singularity always; torque at the force asked, with no gravity taken off; kappa, shoulder and lean if
+        they are given.
+    """
+    r = design.requirements
+    shoulder = None
+    if r.shoulder_min_deg is not None or r.shoulder_max_deg is not None:
+        low = -math.pi if r.shoulder_min_deg is None else _radians(r.shoulder_min_deg, math.inf)
+        high = math.pi if r.shoulder_max_deg is None else _radians(r.shoulder_max_deg, -math.inf)
+        shoulder = (max(low, -math.pi), min(high, math.pi))
+    return Limits(
+        force=r.force_N,
+        torque_max=r.joint_torque_N_m,
+        kappa_max=r.kappa_max,
+        shoulder=shoulder,
+        lean_max=None if r.lean_max_deg is None else _radians(r.lean_max_deg, -math.inf),
+    )
+
+
+def _radians(degrees: float, towards: float) -> float:
+    """Radians, a double further towards the side that is stricter than any rounding can undo."""
+    return math.nextafter(math.nextafter(math.radians(degrees), towards), towards)
+
+
+def certify(
+    design: Design,
+    limits: Limits | None = None,
+    *,
+    gravity: GravityShare | None = None,
+    max_boxes: int = 5_000_000,
+    progress: Progress | None = None,
+) -> Certificate:
+    """Decides each condition for every point of the design's cube.
+
+    Args:
+        design: The design.
+        limits: The conditions, with room for gravity already left; None takes those of its requirements, less the room.
+        gravity: What of the torque is left for gravity; None leaves nothing.
+        max_boxes: Boxes after which what is open is undecided.
+        progress: Called now and then with the boxes examined and the share of the cube that is done.
+
+    Returns:
+        The certificate, whatever the verdict.
+
+    Raises:
+        GravityError: Gravity takes all the torque.
+    """
+    from delta_cad.mechanism.proof.prove import prove
+
+    geometry, cube = design.geometry, cube_of(design)
+    asked = asked_of(design, gravity) if limits is None else limits
+    proof = prove(geometry, cube, asked, max_boxes=max_boxes, progress=progress)
+    complete = any(finding.verdict == "proved" for finding in proof.findings)
+    return Certificate(
+        design=design.name,
+        design_hash=design_hash(design),
+        geometry=geometry,
+        cube=cube,
+        limits=asked,
+        findings=proof.findings,
+        sign=proof.sign,
+        reference=proof.reference,
+        leaves=proof.leaves if complete else proof.leaves[:0],
+        boxes=proof.boxes,
+        gravity=gravity,
+    )
+
+
+def asked_of(design: Design, gravity: GravityShare | None) -> Limits:
+    """The conditions of a design's requirements, less the room that gravity needs.
+
+    Raises:
+        GravityError: Gravity takes all the torque.
+    """
+    return limits_of(design) if gravity is None else gravity.limits(limits_of(design))
+
+
+def cube_of(design: Design) -> Cube:
+    """The design's cube in metres."""
+    return Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
+
+
+def verify(certificate: Certificate, design: Design | None = None, *, progress: Progress | None = None) -> Replay:
+    """Checks a certificate without trusting it.
+
+    Args:
+        certificate: The certificate.
+        design: The design it should be about; None checks it for itself alone.
+        progress: Called with the boxes examined and the share of the leaves that is done.
+
+    Returns:
+        What held.
+
+    Raises:
+        CertificateError: It is about another design, or asks less than the design does; it leaves less room for gravity
+            than it says; its conditions are not those of its limits; its boxes do not tile the cube; a condition cannot
+            be proved again over a box; or a point does not break the condition it should.
+    """
+    c = certificate
+    fault = c.gravity.fault(c.limits) if c.gravity is not None else None
+    if fault is not None:
+        raise CertificateError(f"torque: {fault}")
+    if design is not None:
+        _same_design(c, design)
+    names = tuple(finding.condition for finding in c.findings)
+    if names != c.limits.asked:
+        raise CertificateError(f"its findings are {', '.join(names)}; its limits ask {', '.join(c.limits.asked)}")
+    for finding in c.findings:
+        if finding.limit != limit_of(c.limits, finding.condition):
+            raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
+    sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
+    if "singularity" in sorted_["proved"] + sorted_["refuted"]:
+        _check_reference(c)
+    for finding in c.findings:
+        if finding.verdict == "refuted":
+            _check_point(c, finding)
+    boxes = _prove_again(c, sorted_["proved"], progress) if sorted_["proved"] else 0
+    return Replay(sorted_["proved"], sorted_["refuted"], sorted_["undecided"], len(c.leaves), boxes)
+
+
+def _same_design(c: Certificate, design: Design) -> None:
+    if c.geometry != design.geometry or c.cube != cube_of(design):
+        raise CertificateError(f'it is about other dimensions than those of design "{design.name}"')
+    if c.design_hash != design_hash(design):
+        found = design_hash(design)
+        raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {found[:12]}")
+    r, share = design.requirements, c.gravity
+    if share is not None and (share.force, share.torque) != (r.force_N, r.joint_torque_N_m):
+        raise CertificateError("torque: gravity is taken off another force or torque than the design's")
+    if share is not None and share.masses is not None and share.masses.acceleration != r.gravity_m_s2:
+        raise CertificateError("torque: gravity is another than the design's gravity_m_s2")
+    lax = laxer(c.limits, asked_of(design, share))
+    if lax is not None:
+        raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
+
+
+def laxer(limits: Limits, asked: Limits) -> str | None:
+    """The first condition that some limits put less strictly than others do, compared in exact fractions.
+
+    Args:
+        limits: What was proved, say.
+        asked: What should have been.
+
+    Returns:
+        Name of the condition; None if all that is asked is contained.
+    """
+
+    def above(mine: float | None, yours: float | None) -> bool:
+        return yours is not None and (mine is None or mine > yours)
+
+    low, high = limits.shoulder or (-math.inf, math.inf)
+    least, most = asked.shoulder or (-math.inf, math.inf)
+    torque = asked.torque_max is not None
+    if torque and limits.torque_max is not None:  # what counts is the torque of a unit force
+        mine = Fraction(limits.torque_max) * Fraction(asked.force or 0.0)
+        torque = mine > Fraction(asked.torque_max or 0.0) * Fraction(limits.force or 0.0)
+    worse = {
+        "reach": limits.elbow_arm_min < asked.elbow_arm_min,
+        "singularity": asked.singularity and not limits.singularity,
+        "torque": torque,
+        "kappa": above(limits.kappa_max, asked.kappa_max),
+        "shoulder": low < least or high > most,
+        "lean": above(limits.lean_max, asked.lean_max),
+    }
+    return next((name for name, is_worse in worse.items() if is_worse), None)
+
+
+def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
+    p = np.array(point)
+    return bool((p >= c.cube.lower).all() and (p <= c.cube.upper).all())
+
+
+def _check_reference(c: Certificate) -> None:
+    """The sign of the determinant at the reference must be the one stated, for certain."""
+    certain = breaks(c.geometry, c.limits, -c.sign, np.array(c.reference), "singularity")
+    if not (_inside(c, c.reference) and abs(c.sign) == 1.0 and certain):
+        raise CertificateError(f"singularity: the sign {c.sign:g} of det S at {_mm(c.reference)} is not confirmed")
+
+
+def _check_point(c: Certificate, finding: Finding) -> None:
+    name, point = finding.condition, finding.point
+    if point is None:
+        raise CertificateError(f"{name}: it is refuted, but without a point")
+    if not _inside(c, point):
+        raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
+    if not breaks(c.geometry, c.limits, c.sign, np.array(point), name):
+        raise CertificateError(f"{name}: the point {_mm(point)} does not break it")
+
+
+def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress | None) -> int:
+    cells: list[Cell] = [(a, b, d, e, f, g) for a, b, d, e, f, g in c.leaves.tolist()]
+    try:
+        check_tiling(cells)
+    except TilingError as error:
+        raise CertificateError(str(error)) from None
+    lower, upper = _boxes(c.cube, cells)
+    boxes, failed = replay(c.geometry, c.limits, c.sign, conditions, lower, upper, progress=progress)
+    if failed is not None:
+        where = f"{_mm(failed.lower)} to {_mm(failed.upper)}"
+        raise CertificateError(f"{failed.condition}: it could not be proved again in the box {where}")
+    return boxes
+
+
+def _boxes(cube: Cube, cells: list[Cell]) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) lower and upper corners in doubles, rounded outwards from the exact ones of the half y >= 0."""
+    low, high = cube.lower.tolist(), cube.upper.tolist()
+    bottom = [Fraction(low[0]), Fraction(0), Fraction(low[2])]
+    top = [Fraction(x) for x in high]
+    exact = [corners(cell, bottom, top) for cell in cells]
+    below = [[math.nextafter(float(x), -math.inf) for x in pair[0]] for pair in exact]
+    above = [[math.nextafter(float(x), math.inf) for x in pair[1]] for pair in exact]
+    return np.array(below), np.array(above)
+
+
+def _mm(p: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{x * MM_PER_M:.4f}" for x in p) + ") mm"

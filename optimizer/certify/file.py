@@ -1,0 +1,290 @@
+"""The certificate as a JSON file, `delta-certificate/1`: metres, radians, doubles to the last bit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from delta_cad.common.whole import write_whole
+from delta_cad.design import NAME_PATTERN
+from delta_cad.mechanism import Cube, DeltaGeometry, MechanismError
+from delta_cad.mechanism.proof.findings import Finding, Verdict
+from delta_cad.mechanism.proof.limits import CONDITIONS, Limits
+from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
+from optimizer.certify.gravity import GravityShare, Masses
+
+SCHEMA = "delta-certificate/1"
+STATEMENT = (
+    "For every point (x, y, z) with x and y in [-half_side, half_side] and z in [bottom_height, top_height] each "
+    "condition with the verdict proved holds, with the lengths and limits below taken as exact numbers. A leaf "
+    "[kx, ix, ky, iy, kz, iz] is the box [i, i + 1] / 2^k of each edge of the half y >= 0; the other half is its "
+    "mirror image. Where gravity is not null, force and torque of the limits are those asked, less room for the weight "
+    "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
+)
+Point = tuple[float, float, float]
+_Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+_Index = Annotated[int, Field(ge=0, lt=2**60)]  # as fine as `check_tiling` looks; fits 64 bits
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class _Geometry(_Record):
+    base_radius_m: float
+    platform_radius_m: float
+    upper_arm_length_m: float
+    forearm_length_m: float
+
+
+class _Cube(_Record):
+    bottom_height_m: float
+    half_side_m: float
+    top_height_m: float
+
+
+class _Limits(_Record):
+    elbow_arm_min_m: float
+    singularity: bool
+    force_N: float | None
+    torque_max_N_m: float | None
+    kappa_max: float | None
+    shoulder_rad: tuple[float, float] | None
+    lean_max_rad: float | None
+
+
+class _Masses(_Record):
+    acceleration_m_s2: Point
+    carried_mass_kg: float
+    arm_moment_kg_m: float
+    file_sha256: _Sha256
+
+
+class _Gravity(_Record):
+    force_N: float
+    joint_torque_N_m: float
+    weight_N: float
+    reserve_N_m: float
+    masses: _Masses | None
+
+
+class _Finding(_Record):
+    condition: Literal["reach", "singularity", "torque", "kappa", "shoulder", "lean"]
+    verdict: Verdict
+    limit: float | tuple[float, float]
+    point_m: Point | None = None
+    value: float | None = None
+    box_m: tuple[Point, Point] | None = None
+
+
+class _Determinant(_Record):
+    sign: float
+    reference_m: Point
+
+
+class _File(_Record):
+    schema_id: Literal["delta-certificate/1"] = Field(alias="schema")
+    statement: str
+    verdict: Verdict
+    design: str = Field(pattern=NAME_PATTERN)
+    design_hash: _Sha256
+    geometry: _Geometry
+    cube: _Cube
+    limits: _Limits
+    gravity: _Gravity | None
+    findings: list[_Finding]
+    determinant: _Determinant
+    boxes: int = Field(ge=0)
+    leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]]
+    digest: _Sha256
+
+
+def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
+    """The certificate as plain data, with the digest of all the rest."""
+    g, cube, limits = certificate.geometry, certificate.cube, certificate.limits
+    findings = []
+    for f in certificate.findings:
+        known = {"condition": f.condition, "verdict": f.verdict, "limit": f.limit, "point_m": f.point, "box_m": f.box}
+        known["value"] = f.value if f.value is not None and math.isfinite(f.value) else None  # an open chain has none
+        findings.append({key: value for key, value in known.items() if value is not None})
+    data = {
+        "schema": SCHEMA,
+        "statement": STATEMENT,
+        "verdict": certificate.verdict,
+        "design": certificate.design,
+        "design_hash": certificate.design_hash,
+        "geometry": {
+            "base_radius_m": g.base_radius,
+            "platform_radius_m": g.platform_radius,
+            "upper_arm_length_m": g.upper_arm_length,
+            "forearm_length_m": g.forearm_length,
+        },
+        "cube": {
+            "bottom_height_m": cube.bottom_height,
+            "half_side_m": cube.half_side,
+            "top_height_m": float(cube.upper[2]),
+        },
+        "limits": {
+            "elbow_arm_min_m": limits.elbow_arm_min,
+            "singularity": limits.singularity,
+            "force_N": limits.force,
+            "torque_max_N_m": limits.torque_max,
+            "kappa_max": limits.kappa_max,
+            "shoulder_rad": limits.shoulder,
+            "lean_max_rad": limits.lean_max,
+        },
+        "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
+        "findings": findings,
+        "determinant": {"sign": certificate.sign, "reference_m": certificate.reference},
+        "boxes": certificate.boxes,
+        "leaves": certificate.leaves.tolist(),
+    }
+    return data | {"digest": _digest(data)}
+
+
+def _gravity_to_dict(share: GravityShare) -> dict[str, Any]:
+    m = share.masses
+    masses = None
+    if m is not None:
+        masses = {
+            "acceleration_m_s2": m.acceleration,
+            "carried_mass_kg": m.carried_mass,
+            "arm_moment_kg_m": m.arm_moment,
+            "file_sha256": m.sha256,
+        }
+    return {
+        "force_N": share.force,
+        "joint_torque_N_m": share.torque,
+        "weight_N": share.weight,
+        "reserve_N_m": share.reserve,
+        "masses": masses,
+    }
+
+
+def _gravity(read: _Gravity) -> GravityShare:
+    m = read.masses
+    masses = None
+    if m is not None:
+        masses = Masses(m.acceleration_m_s2, m.carried_mass_kg, m.arm_moment_kg_m, m.file_sha256)
+    return GravityShare(read.force_N, read.joint_torque_N_m, read.weight_N, read.reserve_N_m, masses)
+
+
+def _digest(data: dict[str, Any]) -> str:
+    """SHA-256 of the canonical JSON of all but the digest itself."""
+    rest = {key: value for key, value in data.items() if key != "digest"}
+    text = json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def certificate_from_dict(data: object, file: str = "certificate") -> Certificate:
+    """The certificate from plain data; it still has to be verified.
+
+    Args:
+        data: What the JSON file holds.
+        file: Name that error messages start with.
+
+    Returns:
+        The certificate.
+
+    Raises:
+        UnreadableError: A field is missing, unknown or of the wrong kind, or no mechanism or limit can have its value.
+        CertificateError: The digest is not that of the content, the statement is not `STATEMENT`, or verdict and top
+            height do not follow from the rest.
+    """
+    try:
+        read = _File.model_validate(data)
+        content = data if isinstance(data, dict) else {}
+        if _digest(content) != read.digest:
+            raise CertificateError(f"{file}: its content was changed: the digest is not {read.digest[:12]}")
+        certificate = _certificate(read)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(_printable(part) for part in first["loc"]) or "the file"
+        raise UnreadableError(f"{file}: {where}: {first['msg']}") from None
+    except MechanismError as error:
+        raise UnreadableError(f"{file}: {error}") from None
+    if read.statement != STATEMENT:
+        raise CertificateError(f"{file}: statement is not what its numbers prove; it must be the one that {SCHEMA} has")
+    if certificate.verdict != read.verdict:
+        raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
+    if float(certificate.cube.upper[2]) != read.cube.top_height_m:
+        raise CertificateError(f"{file}: top_height_m is not bottom_height_m plus twice half_side_m")
+    return certificate
+
+
+def _printable(part: str | int) -> str:
+    """A key of a file, so that none can move a terminal's cursor or break the line."""
+    return str(part) if isinstance(part, int) or part.isidentifier() else ascii(part)
+
+
+def _certificate(read: _File) -> Certificate:
+    g, cube, limits = read.geometry, read.cube, read.limits
+    order = {name: n for n, name in enumerate(CONDITIONS)}
+    return Certificate(
+        design=read.design,
+        design_hash=read.design_hash,
+        geometry=DeltaGeometry(g.base_radius_m, g.platform_radius_m, g.upper_arm_length_m, g.forearm_length_m),
+        cube=Cube(cube.bottom_height_m, cube.half_side_m),
+        limits=Limits(
+            elbow_arm_min=limits.elbow_arm_min_m,
+            singularity=limits.singularity,
+            force=limits.force_N,
+            torque_max=limits.torque_max_N_m,
+            kappa_max=limits.kappa_max,
+            shoulder=limits.shoulder_rad,
+            lean_max=limits.lean_max_rad,
+        ),
+        findings=tuple(
+            Finding(f.condition, f.verdict, f.limit, f.point_m, f.value, f.box_m)
+            for f in sorted(read.findings, key=lambda f: order[f.condition])
+        ),
+        sign=read.determinant.sign,
+        reference=read.determinant.reference_m,
+        leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
+        boxes=read.boxes,
+        gravity=None if read.gravity is None else _gravity(read.gravity),
+    )
+
+
+def write_certificate(certificate: Certificate, path: str | Path) -> None:
+    """Writes the file whole or not at all.
+
+    Args:
+        certificate: The certificate.
+        path: Where to; replaced if it is there.
+    """
+    path = Path(path)
+    data = certificate_to_dict(certificate)
+    leaves = data.pop("leaves")
+    text = json.dumps(data, indent=1, allow_nan=False)
+    lines = ",\n".join("  " + json.dumps(leaf, separators=(",", ":")) for leaf in leaves)
+    write_whole(path, text[:-2] + ',\n "leaves": [\n' + lines + "\n ]\n}\n")
+
+
+def read_certificate(path: str | Path) -> Certificate:
+    """Reads a certificate; it still has to be verified.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The certificate.
+
+    Raises:
+        UnreadableError: It cannot be read, is not JSON, or has not the fields of a certificate.
+        CertificateError: `certificate_from_dict` finds that it was changed.
+    """
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UnreadableError(f"{path.name}: cannot be read: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:
+        raise UnreadableError(f"{path.name}: is not JSON we can read: {error}") from None
+    return certificate_from_dict(data, path.name)

@@ -1,0 +1,264 @@
+"""Gravity's share of each joint's torque, bounded in closed form, and taken off what is left for the force.
+
+What a shoulder holds at p, with `J_i` the platform's velocity per unit rate of joint i (column i of J):
+
+- platform: it does not turn, so its mass moves with `J_i`;
+- rod of mass m whose centre is at the share f of the line from elbow to wrist: `(1 - f)` of m moves with the elbow,
+  `L_A` per unit rate and of chain i alone, f of it with the wrist, that is with `J_i`. A centre at e beside the line
+  moves at most `e (|J_i| + L_A) / L_B` more: a rod is free to turn about its line, so that its spin takes no torque;
+- upper arm: its centre moves with its distance from the shoulder axis;
+- pinion: with the distance from its own axis times the turns of the pinion per turn of the arm.
+
+Power balance and the triangle inequality give, at every p and for every direction of a gravity of size g,
+
+    |gravity torque of joint i|  <=  g M |J_i| + g S
+
+with M, `carried_mass`, all that moves with the wrist, and S, `arm_moment`, what moves with the elbow times L_A plus the
+rest, of the heaviest chain. A force F in any direction takes at most `F |J_i|` of the same joint. So
+
+    (F + g M) |J_i|  <=  T - g S   in the whole cube
+
+is enough for force and weight together within the torque T: a torque condition again, with a larger force and a
+smaller torque. It is conservative by the angle between `J_i` and gravity and by the pose of the upper arm.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from delta_cad.mechanism.proof.limits import Limits
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+
+SCHEMA = "delta-mass-properties/1"
+CHAINS = range(3)
+RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
+NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *RODS)
+KNOWN = ("base", *NEEDED, *(f"pinion_{i}" for i in CHAINS))
+UPWARDS = 1.0 + 2.0**-40
+"""Lifts a sum of some twenty products over its own rounding, 2^-47 of it at most."""
+HOME_MM = 1e-6
+"""Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding."""
+
+
+class GravityError(ValueError):
+    """Mass properties or a share of gravity that cannot be used; the message says which field and why."""
+
+
+@dataclass(frozen=True)
+class Masses:
+    """What of the moving bodies' masses the bound needs.
+
+    Attributes:
+        acceleration: (3) gravity in the base frame, m/s^2.
+        carried_mass: M, kg.
+        arm_moment: S, kg m.
+        sha256: Of the file that they come from.
+    """
+
+    acceleration: tuple[float, float, float]
+    carried_mass: float
+    arm_moment: float
+    sha256: str
+
+
+@dataclass(frozen=True)
+class GravityShare:
+    """What is taken off for gravity.
+
+    Attributes:
+        force: Force asked at the handle, N.
+        torque: Torque of each joint, N m.
+        weight: Added to the force for what the wrist carries, N.
+        reserve: Taken off the torque for the arms, or for all of gravity, N m.
+        masses: Where weight and reserve come from; None where the reserve was given by hand.
+    """
+
+    force: float
+    torque: float
+    weight: float
+    reserve: float
+    masses: Masses | None = None
+
+    def limits(self, limits: Limits) -> Limits:
+        """The conditions, the torque's replaced by the one that leaves room for gravity, rounded to its strict side.
+
+        Raises:
+            GravityError: Nothing of the torque is left.
+        """
+        left = math.nextafter(self.torque - self.reserve, -math.inf)
+        if left < 1e-6:  # below it the prover takes no torque
+            raise GravityError(
+                f"gravity takes {self.reserve:.6g} N m of each joint's {self.torque:g} N m: none is left"
+            )
+        return replace(limits, force=math.nextafter(self.force + self.weight, math.inf), torque_max=left)
+
+    def less_than(self, reserve: float) -> str | None:
+        """What is wrong if less is left for gravity than a torque given by hand.
+
+        Args:
+            reserve: Torque of each joint that should be left, N m.
+
+        Returns:
+            The fault in words, or None.
+        """
+        if self.masses is not None:
+            return "gravity's share comes from a mass file: compare it with that"
+        if self.reserve < reserve:
+            return f"only {self.reserve:.9g} N m are left for gravity, not {reserve:.9g} N m"
+        return None
+
+    def fault(self, limits: Limits) -> str | None:
+        """What is wrong if these conditions do not leave the room for gravity that they should, in exact fractions.
+
+        Args:
+            limits: The conditions of a certificate.
+
+        Returns:
+            The fault in words, or None.
+        """
+        if limits.force is None or limits.torque_max is None:
+            return "gravity is taken off, but no torque is asked"
+        numbers = (self.force, self.torque, self.weight, self.reserve)
+        if not all(math.isfinite(x) and x >= 0.0 for x in numbers):
+            return "gravity's share holds a number that is negative or not finite"
+        force, torque, weight, reserve = (Fraction(x) for x in numbers)
+        if Fraction(limits.force) < force + weight:
+            return (
+                f"the force of {limits.force:.9g} N is less than {self.force:g} N and the weight of {self.weight:.9g} N"
+            )
+        if Fraction(limits.torque_max) > torque - reserve:
+            return f"the torque of {limits.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
+        if self.masses is None:
+            return None
+        m = self.masses
+        if m.carried_mass < 0.0 or m.arm_moment < 0.0:
+            return "gravity's share holds a negative mass"
+        g2 = sum((Fraction(a) ** 2 for a in m.acceleration), Fraction(0))
+        if weight**2 < Fraction(m.carried_mass) ** 2 * g2:
+            return f"the weight of {self.weight:.9g} N is less than that of the {m.carried_mass:.9g} kg carried"
+        if reserve**2 < Fraction(m.arm_moment) ** 2 * g2:
+            return f"the reserve of {self.reserve:.9g} N m is less than the arms' moment {m.arm_moment:.9g} kg m asks"
+        return None
+
+
+def given_share(design: Design, reserve: float) -> GravityShare:
+    """A reserve that somebody answers for.
+
+    Args:
+        design: The design.
+        reserve: Taken off the torque of each joint, N m.
+
+    Returns:
+        The share.
+
+    Raises:
+        GravityError: The reserve is negative, not finite, or leaves no torque.
+    """
+    r = design.requirements
+    if not (math.isfinite(reserve) and 0.0 <= reserve < r.joint_torque_N_m):
+        allowed = f"must be >= 0 and < requirements.joint_torque_N_m = {r.joint_torque_N_m:g} N m"
+        raise GravityError(f"gravity torque = {reserve:g}: {allowed}")
+    return GravityShare(r.force_N, r.joint_torque_N_m, 0.0, reserve)
+
+
+def share_of_masses(design: Design, masses: Masses) -> GravityShare:
+    """The share that the masses of a machine ask, module docstring.
+
+    Args:
+        design: The design.
+        masses: Of its machine.
+
+    Returns:
+        The share, rounded up.
+    """
+    g = math.sqrt(sum(a * a for a in masses.acceleration)) * UPWARDS
+    r = design.requirements
+    weight, reserve = g * masses.carried_mass * UPWARDS, g * masses.arm_moment * UPWARDS
+    return GravityShare(r.force_N, r.joint_torque_N_m, weight, reserve, masses)
+
+
+def read_masses(path: Path, design: Design) -> Masses:
+    """Reads what a build wrote about its masses, `mass_properties.json`.
+
+    Args:
+        path: The file.
+        design: The design that was built.
+
+    Returns:
+        The masses.
+
+    Raises:
+        GravityError: Unreadable, not mass properties, of another design, or with bodies that the bound does not know.
+    """
+    try:
+        content = path.read_bytes()
+        data = json.loads(content)
+    except OSError as error:
+        raise GravityError(f"{path.name}: cannot be read: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:
+        raise GravityError(f"{path.name}: is not JSON we can read: {error}") from None
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise GravityError(f'{path.name}: schema: must be "{SCHEMA}"')
+    cube = design.cube
+    home, centre = data.get("home_mm"), [0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]
+    if not _vector(home) or any(abs(a - b) > HOME_MM for a, b in zip(list(home or ()), centre, strict=True)):
+        raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
+    bodies = data.get("bodies")
+    if not isinstance(bodies, dict):
+        raise GravityError(f"{path.name}: bodies: is missing")
+    carried, moment = _sums(path.name, bodies, design)
+    return Masses(design.requirements.gravity_m_s2, carried, moment, hashlib.sha256(content).hexdigest())
+
+
+def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, float]:
+    """M and S, rounded up."""
+    unknown = [name for name in bodies if name not in KNOWN]
+    if unknown:
+        raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")
+    found = {name: _body(file, name, bodies.get(name)) for name in KNOWN if name in bodies or name in NEEDED}
+    length, arm = design.geometry.forearm_length, design.geometry.upper_arm_length
+    ratio = design.hardware.capstan_ratio if design.hardware.drive == "capstan" else 1.0
+    carried, moments = found["platform"][0], []
+    for i in CHAINS:
+        elbow, beside = 0.0, 0.0
+        for name in RODS[2 * i : 2 * i + 2]:
+            mass, (x, y, z) = found[name]
+            off = math.hypot(y, z) / length
+            carried += mass * (abs(x) / length + off)
+            elbow += mass * (abs(1.0 - x / length) + off)
+        for name, turns in ((f"upper_arm_{i}", 1.0), (f"pinion_{i}", ratio)):
+            mass, (x, _, z) = found.get(name, (0.0, (0.0, 0.0, 0.0)))
+            beside += turns * mass * math.hypot(x, z)
+        moments.append(elbow * arm + beside)
+    return carried * UPWARDS, max(moments) * UPWARDS
+
+
+def _body(file: str, name: str, data: object) -> tuple[float, tuple[float, float, float]]:
+    """Mass in kg and centre in the link's frame in m: x along the link, y along the joint's axis."""
+    if not isinstance(data, dict):
+        raise GravityError(f"{file}: bodies.{name}: is missing")
+    mass, centre = data.get("mass_kg"), data.get("centre_m")
+    if isinstance(mass, bool) or not isinstance(mass, int | float) or not 0.0 <= mass < math.inf:
+        raise GravityError(f"{file}: bodies.{name}.mass_kg = {mass}: must be a number >= 0 kg")
+    if not _vector(centre):
+        raise GravityError(f"{file}: bodies.{name}.centre_m = {centre}: must be a list of 3 numbers, m")
+    x, y, z = (float(v) for v in centre)  # type: ignore[union-attr]
+    return float(mass), (x, y, z)
+
+
+def _vector(value: object) -> bool:
+    """Whether it is a list of three finite numbers."""
+    return (
+        isinstance(value, list)
+        and len(value) == 3
+        and all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value)
+    )

@@ -1,0 +1,298 @@
+"""What `certify` tells: one row a figure with its limit, its proved bound, its extreme and the room between them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from typing import Any
+
+import numpy as np
+
+from delta_cad.mechanism import CubeExtremes, reach_excess
+from delta_cad.mechanism.proof.findings import Finding
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.certify.bounds import Bound
+from optimizer.certify.certificate import Certificate
+
+DIGITS = 6
+MM, DEG = 1000.0, 180.0 / math.pi
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure over the cube, in the unit that it is told in.
+
+    Attributes:
+        condition: That it belongs to.
+        figure: Its name in words.
+        unit: Of all its numbers; "" for none.
+        upper: Whether the limit is an upper one.
+        verdict: Of the condition; "not asked" if there is no limit.
+        limit: What is allowed; None if nothing is.
+        proved: No point of the cube is beyond this; None where nothing was proved.
+        attained: The extreme found; None where a chain is open, or it is infinite.
+        at_mm: Where.
+        point_mm: Point that breaks the limit for certain.
+        value: The figure there.
+        box_mm: Box in which the condition was not decided.
+    """
+
+    condition: str
+    figure: str
+    unit: str
+    upper: bool
+    verdict: str
+    limit: float | None
+    proved: float | None
+    attained: float | None
+    at_mm: Point | None
+    point_mm: Point | None
+    value: float | None
+    box_mm: tuple[Point, Point] | None
+
+    @property
+    def worst(self) -> tuple[float, Point] | None:
+        """The worse of the extreme found and the value at the point that breaks the limit."""
+        known = [
+            (value, at)
+            for value, at in ((self.attained, self.at_mm), (self.value, self.point_mm))
+            if value is not None and at is not None
+        ]
+        return (max if self.upper else min)(known, default=None, key=lambda pair: pair[0])
+
+    @property
+    def room(self) -> float | None:
+        """How far the worst is within the limit; negative beyond it."""
+        if self.limit is None or self.worst is None:
+            return None
+        room = self.limit - self.worst[0]
+        return room if self.upper else -room
+
+    def record(self) -> dict[str, Any]:
+        """As plain data for JSON."""
+        fields = ("condition", "figure", "unit", "verdict", "limit", "proved", "attained", "at_mm", "point_mm", "value")
+        return {name: getattr(self, name) for name in (*fields, "box_mm")} | {
+            "limit_is": "at most" if self.upper else "at least",
+            "room": self.room,
+        }
+
+
+def report_rows(c: Certificate, extremes: CubeExtremes | None, found: tuple[Bound, ...]) -> list[Row]:
+    """The rows of a certificate.
+
+    Args:
+        c: The certificate, about what the requirements ask.
+        extremes: What a search found; None where a chain is open.
+        found: The bounds proved beside it, for the force without gravity's share.
+
+    Returns:
+        One for each figure, those that are not asked too.
+    """
+    findings = {f.condition: f for f in c.findings}
+    known = {bound.figure: bound for bound in found}
+    low, high = c.limits.shoulder or (None, None)
+    torque, share, reserve = c.limits.torque_max, 1.0, 0.0
+    if c.gravity is not None:  # told as force and gravity together, against the whole torque
+        torque, share, reserve = c.gravity.torque, 1.0 + c.gravity.weight / c.gravity.force, c.gravity.reserve
+    words = "torque with gravity" if c.gravity is not None else "torque, no gravity"
+    kappa, lean = c.limits.kappa_max, c.limits.lean_max
+    table = (
+        ("reach", "reach", "elbow arm", "mm", False, c.limits.elbow_arm_min, MM, 0.0),
+        ("singularity", "", "det S / L_B^3", "", False, 0.0, 1.0, 0.0),
+        ("torque", "torque", words, "N m", True, torque, share, reserve),
+        ("kappa", "kappa", "kappa", "", True, kappa, 1.0, 0.0),
+        ("shoulder", "shoulder_min", "shoulder, smallest", "deg", False, low, DEG, 0.0),
+        ("shoulder", "shoulder_max", "shoulder, largest", "deg", True, high, DEG, 0.0),
+        ("lean", "lean", "lean", "deg", True, lean, DEG, 0.0),
+    )
+    rows = []
+    for condition, name, figure, unit, upper, limit, scale, added in table:
+        finding, bound = findings.get(condition), known.get(name)
+        if bound is None and extremes is not None and condition == "singularity":
+            margin = extremes.direct_margin_min
+            bound = Bound("", margin.value, margin.position, None)
+        allowed = None if finding is None or limit is None else limit * (1.0 if condition == "torque" else scale)
+        proved = None if bound is None or bound.proved is None else bound.proved * scale + added
+        verdict = "not asked" if finding is None or allowed is None else finding.verdict
+        if (
+            verdict == "refuted" and proved is not None and allowed is not None
+        ):  # of the shoulder's two, the one in order
+            verdict = "proved" if (proved <= allowed if upper else proved >= allowed) else verdict
+        if verdict == "proved" and proved is not None and allowed is not None:  # the limit itself is a proved bound
+            proved = min(proved, allowed) if upper else max(proved, allowed)
+        rows.append(
+            Row(
+                condition,
+                figure,
+                unit,
+                upper,
+                verdict,
+                allowed,
+                proved,
+                None if bound is None else bound.attained * scale + added,
+                None if bound is None else _mm(bound.point),
+                None if finding is None or finding.point is None else _mm(finding.point),
+                _value(c, finding, name, scale, added),
+                None if finding is None or finding.box is None else (_mm(finding.box[0]), _mm(finding.box[1])),
+            )
+        )
+    return rows
+
+
+def _value(c: Certificate, finding: Finding | None, name: str, scale: float, added: float) -> float | None:
+    """The figure at the point that breaks the limit; of the shoulder's two, the one that is broken."""
+    if finding is None or finding.point is None:
+        return None
+    if name == "reach" and (finding.value is None or not math.isfinite(finding.value)):
+        return -float(np.max(reach_excess(c.geometry, np.array(finding.point)))) * MM
+    if finding.value is None or not math.isfinite(finding.value):
+        return None
+    low, high = c.limits.shoulder or (-math.inf, math.inf)
+    if (name == "shoulder_min" and finding.value >= low) or (name == "shoulder_max" and finding.value <= high):
+        return None
+    return finding.value * (1.0 if name == "torque" else scale) + added  # the torque there is for the raised force
+
+
+def _mm(p: Point) -> Point:
+    return (p[0] * MM, p[1] * MM, p[2] * MM)
+
+
+def rounded(value: float, upwards: bool) -> str:
+    """A bound in `DIGITS` digits, rounded to the side on which it still is true."""
+    context = Context(prec=DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
+    return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{DIGITS}g}"
+
+
+def limit_words(limits: Limits, condition: str) -> str:
+    """What a condition asks, rounded to the side on which the words still are true.
+
+    Args:
+        limits: The conditions.
+        condition: Name of one that is asked.
+
+    Returns:
+        Such as "kappa <= 2.27".
+    """
+    if condition == "singularity":
+        return "det S of one sign"
+    if condition == "reach":
+        return f"every elbow arm >= {rounded(limits.elbow_arm_min * MM, False)} mm"
+    if condition == "torque":
+        force = rounded(limits.force or 0.0, False)
+        return f"torque <= {rounded(limits.torque_max or 0.0, True)} N m for {force} N in any direction"
+    if condition == "shoulder":
+        low, high = (x * DEG for x in limits.shoulder or (-math.pi, math.pi))
+        return f"shoulder angle {rounded(low, False)} to {rounded(high, True)} deg"
+    if condition == "lean":
+        return f"lean <= {rounded((limits.lean_max or 0.0) * DEG, True)} deg"
+    return f"kappa <= {rounded(limits.kappa_max or math.inf, True)}"
+
+
+def place(p: Point) -> str:
+    """A position in mm."""
+    return "(" + ", ".join(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in p) + ") mm"
+
+
+def shortfall(row: Row) -> str:
+    """One sentence for a condition that was not proved: by how much and where."""
+    unit = f" {row.unit}" if row.unit else ""
+    if row.verdict == "undecided":
+        where = "" if row.box_mm is None else f" in the box {place(row.box_mm[0])} to {place(row.box_mm[1])}"
+        return f"{row.condition} is undecided{where}"
+    if row.worst is None or row.limit is None:
+        where = "" if row.point_mm is None else f" at {place(row.point_mm)}"
+        return f"{row.condition} is refuted{where}"
+    value, at = row.worst
+    if row.condition == "reach" and value < 0.0:
+        return f"reach is refuted: a chain is {-value:.{DIGITS}g} mm out of reach at {place(at)}"
+    if row.condition == "singularity":
+        return f"singularity is refuted: the determinant has the other sign at {place(at)}"
+    beyond, side = abs(row.room or 0.0), "above" if row.upper else "below"
+    return (
+        f"{row.condition} is refuted: {row.figure} is {value:.{DIGITS}g}{unit} at {place(at)}, "
+        f"{beyond:.3g}{unit} {side} the limit of {row.limit:g}{unit}"
+    )
+
+
+def broken(rows: list[Row]) -> list[Row]:
+    """The rows that keep a certificate from proving its design."""
+    return [row for row in rows if row.verdict in ("refuted", "undecided")]
+
+
+def table(rows: list[Row]) -> str:
+    """The rows as aligned text."""
+    head = ("figure", "verdict", "limit", "proved", "extreme found", "at x, y, z", "room")
+    lines = [head, *(_cells(row) for row in rows)]
+    widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines
+    )
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    unit = f" {row.unit}" if row.unit else ""
+    sign = "<=" if row.upper else ">="
+    limit = "" if row.limit is None else f"{sign} {row.limit:.{DIGITS}g}{unit}"
+    if row.condition == "singularity":
+        limit = "one sign" if row.limit is not None else ""
+    proved = "" if row.proved is None else f"{sign} {rounded(row.proved, row.upper)}{unit}"
+    worst = row.worst
+    found = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
+    at = "" if worst is None else place(worst[1])
+    room = "" if row.room is None or row.condition == "singularity" else f"{row.room:.3g}{unit}"
+    return row.figure, row.verdict, limit, proved, found, at, room
+
+
+def gravity_words(c: Certificate, found: tuple[Bound, ...]) -> str:
+    """What was taken off for gravity, and what it comes to."""
+    share = c.gravity
+    if share is None:
+        return "gravity is NOT taken off the torque: give --mass-properties (of a build) or --gravity-torque"
+    given = f"{share.reserve:g} N m of every joint's {share.torque:g} N m, as given by hand"
+    if share.masses is None:
+        return f"gravity is taken off: {given}"
+    text = (
+        f"gravity is taken off: the wrists carry {1e3 * share.masses.carried_mass:.4g} g, which act as "
+        f"{share.weight:.4g} N more than the {share.force:g} N in the worst direction; upper arms, elbows and pinions "
+        f"take {share.reserve:.4g} N m"
+    )
+    most = gravity_most(c, found)
+    return text if most is None else f"{text}; gravity alone is at most {rounded(most, True)} N m (proved)"
+
+
+def gravity_most(c: Certificate, found: tuple[Bound, ...]) -> float | None:
+    """Bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
+    share = c.gravity
+    if share is None:
+        return None
+    if share.masses is None:
+        return share.reserve
+    torque = next((bound.proved for bound in found if bound.figure == "torque"), None)
+    return None if torque is None else torque / share.force * share.weight * (1.0 + 1e-12) + share.reserve
+
+
+def facts(c: Certificate, rows: list[Row], found: tuple[Bound, ...]) -> dict[str, Any]:
+    """The same as plain data for JSON."""
+    share = c.gravity
+    masses = None if share is None else share.masses
+    source = None if share is None else "given" if masses is None else "mass properties"
+    return {
+        "design": c.design,
+        "design_hash": c.design_hash,
+        "verdict": c.verdict,
+        "conditions": [row.record() for row in rows],
+        "gravity": {
+            "taken_off": share is not None,
+            "source": source,
+            "weight_N": None if share is None else share.weight,
+            "reserve_N_m": None if share is None else share.reserve,
+            "carried_mass_kg": None if masses is None else masses.carried_mass,
+            "arm_moment_kg_m": None if masses is None else masses.arm_moment,
+            "mass_properties_sha256": None if masses is None else masses.sha256,
+            "torque_max_N_m": gravity_most(c, found),
+        },
+        "boxes": c.boxes,
+        "leaves": len(c.leaves),
+    }

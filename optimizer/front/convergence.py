@@ -1,0 +1,115 @@
+"""How GA and SQP come to the optimum of one step 3, seed by seed: best objective so far against designs evaluated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from optimizer.problem.step import Problem
+from optimizer.search import genetic, sqp
+from optimizer.synthesis.three_step import Store
+
+
+class Trace(NamedTuple):
+    """One run.
+
+    Attributes:
+        method: `ga` or `sqp`.
+        seed: Of the run.
+        evaluations: (K,) designs evaluated so far, ascending.
+        best: (K,) smallest worst kappa of a feasible design so far; NaN before there was one. The GA's is that on its
+            own sample of the surface, SQP's that on the polished surface.
+    """
+
+    method: str
+    seed: int
+    evaluations: tuple[int, ...]
+    best: tuple[float, ...]
+
+
+Report = Callable[[str, int, int], None]
+"""Told before each run: method, seed, and how many seeds there are."""
+
+
+def traces(
+    problem: Problem,
+    seeds: int,
+    report: Report | None = None,
+    stop: Callable[[], bool] = bool,
+    store: Store | None = None,
+) -> list[Trace]:
+    """Runs both methods from each seed: the GA with the paper's parameters, SQP from its usual starts.
+
+    Args:
+        problem: A step 3.
+        seeds: How many, from 0.
+        report: Told of each run.
+        stop: Asked before each run and in it; True ends there.
+        store: Keeps each run; None keeps nothing.
+
+    Returns:
+        The runs that came to their end.
+    """
+    found = []
+    for seed in range(seeds):
+        for method, run in (("sqp", _sqp), ("ga", _ga)):
+            key = f"convergence/{method}/{seed}"
+            kept = store.finished(key) if store else None
+            if kept is None:
+                if report is not None:
+                    report(method, seed, seeds)
+                trace = run(problem, seed, stop)
+                if stop():
+                    return found
+                kept = {"evaluations": list(trace.evaluations), "best": [_plain(value) for value in trace.best]}
+                if store is not None:
+                    store.finish(key, kept)
+            best = tuple(math.nan if value is None else float(value) for value in kept["best"])
+            found.append(Trace(method, seed, tuple(kept["evaluations"]), best))
+    return found
+
+
+def band(traces: list[Trace], method: str, at: np.ndarray) -> np.ndarray:
+    """Least, median and largest of the best values of a method's runs.
+
+    Args:
+        traces: Runs.
+        method: Of these only.
+        at: (K,) numbers of designs evaluated.
+
+    Returns:
+        (3, K) least, median, largest; infinite where no run, half of them, or not all have a feasible design yet.
+    """
+    rows = []
+    for trace in traces:
+        if trace.method == method:
+            k = np.searchsorted(trace.evaluations, at, side="right") - 1
+            rows.append(np.where(k >= 0, np.nan_to_num(trace.best, nan=np.inf)[np.maximum(k, 0)], np.inf))
+    values = np.sort(rows, axis=0)
+    # of an even number the upper median: half the runs are as good
+    return np.stack([values[0], values[len(values) // 2], values[-1]])
+
+
+def _ga(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
+    evaluations: list[int] = []
+
+    def keep(generation: genetic.Generation) -> None:
+        evaluations.append(len(generation.objective) + (evaluations[-1] if evaluations else 0))
+
+    last = genetic.evolve(problem, seed, keep=keep, stop=stop)
+    return Trace("ga", seed, tuple(evaluations), tuple(-1.0 / value for value in last.history))
+
+
+def _sqp(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
+    starts = np.roll(sqp.start_points(problem, seed), -1, axis=0)  # what no seed moves, the middle, comes last
+    found = sqp.search(problem, starts, stop=stop)
+    levels = np.fmax.accumulate([level for _, level in found.trail])
+    best = tuple(1.0 / float(level) if level > 0.0 else math.nan for level in levels)
+    return Trace("sqp", seed, tuple(evaluations for evaluations, _ in found.trail), best)
+
+
+def _plain(value: float) -> Any:
+    return None if math.isnan(value) else value

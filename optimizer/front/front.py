@@ -1,0 +1,368 @@
+"""The front of cube size against the worst condition number: step 3 at one half side after another.
+
+A smaller cube on the same bottom face lies inside a larger one, so what holds for a design with the larger cube holds
+with the smaller, and its kappa is no worse: the front never falls. Each half side is started from its neighbours on
+both sides, the coarse ones from several other places too; at the end the front is swept up and down once more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from optimizer.front.limits import BEYOND, RANGE_MIN, at_side, beyond, no_cube
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.extremes import design_worst
+from optimizer.problem.requirements import Requirements
+from optimizer.problem.step import MM_PER_M, SIDE, Problem, outline_size, step_problem
+from optimizer.search import sqp
+from optimizer.search.result import Result
+from optimizer.synthesis.infeasible import explain
+from optimizer.synthesis.three_step import Store
+
+COARSE = 9
+"""Half sides that are started cold as well, evenly spaced; between them lie what neighbours started."""
+COLD = 3
+"""Cold starts of each; the neighbour is a fourth."""
+POINTS_MIN = 4
+SMALLEST_SHARE = 0.25
+"""Where the requirements bound no half side from below: a smaller part of the largest cube is no workspace."""
+PIECE_MIN = 1e-4
+"""Of the range: a shorter piece is not halved, whatever kappa does in it."""
+LARGER_ROUNDS = 5
+"""Times that a larger cube found beyond the largest is followed; once has not been seen yet."""
+BETTER = 1e-9
+"""Part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10."""
+ACTIVE = 1e-6
+"""Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8."""
+CUT = 0.05
+"""Largest part by which the largest cube is cut where it does not hold between the points of the search's grid."""
+CUTS = 24
+"""Halvings of that part: to 3e-9 of L."""
+STARTS = "not improved"
+"""Ending of a point that is a neighbour's design; a key of `result.ADVICE`."""
+
+
+class FrontError(ValueError):
+    """A front that cannot be posed."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One design of the front.
+
+    Attributes:
+        result: Step 3 at its half side; it checks itself on a fine surface.
+        active: What binds there: constraints, and variables at their bounds.
+        bound: Proven: no design has a smaller worst kappa at this half side; None where no proof was asked.
+    """
+
+    result: Result
+    active: tuple[str, ...]
+    bound: float | None = None
+
+    @property
+    def half_side(self) -> float:
+        """L, mm."""
+        return self.result.design_mm[SIDE]
+
+    @property
+    def kappa(self) -> float:
+        """Worst condition number over the cube."""
+        return self.result.max_kappa
+
+    @property
+    def torque(self) -> float:
+        """Worst joint torque for the force, N m."""
+        return self.result.max_torque
+
+    @property
+    def reach(self) -> float:
+        """R + L_A, mm."""
+        return self.result.design_mm[0] + self.result.design_mm[2]
+
+    @property
+    def outline(self) -> tuple[float, float]:
+        """The rectangle that the design takes, mm: eq. (1) with the hardware's overhead."""
+        width, depth = outline_size(self.result.problem.requirements, np.array(self.reach))
+        return float(width), float(depth)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A front.
+
+    Attributes:
+        given: The requirements that all its points meet.
+        name: Short, unique among the curves of a trade.
+        words: What sets it apart, for people.
+        points: Ascending in half side and in kappa; no one is dominated.
+        largest: Largest half side, mm; NaN where nothing meets the requirements.
+        beyond: Constraints that cannot be met together 1 % beyond it, or at all.
+        finished: Whether it was traced to its end.
+        largest_bound: Proven: no cube within the requirements has a larger half side, mm; None where no proof was
+            asked.
+    """
+
+    given: Requirements
+    name: str
+    words: str
+    points: tuple[Point, ...]
+    largest: float = math.nan
+    beyond: tuple[str, ...] = ()
+    finished: bool = True
+    largest_bound: float | None = None
+
+    def kappa_at(self, half_side: float) -> float | None:
+        """The front's kappa at a half side in mm, on the line between two points; None outside the front."""
+        for low, high in pairwise(self.points):
+            if low.half_side <= half_side <= high.half_side:
+                share = (half_side - low.half_side) / (high.half_side - low.half_side)
+                return low.kappa + share * (high.kappa - low.kappa)
+        return None
+
+
+Report = Callable[[str, int, Point | None], None]
+"""Told after each point: name of the curve, how many points it has, and the newest."""
+
+
+@dataclass
+class Tracer:
+    """Traces one front.
+
+    Attributes:
+        given: The requirements; their `step_3.half_side_mm`, if any, becomes one of the half sides.
+        count: Points wanted.
+        seed: Of the cold starts.
+        name: Of the curve, and of its phases in the store.
+        words: What sets the curve apart.
+        report: Told of each point.
+        stop: Asked before each point; True ends with what there is.
+        store: Keeps what was solved; None keeps nothing.
+    """
+
+    given: Requirements
+    count: int = 50
+    seed: int = 0
+    name: str = "as required"
+    words: str = "as required"
+    report: Report | None = None
+    stop: Callable[[], bool] = bool
+    store: Store | None = None
+    _found: dict[float, Result] = field(default_factory=dict, init=False)
+
+    def curve(self) -> Curve:
+        """Traces it.
+
+        Returns:
+            The front; as far as it came if it was stopped.
+
+        Raises:
+            FrontError: Too few points, no range of half sides, or no design found.
+            InfeasibleError: The constraints cannot be met together at any half side.
+        """
+        if self.count < POINTS_MIN:
+            raise FrontError(f"{self.count} points are no front; at least {POINTS_MIN} are needed")
+        top = self._largest()
+        if top is None:
+            return Curve(self.given, self.name, self.words, (), finished=False)
+        high = top.design_mm[SIDE]
+        low = self._smallest(high)
+        finished = self._coarse(low, high, top.design_mm) and self._fine(low, high) and self._sweeps()
+        points = tuple(Point(result, active_constraints(result)) for result in self._front())
+        if finished and not points:
+            raise FrontError("no design holds between the points of the search's grid; give another --seed")
+        beyond = self._beyond(high) if finished else ()
+        return Curve(self.given, self.name, self.words, points, high, beyond, finished)
+
+    def _largest(self) -> Result | None:
+        """Step 2: the largest cube; None if stopped."""
+        kept = self.store.finished(f"{self.name}/largest") if self.store else None
+        problem = step_problem(self.given, 2)
+        if kept is not None:
+            return Result(problem, "sqp", tuple(kept["design_mm"]), "converged")
+        if self.stop():
+            return None
+        starts = sqp.start_points(problem, self.seed)
+        best = sqp.search(problem, starts).best
+        if best is None:
+            error = explain(self.given, problem, None, self.seed) or no_cube(self.given, self.seed)
+            raise error or FrontError("no design found from the starts of this seed; give another --seed")
+        for _ in range(LARGER_ROUNDS):
+            design = _mm(problem, np.array(best.x))
+            further = at_side(self.given, design[SIDE] * (1.0 + BEYOND))
+            if further.upper[SIDE] > problem.upper[SIDE]:
+                break
+            larger = sqp.search(further, np.concatenate([[further.scaled(np.array(design))], _cold(further, 0)])).best
+            if larger is None:
+                break
+            start = problem.scaled(np.array(_mm(further, np.array(larger.x))))
+            best = sqp.search(problem, start[None]).best or best
+        result = _held(Result(problem, "sqp", _mm(problem, np.array(best.x)), "converged"))
+        if self.store is not None:
+            self.store.finish(f"{self.name}/largest", {"design_mm": list(result.design_mm)})
+        return result
+
+    def _smallest(self, high: float) -> float:
+        low, bound = self.given.bounds_mm.half_side
+        if low == 0.0:
+            low = SMALLEST_SHARE * high
+        if high - low < RANGE_MIN * high:
+            raise FrontError(
+                f"bounds_mm.half_side = [{self.given.bounds_mm.half_side[0]:g}, {bound:g}] mm leaves no range "
+                f"of sizes: {high:.6g} mm is the largest possible"
+            )
+        return low
+
+    def _coarse(self, low: float, high: float, top: tuple[float, ...]) -> bool:
+        """Evenly spaced half sides from the largest down, with cold starts; False if stopped."""
+        sides = [float(side) for side in np.linspace(low, high, min(COARSE, self.count))]
+        wanted = self.given.step_3.half_side_mm
+        if wanted is not None and low < wanted < high:
+            sides[1 + int(np.argmin(np.abs(np.array(sides[1:-1]) - wanted)))] = wanted
+        before = top
+        for side in reversed(sides):
+            if self.stop():
+                return False
+            self._solve(side, [before], cold=True)
+            before = self._found[side].design_mm
+        return True
+
+    def _fine(self, low: float, high: float) -> bool:
+        """Halves the longest piece until there are as many points as wanted; False if stopped."""
+        while len(self._found) < self.count:
+            if self.stop():
+                return False
+            sides = sorted(self._found)
+            quality = np.array([1.0 / self._found[side].max_kappa for side in sides])
+            scale = max(float(quality.max() - quality.min()), np.finfo(float).tiny)
+            across = np.diff(sides) / (high - low)
+            length = np.where(across > PIECE_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
+            k = int(np.argmax(length))
+            if length[k] == 0.0:
+                break
+            near = [self._found[sides[k + 1]].design_mm, self._found[sides[k]].design_mm]
+            self._solve((sides[k] + sides[k + 1]) / 2.0, near)
+        return True
+
+    def _sweeps(self) -> bool:
+        """Once up and once down, each point started from the one before; False if stopped."""
+        sides = sorted(self._found)
+        for name, order in (("up", sides), ("down", sides[::-1])):
+            for before, side in pairwise(order):
+                if self.stop():
+                    return False
+                self._solve(side, [self._found[before].design_mm], phase=name)
+        return True
+
+    def _solve(self, side: float, near: list[tuple[float, ...]], cold: bool = False, phase: str = "point") -> None:
+        """Step 3 at one half side from designs near it; the better of what is known and what is found is kept."""
+        problem = at_side(self.given, side)
+        key = f"{self.name}/{phase}/{side!r}"
+        kept = self.store.finished(key) if self.store else None
+        if kept is None:
+            kept = self._descend(problem, near, cold)
+            if self.store is not None:
+                self.store.finish(key, kept)
+        result = Result(problem, "sqp", tuple(kept["design_mm"]), kept["status"], kept["evaluations"])
+        known = self._found.get(side)
+        if known is None or (result.feasible and result.max_kappa < known.max_kappa * (1.0 - BETTER)):
+            self._found[side] = result
+        if self.report is not None and known is None:
+            self.report(self.name, len(self._found), Point(self._found[side], ()))
+
+    def _descend(self, problem: Problem, near: list[tuple[float, ...]], cold: bool) -> dict[str, Any]:
+        starts = [problem.scaled(np.array(design)) for design in near]
+        found = sqp.search(problem, np.array(starts + list(_cold(problem, self.seed) if cold else [])))
+        best = found.best
+        # the first neighbour is larger, or the point is swept: its design holds here too and sets the least to reach
+        own = Result(problem, "sqp", _mm(problem, starts[0]), STARTS)
+        chosen = own
+        if best is not None:
+            result = Result(problem, "sqp", _mm(problem, np.array(best.x)), "converged")
+            chosen = result if result.feasible and not (own.feasible and own.max_kappa < result.max_kappa) else own
+        return {
+            "design_mm": list(chosen.design_mm),
+            "status": chosen.status,
+            "evaluations": found.evaluations,
+        }
+
+    def _front(self) -> list[Result]:
+        """What is feasible, finite and not dominated, ascending."""
+        kept: list[Result] = []
+        least = math.inf
+        for side in sorted(self._found, reverse=True):
+            result = self._found[side]
+            if result.feasible and result.max_kappa < least:
+                kept.append(result)
+                least = result.max_kappa
+        return kept[::-1]
+
+    def _beyond(self, high: float) -> tuple[str, ...]:
+        """What cannot be met together a little beyond the largest half side."""
+        key = f"{self.name}/beyond"
+        kept = self.store.finished(key) if self.store else None
+        if kept is None:
+            kept = {"words": list(beyond(self.given, high, self.seed))}
+            if self.store is not None:
+                self.store.finish(key, kept)
+        return tuple(kept["words"])
+
+
+def active_constraints(result: Result) -> tuple[str, ...]:
+    """What binds at a design: constraints whose worst margin is used up, and free variables at a bound.
+
+    Args:
+        result: Of step 3.
+
+    Returns:
+        Names of `problem.CONSTRAINTS`, then bounds such as `platform_radius >= 30 mm`.
+    """
+    problem, design = result.problem, np.array(result.design_mm)
+    row = design[None] / MM_PER_M
+    lowest = {n: float(w.values[0]) for n, w in design_worst(problem, row[0], sqp.EXCHANGE_GRID).items()}
+    lowest |= {name: float(value[0]) for name, value in problem.design_margins(row).items()}
+    active = [name for name in problem.constraints if lowest.get(name, math.inf) <= ACTIVE]
+    for k in problem.free_index:
+        low, high = problem.lower[k], problem.upper[k]
+        if design[k] - low <= ACTIVE * (high - low):
+            active.append(f"{VARIABLES[k]} >= {low:g} mm")
+        if high - design[k] <= ACTIVE * (high - low):
+            active.append(f"{VARIABLES[k]} <= {high:g} mm")
+    return tuple(active)
+
+
+def _held(result: Result) -> Result:
+    """The largest cube about the same centre with which a design of step 2 also holds on the fine surface.
+
+    The search looks for worst points on a coarser grid than the result checks itself on, and can miss one.
+    """
+    if result.feasible:
+        return result
+    *lengths, bottom, side = result.design_mm
+    ceiling = result.problem.upper[VARIABLES.index("bottom_height")]
+    low, high, held = 0.0, CUT * side, result
+    for _ in range(CUTS):
+        cut = high if held is result else (low + high) / 2.0
+        trial = replace(result, design_mm=(*lengths, min(ceiling, bottom + cut), side - cut))
+        if trial.feasible:
+            high, held = cut, trial
+        elif held is result:
+            break
+        else:
+            low = cut
+    return held
+
+
+def _cold(problem: Problem, seed: int) -> np.ndarray:
+    return sqp.start_points(problem, seed, COLD)
+
+
+def _mm(problem: Problem, x: np.ndarray) -> tuple[float, ...]:
+    # metres and back may leave a bound by a rounding
+    return tuple(float(v) for v in np.clip(problem.designs(x[None])[0] * MM_PER_M, problem.lower, problem.upper))

@@ -1,0 +1,70 @@
+"""Proofs beside a front: how far below each point a design could be, and how much larger than the largest a cube."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from optimizer.front.front import Curve
+from optimizer.problem.step import Problem, step_problem
+from optimizer.synthesis.three_step import Store
+
+GAP = 1e-4
+"""That is asked of each proof, as a share of the objective."""
+BOXES = 12_000
+"""Of designs, for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is."""
+
+Report = Callable[[int, int], None]
+"""Told after each proof: how many are done, and how many there are."""
+
+
+def proved(
+    curve: Curve, report: Report | None = None, stop: Callable[[], bool] = bool, store: Store | None = None
+) -> Curve:
+    """Adds a proven bound to every point of a front, and to its largest cube.
+
+    Args:
+        curve: The front.
+        report: Told of each proof.
+        stop: Asked before and in each proof; True ends with the bounds there are.
+        store: Keeps each proof; None keeps nothing.
+
+    Returns:
+        The same front with its bounds; None where a proof came to none.
+    """
+    if not curve.points:
+        return curve
+    total = len(curve.points) + 1
+    largest = _bound(
+        f"{curve.name}/proof/largest", step_problem(curve.given, 2), curve.points[-1].result.design_mm, stop, store
+    )
+    points = []
+    for number, point in enumerate(curve.points, 1):
+        if report is not None:
+            report(number, total)
+        result = point.result
+        key = f"{curve.name}/proof/{point.half_side!r}"
+        bound = None if stop() else _bound(key, result.problem, result.design_mm, stop, store)
+        points.append(replace(point, bound=bound))
+    if report is not None:
+        report(total, total)
+    return replace(curve, points=tuple(points), largest_bound=largest)
+
+
+def _bound(
+    key: str, problem: Problem, design_mm: tuple[float, ...], stop: Callable[[], bool], store: Store | None
+) -> float | None:
+    from optimizer.globalopt.optimum import prove_optimum  # loads numba
+
+    kept: dict[str, Any] | None = store.finished(key) if store else None
+    if kept is None:
+        found = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, stop=stop)
+        if stop():  # as far as it came is no fact to keep
+            return None
+        # without an incumbent nothing stands beside the bound
+        kept = {"bound": found.bound if found.design_mm and math.isfinite(found.bound) else None}
+        if store is not None:
+            store.finish(key, kept)
+    return kept["bound"]

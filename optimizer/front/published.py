@@ -1,0 +1,71 @@
+"""The published designs of steps 2 and 3 beside a front: their half side, kappa and torque by our equations."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from optimizer.front.limits import at_side
+from optimizer.paper.cases import cases
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.requirements import Requirements
+from optimizer.problem.step import SIDE
+from optimizer.search.active_set import ROUNDING
+from optimizer.search.result import Result
+
+TABLES = (7, 8, 10, 11, 12)
+"""Of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP."""
+
+
+class Published(NamedTuple):
+    """One published design, recomputed.
+
+    Attributes:
+        table: Number of the paper's table.
+        row: Its row, from 1.
+        method: That the paper found it with.
+        design_mm: (6) lengths in the order of `VARIABLES`, mm.
+        kappa: Worst condition number over its cube.
+        torque: Worst joint torque for the force, N m.
+        misses: Constraints and bounds of the requirements that it does not meet.
+    """
+
+    table: int
+    row: int
+    method: str
+    design_mm: tuple[float, ...]
+    kappa: float
+    torque: float
+    misses: tuple[str, ...]
+
+    @property
+    def half_side(self) -> float:
+        """L, mm."""
+        return self.design_mm[SIDE]
+
+
+def published_designs(given: Requirements) -> list[Published]:
+    """The designs of `TABLES` with the force of the requirements.
+
+    Args:
+        given: What they are held against.
+
+    Returns:
+        One for each row that has a result.
+    """
+    found = []
+    for case in cases(TABLES):
+        if case.result is not None:
+            result = Result(at_side(given, case.result[SIDE]), "published", case.result, "converged")
+            method, kappa, torque = case.method, result.max_kappa, result.max_torque
+            found.append(Published(case.table, case.row, method, case.result, kappa, torque, misses(given, result)))
+    return found
+
+
+def misses(given: Requirements, result: Result) -> tuple[str, ...]:
+    """What of the requirements a design does not meet: constraints by name, then bounds with the value."""
+    named = [name for name, value in result.violations.items() if value > ROUNDING and name != "half_side"]
+    for name, value in zip(VARIABLES, result.design_mm, strict=True):
+        low, high = getattr(given.bounds_mm, name)
+        if not low <= value <= high:
+            named.append(f"{name} {value:g} mm")
+    return tuple(named)

@@ -1,0 +1,168 @@
+"""What a designer may trade: the front as required, and how it moves with the outline and with the joints' torque.
+
+Each further front changes one requirement and keeps all others. A smaller or larger outline scales the bounds of L_A
+and R along with it: where the requirements fix both, nothing could follow it otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from optimizer.front.front import POINTS_MIN, Curve, Point, Report, Tracer
+from optimizer.front.limits import conflict_words
+from optimizer.problem.requirements import Requirements
+from optimizer.problem.step import outline_size, step_problem
+from optimizer.synthesis.infeasible import InfeasibleError
+from optimizer.synthesis.three_step import Store
+
+OUTLINES = (0.9, 1.1)
+"""Sizes of the outline beside the required one, as parts of its largest R + L_A."""
+TORQUES = (1.0 / 3.0, 2.0 / 3.0)
+"""Torques beside the required one, as parts of the range that the front as required needs."""
+SHARE = 3
+"""The further fronts have one point for so many of the front as required."""
+ROUND = 1000.0
+"""Torques are told, and so asked, in whole mN m."""
+
+
+@dataclass(frozen=True)
+class Trade:
+    """Several fronts.
+
+    Attributes:
+        main: As required.
+        outlines: With another outline, ascending.
+        torques: With less torque, ascending.
+        finished: Whether all were traced to their end.
+    """
+
+    main: Curve
+    outlines: tuple[Curve, ...] = ()
+    torques: tuple[Curve, ...] = ()
+    finished: bool = True
+
+    @property
+    def curves(self) -> tuple[Curve, ...]:
+        """All of them, the one as required first."""
+        return (self.main, *self.outlines, *self.torques)
+
+    @property
+    def torque_needed(self) -> float:
+        """Largest torque for the force on the front as required, N m: a limit above it changes nothing."""
+        return max((point.torque for point in self.main.points), default=math.nan)
+
+    @property
+    def knee(self) -> Point | None:
+        """Where a larger cube begins to cost more: farthest below the straight line from end to end in log kappa."""
+        points = self.main.points
+        if len(points) < 3:
+            return None
+        x = np.array([point.half_side for point in points])
+        y = np.log([point.kappa for point in points])
+        below = (x - x[0]) / (x[-1] - x[0]) - (y - y[0]) / (y[-1] - y[0])
+        return points[int(np.argmax(below))] if below.max() > 0.0 else None
+
+
+@dataclass
+class Trader:
+    """Traces all fronts of a trade.
+
+    Attributes:
+        given: The requirements.
+        count: Points of the front as required.
+        seed: Of the cold starts.
+        report: Told of each point.
+        stop: Asked before each point; True ends with what there is.
+        store: Keeps what was solved; None keeps nothing.
+    """
+
+    given: Requirements
+    count: int = 50
+    seed: int = 0
+    report: Report | None = None
+    stop: Callable[[], bool] = bool
+    store: Store | None = None
+    _done: list[Curve] = field(default_factory=list, init=False)
+
+    def trade(self) -> Trade:
+        """Traces them.
+
+        Returns:
+            The fronts, as far as they came if the run was stopped.
+
+        Raises:
+            FrontError: As `Tracer.curve`.
+            InfeasibleError: The requirements cannot be met together at any half side.
+        """
+        main = self._tracer(self.given, "as required", "as required", self.count).curve()
+        outlines: list[Curve] = []
+        torques: list[Curve] = []
+        if main.finished:
+            outlines = [
+                self._further(scaled_outline(self.given, part), *outline_name(self.given, part)) for part in OUTLINES
+            ]
+        if main.finished and all(curve.finished for curve in outlines):
+            for level in torque_levels(main):
+                words = f"{level:g} N m for the force"
+                torques.append(self._further(with_torque(self.given, level), f"torque {level:g} N m", words))
+        curves = (main, *outlines, *torques)
+        return Trade(main, tuple(outlines), tuple(torques), all(curve.finished for curve in curves))
+
+    def _tracer(self, given: Requirements, name: str, words: str, count: int) -> Tracer:
+        return Tracer(given, count, self.seed, name, words, self.report, self.stop, self.store)
+
+    def _further(self, given: Requirements, name: str, words: str) -> Curve:
+        """A front that may be empty: then its `beyond` says which constraints contradict each other."""
+        try:
+            return self._tracer(given, name, words, max(POINTS_MIN, self.count // SHARE)).curve()
+        except InfeasibleError as error:
+            return Curve(given, name, words, (), beyond=conflict_words(step_problem(given, error.step), error))
+
+
+def largest_reach(given: Requirements) -> float:
+    """Largest R + L_A that the outline allows, mm; the rectangle either way round."""
+    limits, task = given.limits, given.requirements
+    if limits.outline_radius_max_mm is not None:
+        return limits.outline_radius_max_mm
+    width, depth = (float(size) for size in outline_size(given, np.array(0.0)))
+    W, D = task.envelope_width_mm, task.envelope_depth_mm
+    return max(min((a - width) / math.sqrt(3.0), (b - depth) / 1.5) for a, b in ((W, D), (D, W)))
+
+
+def scaled_outline(given: Requirements, part: float) -> Requirements:
+    """Requirements with another outline: R + L_A at most a part of what it was, the bounds of both scaled alike."""
+    bounds = {
+        name: tuple(part * value for value in getattr(given.bounds_mm, name))
+        for name in ("upper_arm_length", "base_radius")
+    }
+    return given.model_copy(
+        update={
+            "bounds_mm": given.bounds_mm.model_copy(update=bounds),
+            "limits": given.limits.model_copy(update={"outline_radius_max_mm": part * largest_reach(given)}),
+        }
+    )
+
+
+def outline_name(given: Requirements, part: float) -> tuple[str, str]:
+    """Name and words of a front with another outline."""
+    return f"outline {part:g}", f"R + L_A <= {part * largest_reach(given):.4g} mm, bounds of R and L_A x {part:g}"
+
+
+def with_torque(given: Requirements, level: float) -> Requirements:
+    """Requirements with so much torque, N m, for the force at each joint; gravity's share comes on top."""
+    total = level + given.limits.gravity_torque_N_m
+    return given.model_copy(update={"requirements": given.requirements.model_copy(update={"joint_torque_N_m": total})})
+
+
+def torque_levels(main: Curve) -> list[float]:
+    """Torques in N m, ascending, below what the front needs and above what its smallest cube needs."""
+    needed = [point.torque for point in main.points]
+    if not needed:
+        return []
+    low, high = min(needed), max(needed)
+    levels = sorted({round((low + part * (high - low)) * ROUND) / ROUND for part in TORQUES})
+    return [level for level in levels if low < level < high]

@@ -1,0 +1,139 @@
+"""An incumbent that is certified: what it reaches is proved for every point of its cube, not sampled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.extremes import worst_points
+from optimizer.problem.step import MM_PER_M, SIDE, Problem
+
+HEIGHT = VARIABLES.index("bottom_height")
+YIELDS = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
+"""Shares that are given up: nothing if possible, else the least of them that can be proved."""
+BOXES, QUICK = 1_500_000, 50_000
+"""Of one proof, 5 s at most, and of the first. Along a fold a million are needed, else some thousands."""
+OWN_ROUNDING = 1e-15
+"""A closed-form margin this little below 0 is its own rounding: three operations on shares of 1."""
+GRID = 33
+
+
+class Certified(NamedTuple):
+    """A design and what is proved of it.
+
+    Attributes:
+        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        objective: Half side, mm, or a condition number that is exceeded nowhere in the cube.
+    """
+
+    design_mm: tuple[float, ...]
+    objective: float
+
+
+def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Certified | None:
+    """Proves a design over the whole cube, giving up as little as possible of its half side, or of its kappa.
+
+    A cube that is given up in part shrinks from all its faces, so that it lies inside the old one and away from a fold
+    that the bottom touches. The proof is about the doubles of `design_mm / 1000`; outline, lean and clearance are taken
+    in closed form.
+
+    Args:
+        problem: The step.
+        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        boxes: Of one proof at most.
+
+    Returns:
+        The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
+    """
+    kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
+    found = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
+    if found is not None:
+        return found
+    for share in reversed(YIELDS[1:]):  # what gives up less is harder to prove: the first failure ends it
+        less = _proved(problem, design_mm, kappa, share, boxes)
+        if less is None:
+            break
+        found = less
+    return found
+
+
+def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
+    """A design of step 3 whose constraints are proved over the whole cube, but whose condition number is sampled.
+
+    Where the cube touches a fold the condition number rises too steeply to be proved, while the torque that holds it
+    finite is not too steep.
+
+    Args:
+        problem: The step.
+        design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+
+    Returns:
+        The design with its sampled condition number; None if its constraints cannot be proved.
+    """
+    kappa = _largest_kappa(problem, design_mm)
+    found = _proved(problem, design_mm, None, YIELDS[0], BOXES)
+    return found._replace(objective=kappa) if found is not None and math.isfinite(kappa) else None
+
+
+def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:
+    """The design with a share given up, if that can be proved."""
+    from delta_cad.mechanism.proof.prove import prove
+
+    design = np.array(design_mm, dtype=float)
+    level = None if kappa is None else kappa * (1.0 + share)
+    if level is None:
+        half, height = design[SIDE], design[HEIGHT]
+        design[SIDE] = max(half * (1.0 - share), problem.lower[SIDE])
+        design[HEIGHT] = min(height + (half - design[SIDE]), problem.upper[HEIGHT])
+    row = design / MM_PER_M
+    if any(margin[0] < -OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
+        return None
+    try:
+        limits = limits_of(problem, level)
+        geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
+        proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes)
+    except GeometryError:
+        return None
+    if proof.verdict != "proved" or (limits.singularity and proof.sign < 0.0):
+        return None
+    return Certified(tuple(float(v) for v in design), float(design[SIDE]) if level is None else level)
+
+
+def limits_of(problem: Problem, kappa: float | None) -> Limits:
+    """What a problem asks of every point of the cube, for the proof.
+
+    Args:
+        problem: The step.
+        kappa: Largest condition number to prove beside the limit; None for none.
+
+    Raises:
+        GeometryError: A number that the proof does not take.
+    """
+    limits, asked = problem.requirements.limits, problem.constraints
+    torque = "torque" in asked
+    thresholds = [kappa] if kappa is not None else []
+    if "conditioning" in asked and limits.kappa_max is not None:
+        thresholds.append(limits.kappa_max)
+    shoulder = None
+    if "shoulder" in asked and limits.shoulder_deg is not None:
+        low, high = np.radians(limits.shoulder_deg)
+        shoulder = (float(low), float(high))
+    return Limits(
+        singularity=torque or bool(thresholds),
+        force=problem.requirements.requirements.force_N if torque else None,
+        torque_max=problem.torque_for_force if torque else None,
+        kappa_max=min(thresholds, default=None),
+        shoulder=shoulder,
+    )
+
+
+def _largest_kappa(problem: Problem, design_mm: np.ndarray) -> float:
+    row = np.asarray(design_mm)[None] / MM_PER_M
+    quality = worst_points(lambda points: {"quality": problem.figures(row, points).quality[0]}, GRID)["quality"]
+    worst = float(quality.values[0])
+    return 1.0 / worst if worst > 0.0 else math.inf

@@ -1,0 +1,399 @@
+"""The proven optimum of a step: an incumbent certified over its whole cube, and a bound that no design can beat.
+
+Feasibility over a cube is monotone in its half side, for cubes on the same bottom face are nested. So "no design has
+more than L" is "no design is feasible at L", and "none has a smaller worst kappa than K" is "none is feasible with the
+limit K": either way boxes of (L_A, L_B, R - r, H) are excluded one by one. The target comes closer to the incumbent in
+decades until the requested gap is proved. README (1)-(12) of this package.
+
+Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from delta_cad.mechanism.proof.affine_form import ROUND
+from delta_cad.mechanism.proof.limits import cosine_sine
+from optimizer.globalopt.branch_and_bound import DONE, QUESTION, WITNESSES, search
+from optimizer.globalopt.cutting_points import KAPPA, NUMBERS, SHOULDER, TORQUE
+from optimizer.globalopt.design_box import Space, design_of, space_of
+from optimizer.globalopt.incumbent import BOXES as CERTIFYING
+from optimizer.globalopt.incumbent import QUICK, Certified, certified, uncertified
+from optimizer.problem.evaluator import half_surface
+from optimizer.problem.extremes import design_worst
+from optimizer.problem.step import MM_PER_M, SIDE, Problem, ProblemError
+from optimizer.search import sqp
+from optimizer.search.active_set import ROUNDING
+from optimizer.search.sqp import EXCHANGE_GRID, Search
+
+GAP = 1e-5
+BOXES = 2_000_000
+CHUNK = 2_000
+"""Boxes between two looks at `stop`, some 50 ms."""
+STACK = 4_096
+"""Boxes that wait; depth first they are at most the halvings of all edges, a few hundred."""
+MOST = WITNESSES
+"""Witnesses at once; a further one takes the place of the least useful."""
+FIRST_GRID = 3
+"""Points along an edge of the cube's surface that are witnesses from the start."""
+FIRST_GAP = 0.1
+DECADE = 10.0
+STARTS = 3
+"""Of SQP: what they miss the search finds."""
+VAIN = 8
+"""Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
+takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
+IDLE = 500
+"""Questions in a row that gave neither a witness nor a better design; from then on none is looked into."""
+STEEP_BOXES = 100_000
+"""Of designs, where kappa of the design of the step before cannot be proved: near a fold little can be excluded."""
+NEAR = 1e-7
+"""Share of L within which two witnesses are the same."""
+
+Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
+Ending = Literal["excluded", "better", "open", "budget", "stopped"]
+
+
+class Now(NamedTuple):
+    """Where a proof is.
+
+    Attributes:
+        boxes: Examined so far.
+        best: Certified objective so far; NaN before there is one.
+        bound: What is proved that no design beats.
+    """
+
+    boxes: int
+    best: float
+    bound: float
+
+
+@dataclass(frozen=True)
+class Proven:
+    """What was proved of a step.
+
+    Attributes:
+        objective: Of the incumbent, certified: half side, mm, or a condition number that its cube nowhere exceeds; NaN
+            without one.
+        bound: No design within the bounds that meets the constraints is better: mm, or a condition number; NaN where
+            none is feasible.
+        gap: |objective - bound| / objective; NaN without an incumbent.
+        design_mm: (6) the incumbent, lengths in the order of `VARIABLES`, mm; empty without one.
+        boxes: Boxes of designs examined.
+        status: "proved": the gap is at most the requested one; "gap not reached": it is not; "infeasible": no design
+            is feasible, proved; "undecided": neither was one found nor proved absent; "interrupted": stopped by hand.
+        witnesses: Points of the cube that were in use.
+        certified: Whether the objective is proved; else its constraints alone are, and the condition number is sampled.
+    """
+
+    objective: float
+    bound: float
+    gap: float
+    design_mm: tuple[float, ...]
+    boxes: int
+    status: Status
+    witnesses: int = 0
+    certified: bool = True
+
+
+def prove_optimum(
+    problem: Problem,
+    *,
+    gap: float = GAP,
+    max_boxes: int = BOXES,
+    incumbent_mm: tuple[float, ...] | np.ndarray | None = None,
+    before_mm: tuple[float, ...] | np.ndarray | None = None,
+    seed: int = 0,
+    report: Callable[[Now], None] | None = None,
+    stop: Callable[[], bool] = bool,
+) -> Proven:
+    """Finds the optimum of a step and proves how far it can be from the best there is.
+
+    Args:
+        problem: The step.
+        gap: Relative two-sided gap that is asked for.
+        max_boxes: Boxes of designs after which the proof ends with the gap that it reached.
+        incumbent_mm: (6,) a design to start from, in the order of `VARIABLES`, mm; need not be feasible.
+        before_mm: (6,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
+            be proved, even if its condition number is only sampled.
+        seed: Of the starts of SQP.
+        report: Told where the proof is, each `CHUNK` boxes.
+        stop: Asked as often; True ends it with what stands.
+
+    Returns:
+        Incumbent, bound, gap.
+
+    Raises:
+        ProblemError: The gap is not positive, or reach is left out: no other constraint means anything without it.
+    """
+    if not 0.0 < gap < math.inf:
+        raise ProblemError(f"gap is {gap!r}; it must be > 0 and finite")
+    if "reach" not in problem.constraints:
+        raise ProblemError("a proof needs the reach of the cube among the constraints")
+    return _Proof(problem, gap, max_boxes, seed, report, stop).run(incumbent_mm, before_mm)
+
+
+class _Proof:
+    """One proof under way."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        gap: float,
+        max_boxes: int,
+        seed: int,
+        report: Callable[[Now], None] | None,
+        stop: Callable[[], bool],
+    ) -> None:
+        self.problem, self.gap, self.max_boxes, self.seed = problem, gap, max_boxes, seed
+        self.report, self.stop = report, stop
+        self.space = space_of(problem)
+        self.best: Certified | None = None
+        # before anything is proved: no cube is larger than its bound, no condition number smaller than 1
+        self.bound = 1.0 if problem.step == 3 else problem.upper[SIDE]
+        self.boxes = 0
+        self.units = np.zeros((WITNESSES, 3))
+        first = half_surface(FIRST_GRID)
+        self.units[: len(first)] = first
+        self.count, self.fixed = len(first), len(first)
+        self.hits = np.zeros(WITNESSES, dtype=np.int64)
+        self.vain = self.idle = 0
+        self.certifying, self.certified = CERTIFYING, True
+
+    def run(
+        self, incumbent_mm: tuple[float, ...] | np.ndarray | None, before_mm: tuple[float, ...] | np.ndarray | None
+    ) -> Proven:
+        if self.space is None:
+            return self._outcome("infeasible")
+        self._tell()
+        if before_mm is not None and self.problem.step == 3:
+            self._fall_back(np.asarray(before_mm, dtype=float))
+        self._first(incumbent_mm)
+        if self.best is None:
+            ending = self._exclude(self.space, None)
+            if self.best is None:
+                names: dict[Ending, Status] = {"excluded": "infeasible", "stopped": "interrupted"}
+                return self._outcome(names.get(ending, "undecided"))
+        share = max(FIRST_GAP, self.gap)
+        while self._gap() > self.gap:
+            ending = self._exclude(self.space, share * (1.0 - 1e-9))  # so that the quotient is not above it
+            if ending == "stopped":
+                return self._outcome("interrupted")
+            if ending == "excluded":
+                if share == self.gap:
+                    break
+                share = max(share / DECADE, self.gap)
+            elif ending != "better":
+                break
+        return self._outcome("proved" if self._gap() <= self.gap else "gap not reached")
+
+    def _outcome(self, status: Status) -> Proven:
+        bound = math.nan if status == "infeasible" else self.bound
+        objective, design = (self.best.objective, self.best.design_mm) if self.best else (math.nan, ())
+        gap = self._gap() if self.best else math.nan
+        if status == "proved" and not self.certified:
+            status = "gap not reached"  # the objective is only sampled
+        return Proven(objective, bound, gap, design, self.boxes, status, self.count, self.certified)
+
+    def _gap(self) -> float:
+        if self.best is None:
+            return math.nan
+        distance = abs(self.best.objective - self.bound)
+        if distance == 0.0:
+            return 0.0
+        return distance / self.best.objective if self.best.objective > 0.0 else math.inf
+
+    def _tell(self) -> None:
+        if self.report is not None:
+            self.report(Now(self.boxes, self.best.objective if self.best else math.nan, self.bound))
+
+    def _better(self, one: Certified) -> bool:
+        if self.best is None:
+            return True
+        less = one.objective < self.best.objective
+        return less if self.problem.step == 3 else one.objective > self.best.objective
+
+    def _first(self, incumbent_mm: tuple[float, ...] | np.ndarray | None) -> None:
+        """An incumbent from SQP."""
+        if incumbent_mm is not None:
+            self._take(np.asarray(incumbent_mm, dtype=float))
+            if self.best is not None:
+                return
+        for start in sqp.start_points(self.problem, self.seed, STARTS):
+            if self.stop():
+                return
+            self._descend(start)
+
+    def _fall_back(self, design_mm: np.ndarray) -> None:
+        """The design of the step before; the effort is bounded where its condition number is too steep to be proved."""
+        design = np.clip(design_mm, self.problem.lower, self.problem.upper)
+        found = proved = certified(self.problem, design, QUICK)
+        if found is None:
+            self.certifying, self.max_boxes = QUICK, min(self.max_boxes, STEEP_BOXES)
+            found = uncertified(self.problem, design)
+        if found is not None:
+            self._keep(found, proved is not None)
+
+    def _take(self, design_mm: np.ndarray) -> None:
+        """Certifies a design and keeps it if it is the best; then SQP goes on from it."""
+        found = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
+        if found is not None and self._better(found):
+            self._keep(found)
+        self._descend(self.problem.scaled(design_mm))
+
+    def _descend(self, x: np.ndarray) -> None:
+        ending = sqp.descend(self.problem, x, Search())
+        if not ending.converged:
+            return
+        design = self.problem.designs(np.array(ending.x)[None])[0] * MM_PER_M
+        # metres and back may leave a bound by a rounding
+        design = np.clip(design, self.problem.lower, self.problem.upper)
+        if self.best is not None and self.problem.step != 3 and design[SIDE] <= self.best.objective:
+            return
+        found = certified(self.problem, design, self.certifying)
+        if found is not None and self._better(found):
+            self._keep(found)
+
+    def _keep(self, found: Certified, proved: bool = True) -> None:
+        self.best, self.certified = found, proved
+        worst = design_worst(self.problem, np.array(found.design_mm) / MM_PER_M, EXCHANGE_GRID)
+        for w in worst.values():
+            for point in w.points:
+                self._witness(point)
+        self._tell()
+
+    def _witness(self, point: np.ndarray) -> int | None:
+        """Takes a point of the cube in, in the place of the least useful if need be; None if it is known."""
+        known = self.units[: self.count]
+        if (np.abs(known - point).max(axis=1) < NEAR).any():
+            return None
+        if self.count < MOST:
+            k = self.count
+            self.count += 1
+        else:
+            k = self.fixed + int(np.argmin(self.hits[self.fixed : self.count]))
+        self.units[k] = point
+        self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # asked early, until it shows its worth
+        return k
+
+    def _exclude(self, space: Space, share: float | None) -> Ending:
+        """Tries to exclude every design that is better than the incumbent by a share, or that is feasible at all."""
+        step, best = self.problem.step, self.best
+        side_mm, kappa, proves = self.problem.lower[SIDE], math.inf, math.nan
+        if best is not None and share is not None:
+            if step == 3:
+                kappa = best.objective * (1.0 - share)
+                proves = kappa
+            else:
+                side_mm = best.objective * (1.0 + share)
+                if side_mm >= self.problem.upper[SIDE]:  # no cube may be larger than its bound anyway
+                    return "excluded"
+                proves = math.nextafter(side_mm, math.inf)
+            if kappa <= self.bound if step == 3 else proves >= self.bound:  # that much is known
+                return "excluded"
+        ending = self._branch(space, side_mm / MM_PER_M, kappa)
+        if ending == "excluded" and share is not None:
+            self.bound = proves
+            self._tell()
+        return ending
+
+    def _branch(self, space: Space, side: float, kappa: float) -> Ending:
+        boxes, masks = np.empty((STACK, 2, 4)), np.ones((STACK, WITNESSES), dtype=np.uint8)
+        flags, state = np.zeros(STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
+        boxes[0] = space.box
+        numbers, candidate = self._numbers(kappa), np.empty(4)
+        whole = np.array([side, space.sum_max, space.lean_share * side])
+        begun = self.boxes
+        opened = False
+        while state[0] > 0:
+            budget = min(CHUNK - self.boxes % CHUNK, self.max_boxes - self.boxes)
+            if budget <= 0:
+                return "budget"
+            ended = search(
+                boxes, masks, flags, state, self._points(side), self.count, self.hits, numbers, whole, candidate, budget
+            )
+            self.boxes = begun + int(state[1])
+            top = int(state[0]) - 1
+            if ended == QUESTION:
+                flags[top] = 1
+                if self.idle < IDLE:
+                    answer = self._answer(space, candidate, side, kappa, masks, top + 1)
+                    if answer == "better":
+                        return "better"
+                    self.idle = self.idle + 1 if answer == "known" else 0
+                    flags[top] = answer == "known"
+            elif ended != DONE:
+                opened = True
+                state[0] -= 1
+            if self.boxes % CHUNK == 0 or ended != DONE:
+                if self.boxes % CHUNK == 0:
+                    self._tell()
+                if self.stop():
+                    return "stopped"
+        return "open" if opened else "excluded"
+
+    def _points(self, side: float) -> np.ndarray:
+        """Witnesses in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
+        points = self.units * side
+        points[:, 2] = (1.0 + self.units[:, 2]) * side
+        return points
+
+    def _numbers(self, kappa: float) -> np.ndarray:
+        """See `witness.NUMBERS`; each limit with a bound of the error of its rounding."""
+        task, limits = self.problem.requirements.requirements, self.problem.requirements.limits
+        asked, out, bits = self.problem.constraints, np.zeros(NUMBERS), 0
+        if "conditioning" in asked and limits.kappa_max is not None:
+            kappa = min(kappa, limits.kappa_max)
+        if kappa < math.inf:
+            bits |= KAPPA
+            out[0], out[7] = kappa * kappa, ROUND * kappa * kappa
+        if "torque" in asked:
+            bits |= TORQUE
+            lever = (task.force_N / self.problem.torque_for_force) ** 2
+            out[1], out[5] = lever, ROUND * lever
+        if "shoulder" in asked and limits.shoulder_deg is not None:
+            bits |= SHOULDER
+            low, high = (float(angle) for angle in np.radians(limits.shoulder_deg))
+            out[2], out[3] = cosine_sine(low, high)
+            out[4], out[6] = cosine_sine(high, -low)[0], ROUND
+        out[8] = bits
+        return out
+
+    def _answer(
+        self, space: Space, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
+    ) -> Literal["refused", "better", "known"]:
+        """Looks at the whole cube of a design that all witnesses allow."""
+        design = design_of(self.problem, space, candidate, side * MM_PER_M)
+        found = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
+        quality = found.pop("quality", None)
+        points = [p for w in found.values() for p, v in zip(w.points, w.values, strict=True) if v < 0.0]
+        if quality is not None and kappa < math.inf:
+            pairs = zip(quality.points, quality.values, strict=True)
+            points += [p for p, v in pairs if v < 1.0 / kappa]
+        new = [k for k in (self._witness(p) for p in points) if k is not None]
+        for k in new:
+            masks[:waiting, k] = 1
+        if new:
+            return "refused"
+        whole = self.problem.design_margins(design[None] / MM_PER_M)
+        if points or min((float(margin[0]) for margin in whole.values()), default=0.0) < -ROUNDING:
+            return "known"
+        if self.vain >= VAIN:
+            return "known"
+        before = self.best.objective if self.best else math.nan
+        self._take(design)
+        self.vain += 1
+        if self.best is None:
+            return "known"
+        target = kappa if self.problem.step == 3 else side * MM_PER_M
+        # at least half of what was asked for, or the search would begin anew for ever smaller steps
+        won = math.isnan(before) or abs(self.best.objective - before) >= 0.5 * abs(target - before)
+        if not won:
+            return "known"
+        self.vain = 0
+        return "better"

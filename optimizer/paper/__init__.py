@@ -1,0 +1,1 @@
+"""The published tables of [RCIM2018] recomputed."""

@@ -1,0 +1,203 @@
+"""Figures of many designs at many points of their cubes: continuous everywhere, without exceptions.
+
+A point is given in the coordinates of its cube, c in [-1, 1]^3, and moves with the design:
+`x = L c_x`, `y = L c_y`, `z = H + L (1 + c_z)`. Formulas: delta_cad/mechanism/README.md (1)-(7), (13)-(18).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+
+VARIABLES = (
+    "upper_arm_length",
+    "forearm_length",
+    "base_radius",
+    "platform_radius",
+    "bottom_height",
+    "half_side",
+)
+"""Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L."""
+
+CENTRE = np.zeros((1, 3))
+"""(1, 3) the cube's centre: a determinant of another sign there than on the surface hides a singularity."""
+
+
+class Figures(NamedTuple):
+    """Figures of D designs at K points each; every array is (D, K).
+
+    Where a chain cannot be closed, its w is taken as 0 and the forearm as what is left, so that all figures continue.
+
+    Attributes:
+        closure: Smallest w_i^2 / L_B^2 of the chains; negative where one cannot be closed.
+        determinant: det S / L_B^3, positive with the platform above the elbows.
+        moment: Largest torque arm of the chains times |det S| / L_B^3, m: torque = force moment / |determinant|.
+        quality: 1 / kappa with the sign of the determinant; 0 on both singularities, the closure where negative.
+        shoulder_min: Smallest shoulder angle of the chains, rad.
+        shoulder_max: Largest shoulder angle of the chains, rad.
+
+    What was not asked for holds a constant: 1 as `quality`, 0 as angles.
+    """
+
+    closure: np.ndarray
+    determinant: np.ndarray
+    moment: np.ndarray
+    quality: np.ndarray
+    shoulder_min: np.ndarray
+    shoulder_max: np.ndarray
+
+
+def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
+    """The figures of every design at every point, compiled where numba is installed.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
+        conditioning: Whether `quality` is wanted; as dear as the first three together.
+        angles: Whether the shoulder angles are wanted; they are the dearest.
+
+    Returns:
+        The figures, each (D, K).
+    """
+    compiled = _compiled()
+    if compiled is None:
+        return figures_numpy(designs, points, conditioning, angles)
+    points = points if points.ndim == 3 else points[None]
+    out = np.empty((len(designs), 6, points.shape[1]))
+    compiled(designs, points, conditioning, angles, out)
+    return Figures(*np.swapaxes(out, 0, 1))
+
+
+@cache
+def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, bool, np.ndarray], None] | None:
+    try:
+        from optimizer.problem.compiled import figures_compiled
+    except ModuleNotFoundError as error:
+        if error.name != "numba":
+            raise
+        return None
+    return figures_compiled
+
+
+def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
+    """The figures in NumPy: the formulas to read, and what the compiled ones are tested against.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
+        conditioning: Whether `quality` is wanted.
+        angles: Whether the shoulder angles are wanted.
+
+    Returns:
+        The figures, each (D, K).
+    """
+    L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
+    x, y, z = L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
+    p = np.stack(np.broadcast_arrays(x, y, z), axis=-1)  # (D, K, 3)
+    L_A, L_B, a = L_A[..., None], L_B[..., None], (R - r)[..., None]
+    q = p @ RADIAL.T - a  # (D, K, 3 chains)
+    t = p @ TANGENTIAL.T
+    z = p[..., 2:]
+    rho2 = np.maximum(q * q + z * z, np.finfo(float).tiny)
+    m = (rho2 + t * t + L_A * L_A - L_B * L_B) / (2.0 * L_A)
+    w2 = rho2 - m * m
+    w = np.sqrt(np.maximum(w2, 0.0))
+    cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
+    s = (
+        ((q - L_A * cos) / L_B)[..., None] * RADIAL
+        + (t / L_B)[..., None] * TANGENTIAL
+        + ((z - L_A * sin) / L_B)[..., None] * VERTICAL
+    )  # (D, K, 3 chains, 3), of length 1
+    faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
+    determinant = (s[..., 0, :] * faces[..., 0, :]).sum(axis=-1)
+    moment = (L_A * w / L_B * np.sqrt((faces * faces).sum(axis=-1))).max(axis=-1)
+    closure = (w2 / (L_B * L_B)).min(axis=-1)
+    theta = np.arctan2(sin, cos) if angles else np.zeros_like(q)
+    quality = _quality(s, w / L_B, determinant, closure) if conditioning else np.ones_like(closure)
+    return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1))
+
+
+def _cross(s: np.ndarray, i: int, j: int) -> np.ndarray:
+    u, v = s[..., i, :], s[..., j, :]
+    return u[..., [1, 2, 0]] * v[..., [2, 0, 1]] - u[..., [2, 0, 1]] * v[..., [1, 2, 0]]
+
+
+def _quality(s: np.ndarray, w: np.ndarray, determinant: np.ndarray, closure: np.ndarray) -> np.ndarray:
+    """Signed 1 / kappa from the rows s_i / w_i of the inverse Jacobian, multiplied by w_1 w_2 w_3: no division."""
+    others = np.stack([w[..., 1] * w[..., 2], w[..., 2] * w[..., 0], w[..., 0] * w[..., 1]], axis=-1)
+    rows = s * others[..., None]
+    values = np.linalg.eigvalsh(rows @ np.swapaxes(rows, -1, -2))
+    largest = np.where(values[..., 2] > 0.0, values[..., 2], 1.0)
+    ratio = np.sqrt(np.maximum(values[..., 0], 0.0) / largest)
+    return np.where(closure < 0.0, closure, np.sign(determinant) * ratio)
+
+
+@lru_cache(maxsize=16)
+def half_surface(n: int) -> np.ndarray:
+    """Points of an even grid on the faces of the cube with y >= 0; the mechanism mirrors the other half.
+
+    Args:
+        n: Points along an edge, at least 2.
+
+    Returns:
+        (K, 3) points in the coordinates of the cube; not writeable.
+    """
+    line = np.linspace(-1.0, 1.0, n)
+    grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = grid[(np.abs(grid) == 1.0).any(axis=-1) & (grid[:, 1] >= 0.0)]
+    grid.flags.writeable = False
+    return grid
+
+
+@lru_cache(maxsize=16)
+def shared_points(n: int) -> np.ndarray:
+    """The surface grid and the centre: what of `sample_points` is the same for every design.
+
+    Args:
+        n: Grid points along an edge.
+
+    Returns:
+        (K, 3) points in the coordinates of the cube; not writeable.
+    """
+    points = np.concatenate([half_surface(n), CENTRE])
+    points.flags.writeable = False
+    return points
+
+
+def sample_points(designs: np.ndarray, n: int) -> np.ndarray:
+    """The surface grid, the centre, and the points of the bottom face nearest to the shoulder axes.
+
+    With these the reach of a cube over the base plane is exact: a chain is too short first in a corner, because what
+    it reaches is convex, and folds first right above its shoulder, README (21) of the mechanism.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        n: Grid points along an edge.
+
+    Returns:
+        (D, K, 3) points in the coordinates of each cube.
+    """
+    fixed = shared_points(n)
+    return np.concatenate([np.broadcast_to(fixed, (len(designs), *fixed.shape)), fold_points(designs)], axis=1)
+
+
+def fold_points(designs: np.ndarray) -> np.ndarray:
+    """Where chain 0 and chain 1, or its mirror, come nearest to their shoulder axes: bottom face, u = R - r or nearest.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+
+    Returns:
+        (D, 2, 3) points in the coordinates of each cube.
+    """
+    a, L = designs[:, 2] - designs[:, 3], designs[:, 5]
+    share = np.clip(a / np.where(L > 0.0, L, 1.0), -1.0, 1.0)[:, None, None]
+    foot = share * RADIAL[None, :2]
+    foot[..., 1] = np.abs(foot[..., 1])
+    foot[..., 2] = -1.0
+    return foot

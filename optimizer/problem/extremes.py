@@ -1,0 +1,97 @@
+"""The worst points of a cube: the best grid point of every face, then a compass search that stays on the face."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from optimizer.problem.evaluator import CENTRE, fold_points, half_surface
+from optimizer.problem.step import Problem
+
+REFINEMENTS = 20
+"""Of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square."""
+STEPS = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], dtype=float)
+FACES = ((0, -1.0), (0, 1.0), (1, 1.0), (2, -1.0), (2, 1.0))
+"""Axis and side of the faces that the mirror plane y = 0 leaves."""
+
+Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
+
+
+class Worst(NamedTuple):
+    """Local minima of one margin over the cube, worst first.
+
+    Attributes:
+        points: (C, 3) in the coordinates of the cube.
+        values: (C,) margins there.
+    """
+
+    points: np.ndarray
+    values: np.ndarray
+
+
+def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict[str, Worst]:
+    """The smallest values of every margin: one on each face, the sixth being the mirror of another, and one anywhere.
+
+    Args:
+        margins: (K, 3) points in the coordinates of the cube -> name -> (K,) values.
+        n: Points of the grid along an edge.
+        further: (M, 3) points beside the grid to start from.
+
+    Returns:
+        Name -> its worst points.
+    """
+    grid = np.concatenate([half_surface(n), further])
+    values = margins(grid)
+    faces = [grid[:, axis] == side for axis, side in FACES]
+    faces.append(np.ones(len(grid), dtype=bool))
+    names = list(values)
+    if not names:
+        return {}
+    starts = [int(np.argmin(np.where(face, values[name], np.inf))) for name in names for face in faces]
+    best = grid[starts]
+    cost = np.concatenate([values[name][starts[k * len(faces) :][: len(faces)]] for k, name in enumerate(names)])
+    owner = np.repeat(np.arange(len(names)), len(faces))
+    moves = np.ones((len(faces), 3))
+    for k, (axis, _) in enumerate(FACES):
+        moves[k, axis] = 0.0
+    moves = np.tile(moves, (len(names), 1))
+    step = 1.0 / (n - 1)  # half the grid's
+    rows = np.arange(len(best))
+    for _ in range(REFINEMENTS):
+        around = np.clip(best[:, None, :] + step * STEPS * moves[:, None, :], [-1.0, 0.0, -1.0], 1.0)
+        found = margins(around.reshape(-1, 3))
+        table = np.stack([found[name].reshape(len(best), -1) for name in names])[owner, rows]
+        chosen = np.argmin(table, axis=1)
+        better = table[rows, chosen] < cost
+        best = np.where(better[:, None], around[rows, chosen], best)
+        cost = np.where(better, table[rows, chosen], cost)
+        step /= 1.6 if better.any() else 2.0  # slower while it moves on
+    result = {}
+    for k, name in enumerate(names):
+        mine = np.flatnonzero(owner == k)
+        order = mine[np.argsort(cost[mine], kind="stable")]
+        result[name] = Worst(best[order], cost[order])
+    return result
+
+
+def design_worst(problem: Problem, design: np.ndarray, n: int) -> dict[str, Worst]:
+    """The worst points of every pointwise margin of a problem, and of `quality` where it asks for it.
+
+    Args:
+        problem: The step.
+        design: (6,) lengths in the order of `VARIABLES`, m.
+        n: Grid points along an edge.
+
+    Returns:
+        Name -> its worst points.
+    """
+    row = np.asarray(design)[None]
+
+    def margins(points: np.ndarray) -> dict[str, np.ndarray]:
+        f = problem.figures(row, points)
+        found = {name: value[0] for name, value in problem.point_margins(f).items()}
+        return found | ({"quality": f.quality[0]} if problem.step == 3 else {})
+
+    return worst_points(margins, n, np.concatenate([CENTRE, fold_points(row)[0]]))

@@ -1,0 +1,211 @@
+"""What a step came to: a record that recomputes its own violations on a fine surface of the cube."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from optimizer.problem.evaluator import VARIABLES, figures, fold_points
+from optimizer.problem.extremes import design_worst, worst_points
+from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_margin
+from optimizer.search.active_set import ROUNDING
+from optimizer.search.sqp import Ending
+
+GUESSES = ("converged", "sampled", "not improved")
+"""Endings of which only a bound tells how far they are from the best there is."""
+CLOSE = 1e-3
+"""Relative gap below which nothing is left to be gained that could be built."""
+FINE_GRID = 41
+"""Points along an edge of the surface on which a result checks itself, before each face's worst point is polished."""
+
+ADVICE = {
+    "converged": "a local optimum of this start; other seeds or `proven` tell whether it is the best there is",
+    "sampled": "the best of the last generation; `ga+sqp` takes it to the optimum",
+    "not improved": "SQP found nothing better than its start; see the reasons of the starts",
+    "between the samples": "the constraints hold on the GA's sample but not between its points; use `ga+sqp`",
+    "no feasible design": "the GA met no feasible design though there is one; raise the population or use `sqp`",
+    "interrupted": "stopped by hand; `--resume` goes on where it stopped",
+    "proved": "holds at every point of its cube, and no design within the bounds is better by more than the gap",
+    "gap not reached": "holds at every point of its cube; the gap is the one that was reached: raise `--boxes`",
+    "undecided": "no design was found and none was proved to be impossible: raise `--boxes`",
+    "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
+}
+"""How a result can end -> what to do about it."""
+STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
+NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
+FULL_SIDE = (
+    "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
+    "set step_3.half_side_mm below it"
+)
+CAPPED = "its half side is all that the search of step 1 reached: `--method proven`, or more of that search, gives room"
+"""What the step before took from this one."""
+
+
+class Bound(NamedTuple):
+    """What was proved beside a result.
+
+    Attributes:
+        certified: Objective that is proved of the design at every point of its cube; None if it was sampled only.
+        bound: No design within the bounds of the step is better: mm, or a condition number; None if there is none.
+        gap: Distance of the objective from it, as a share of the objective; None without either.
+        boxes: Boxes of designs that were examined.
+    """
+
+    certified: float | None
+    bound: float | None
+    gap: float | None
+    boxes: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of one step.
+
+    Attributes:
+        problem: The step that was solved.
+        method: `ga`, `sqp`, `ga+sqp` or `proven`.
+        design_mm: (6) lengths in the order of `VARIABLES`, mm.
+        status: How it ended, a key of `ADVICE`.
+        evaluations: Designs evaluated.
+        history: Phase -> best objective after each generation or exchange.
+        starts: How each start of SQP ended.
+        proof: Bound and gap; None where nothing was proved.
+    """
+
+    problem: Problem
+    method: str
+    design_mm: tuple[float, ...]
+    status: str
+    evaluations: int = 0
+    history: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    starts: tuple[Ending, ...] = ()
+    proof: Bound | None = None
+
+    @property
+    def advice(self) -> str:
+        """What to do about how it ended; a bound beside it says more than a guess."""
+        gap = None if self.proof is None else self.proof.gap
+        if self.status in GUESSES and gap is not None and gap <= CLOSE:
+            return "the best there is within the bounds, but for the gap"
+        words = ADVICE[self.status]
+        if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
+            words = STEEP
+        if self.status in GUESSES and gap is not None:
+            words = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
+        return words if gap is not None and gap <= CLOSE else words + self._narrowed()
+
+    def _narrowed(self) -> str:
+        """What the step before left of room, in words; empty where it took none."""
+        given, step = self.problem.requirements, self.problem.step
+        most = self.problem.upper[SIDE]
+        if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:
+            return f"; {FULL_SIDE}"
+        if step == 2 and most < given.bounds_mm.half_side[1] and self.design_mm[SIDE] >= most * (1.0 - ROUNDING):
+            return f"; {CAPPED}"
+        return ""
+
+    @property
+    def tiny(self) -> bool:
+        """Whether the half side is below a micrometre: no cube that could be given to a machinist."""
+        return self.design_mm[SIDE] < TINY_MM
+
+    @cached_property
+    def violations(self) -> dict[str, float]:
+        """Name of each constraint -> how far its worst margin is below 0, without unit; 0 where it is met."""
+        row = np.array(self.design_mm)[None] / 1000.0
+        found = design_worst(self.problem, row[0], FINE_GRID)
+        lowest = {name: float(worst.values[0]) for name, worst in found.items() if name != "quality"}
+        lowest |= {name: float(margin[0]) for name, margin in self.problem.design_margins(row).items()}
+        lowest |= {"half_side": self._side_margin()} if "half_side" in self.problem.constraints else {}
+        return {name: max(0.0, -lowest[name]) for name in self.problem.constraints}
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is met, to the rounding of lengths."""
+        return max(self.violations.values(), default=0.0) <= ROUNDING
+
+    @property
+    def objective(self) -> float:
+        """Half side in mm (steps 1 and 2) or largest condition number (step 3); the proved one where there is one."""
+        if self.proof is not None and self.proof.certified is not None:
+            return self.proof.certified
+        return self.max_kappa if self.problem.step == 3 else self.design_mm[SIDE]
+
+    @cached_property
+    def max_kappa(self) -> float:
+        """Largest condition number over the cube; infinite where the determinant changes sign or a chain folds."""
+        quality = self._extremes["quality"]
+        return 1.0 / quality if quality > 0.0 else math.inf
+
+    @cached_property
+    def max_torque(self) -> float:
+        """Largest joint torque over the cube and all directions of the force, N m; infinite where it is not held."""
+        if self._extremes["determinant"] <= 0.0 or self._extremes["closure"] < 0.0:
+            return math.inf
+        return -self._extremes["torque"] * self.problem.requirements.requirements.force_N
+
+    @cached_property
+    def _extremes(self) -> dict[str, float]:
+        row = np.array(self.design_mm)[None] / 1000.0
+
+        def values(points: np.ndarray) -> dict[str, np.ndarray]:
+            f = figures(row, points, angles=False)
+            floor = np.maximum(f.determinant[0], np.finfo(float).tiny)
+            return {
+                "quality": f.quality[0],
+                "determinant": f.determinant[0],
+                "closure": f.closure[0],
+                "torque": -f.moment[0] / floor,
+            }
+
+        found = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
+        return {name: float(worst.values[0]) for name, worst in found.items()}
+
+    def _side_margin(self) -> float:
+        low = self.problem.lower[SIDE]
+        return (self.design_mm[SIDE] - low) / low
+
+    def better_than(self, other: Result) -> bool:
+        """Whether this one is feasible and the other is not, or its objective is better, or it violates less."""
+        if self.feasible != other.feasible:
+            return self.feasible
+        if not self.feasible:
+            return sum(self.violations.values()) < sum(other.violations.values())
+        if self.problem.step == 3:
+            return self.objective < other.objective
+        return self.objective > other.objective
+
+    def record(self) -> dict[str, Any]:
+        """The facts as plain data for JSON; what is infinite is None."""
+        L_A, R = self.design_mm[0], self.design_mm[2]
+        turned = bool(outline_margin(self.problem.requirements, np.array(R + L_A))[1])
+        return {
+            "step": self.problem.step,
+            "method": self.method,
+            "objective": _finite(self.objective),
+            "objective_name": self.problem.objective_name,
+            "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
+            "max_torque_N_m": _finite(self.max_torque),
+            "max_kappa": _finite(self.max_kappa),
+            "proven_bound": None if self.proof is None else self.proof.bound,
+            "gap": None if self.proof is None else self.proof.gap,
+            "boxes": None if self.proof is None else self.proof.boxes,
+            "status": self.status,
+            "advice": self.advice,
+            "feasible": self.feasible,
+            "violations": dict(self.violations),
+            "outline": "turned" if turned else "straight",
+            "evaluations": self.evaluations,
+            "starts": [
+                {"converged": start.converged, "reason": start.reason, "exchanges": len(start.history)}
+                for start in self.starts
+            ],
+        }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

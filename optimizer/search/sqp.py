@@ -1,0 +1,300 @@
+"""SciPy's SLSQP on the active points, with exchange: solve, look for points that are worse, add them, solve again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
+
+from optimizer.problem.evaluator import fold_points, shared_points
+from optimizer.problem.extremes import Worst, design_worst
+from optimizer.problem.step import Problem
+from optimizer.search.active_set import ROUNDING, SLACK, Active, Program
+
+EXCHANGE_GRID = 17
+"""Points along an edge where worse points are looked for, before they are polished."""
+CONFIRMING_GRID = 41
+"""The same before an ending is believed; what a result checks itself on."""
+START_GRID = 5
+ROUNDS = 15
+"""Exchanges; 3 to 8 are usual."""
+ITERATIONS = 100
+PRECISION = 1e-12
+"""Of SLSQP: change of the scaled objective at which it ends; a millionth of a micrometre."""
+STEP_BACK = 1e-3
+"""Of the level before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its merit."""
+SAMPLES = 128
+STARTS = 6
+SLSQP_ENDS = {
+    0: "converged",
+    3: "a subproblem took too many iterations",
+    4: "its linear constraints contradict each other",
+    5: "a subproblem is singular",
+    6: "a subproblem is singular",
+    7: "a subproblem is singular",
+    8: "no direction downhill is left",
+    9: "the iteration limit was reached",
+}
+"""SLSQP's exit modes in words."""
+
+
+class Ending(NamedTuple):
+    """How one start ended.
+
+    Attributes:
+        start: (free variables) scaled, where it began.
+        x: (free variables) scaled, where it ended.
+        level: Largest objective reached: L scaled, 1 / kappa, or the feasibility level.
+        converged: Whether every constraint holds there on the polished surface.
+        reason: One line: how it ended.
+        history: Level after every exchange.
+    """
+
+    start: tuple[float, ...]
+    x: tuple[float, ...]
+    level: float
+    converged: bool
+    reason: str
+    history: tuple[float, ...]
+
+
+@dataclass
+class Search:
+    """What the starts of one problem came to.
+
+    Attributes:
+        endings: One for each start, in their order.
+        evaluations: Designs evaluated at the active points.
+        trail: After each exchange towards the objective: designs evaluated so far, and the level of a design that meets
+            every constraint on the polished surface, NaN of another.
+    """
+
+    endings: list[Ending] = field(default_factory=list)
+    evaluations: int = 0
+    trail: list[tuple[int, float]] = field(default_factory=list)
+
+    @property
+    def best(self) -> Ending | None:
+        """The best start that converged, the first of equals; None if none did."""
+        good = [ending for ending in self.endings if ending.converged]
+        return max(good, key=lambda ending: ending.level) if good else None
+
+
+Report = Callable[[int, int, float], None]
+"""Called after each start with its number, how many there are, and the best level so far."""
+
+
+def main_kind(problem: Problem) -> str:
+    """Kind of program whose level is the objective of the step."""
+    return "quality" if problem.step == 3 else "half_side"
+
+
+def search(
+    problem: Problem, starts: np.ndarray, report: Report | None = None, stop: Callable[[], bool] = bool
+) -> Search:
+    """Runs every start to its end.
+
+    Args:
+        problem: The step.
+        starts: (S, free variables) scaled.
+        report: Told of each start that ended.
+        stop: Asked after each start; True leaves out the others.
+
+    Returns:
+        All endings.
+    """
+    found = Search()
+    for k, start in enumerate(starts):
+        with threadpool_limits(1):  # with more, the last digits depend on how the threads share the sums
+            found.endings.append(descend(problem, start, found))
+        if report is not None:
+            report(k + 1, len(starts), found.best.level if found.best else -np.inf)
+        if stop():
+            break
+    return found
+
+
+def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
+    """One start: towards feasibility if it is not feasible, then to the optimum.
+
+    Args:
+        problem: The step.
+        start: (free variables) scaled.
+        count: Its `evaluations` are added to.
+
+    Returns:
+        How it ended.
+    """
+    ready = exchange(problem, "feasibility", start, count)
+    if ready.level < -SLACK:
+        reason = f"no feasible design near this start: the worst margin stays at {ready.level:.3g} ({ready.reason})"
+        return ready._replace(converged=False, reason=reason)
+    return exchange(problem, main_kind(problem), np.array(ready.x), count)._replace(start=ready.start)
+
+
+def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> Ending:
+    """Solves over the active points and adds what is worse elsewhere until nothing is.
+
+    Args:
+        problem: The step.
+        kind: Of the program: `half_side`, `quality` or `feasibility`.
+        start: (free variables) scaled.
+        count: Its `evaluations` are added to.
+
+    Returns:
+        How it ended; `converged` says whether all that the program asks holds on the whole surface.
+    """
+    program, x = Program(problem, kind), np.asarray(start, dtype=float)
+    worst = _worst(program, x)
+    program.add([Active(name, _key(p)) for name, w in worst.items() for p in w.points])
+    level, history = _own_level(program, x, worst), []
+    if kind == "feasibility" and level >= 0.0:
+        return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
+    reason = "nothing to vary: every variable's bounds are equal"
+    asked, again = level, False
+    for _ in range(ROUNDS):
+        if len(x):
+            unknowns = np.append(x, level) if program.has_level else x.copy()
+            if program.level_index is not None:
+                # a smaller cube, a lower level: inside, where the line search can start
+                unknowns[program.level_index] = max(unknowns[program.level_index] - STEP_BACK, program.level_min)
+            answer = minimize(
+                program.objective,
+                unknowns,
+                jac=True,
+                method="SLSQP",
+                bounds=program.bounds(),
+                constraints={"type": "ineq", "fun": program.rows, "jac": program.jacobian},
+                options={"maxiter": ITERATIONS, "ftol": PRECISION},
+            )
+            x = np.clip(answer.x[: len(x)], 0.0, 1.0)
+            asked = float(answer.x[-1])
+            reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
+        worst = _worst(program, x)
+        new = program.add(_violated(program, worst, asked))
+        if not new and kind != "feasibility":  # a narrow peak may stand between the points
+            worst = _worst(program, x, CONFIRMING_GRID)
+            new = program.add(_violated(program, worst, asked))
+        level = _own_level(program, x, worst)
+        history.append(level)
+        if kind != "feasibility":
+            held = violation(problem, x, worst) <= ROUNDING
+            count.trail.append((count.evaluations + program.evaluations, level if held else np.nan))
+        if not len(x):
+            break
+        if not new:
+            # SLSQP may have stopped short of rows that it knows: once more, from inside
+            if again or kind == "feasibility" or violation(problem, x, worst) <= ROUNDING:
+                break
+            again = True
+    else:
+        reason = f"after {ROUNDS} exchanges there still are worse points"
+    count.evaluations += program.evaluations
+    converged = violation(problem, x, worst) <= ROUNDING
+    if not converged:
+        reason = f"ended {violation(problem, x, worst):.3g} short of the constraints: {reason}"
+    return Ending(_plain(start), _plain(x), level, converged, reason, tuple(history))
+
+
+def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float:
+    """How far the worst constraint is below 0, without unit; 0 where all are met.
+
+    Args:
+        problem: The step.
+        x: (free variables) scaled.
+        worst: Worst points of that design, as `design_worst` gives them.
+
+    Returns:
+        The violation.
+    """
+    lowest = [float(w.values[0]) for name, w in worst.items() if name != "quality"]
+    lowest += [float(v[0]) for v in problem.design_margins(problem.designs(x[None])).values()]
+    return max(0.0, -min(lowest, default=0.0))
+
+
+def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarray:
+    """The middle of the bounds, then the most promising of a Latin hypercube: the feasible best, or the least violated.
+
+    Args:
+        problem: The step.
+        seed: Of the hypercube.
+        starts: How many in all.
+
+    Returns:
+        (starts, free variables) scaled; one row where nothing is free.
+    """
+    n = len(problem.free)
+    middle = np.full((1, n), 0.5)
+    if n == 0 or starts < 2:
+        return middle
+    x = qmc.LatinHypercube(n, rng=np.random.default_rng(seed)).random(SAMPLES)
+    objective, margin = sampled(problem, x, START_GRID)
+    order = np.lexsort((objective, np.maximum(0.0, -margin.min(axis=1))))
+    return np.concatenate([middle, x[order[: starts - 1]]])
+
+
+def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Objective and margins of many designs on a fixed grid of the cube's surface.
+
+    Args:
+        problem: The step.
+        x: (D, free variables) scaled.
+        n: Grid points along an edge.
+
+    Returns:
+        (D,) objective to minimise: minus L scaled, or minus 1 / kappa; (D, constraints) margins, each the
+        smallest over the grid.
+    """
+    designs = problem.designs(x)
+    # the grid is the same for all designs: not copied for each of them
+    parts = [problem.figures(designs, points) for points in (shared_points(n), fold_points(designs))]
+    margins = [problem.point_margins(f) for f in parts]
+    columns = [np.minimum(*(margin[name].min(axis=1) for margin in margins)) for name in margins[0]]
+    columns += list(problem.design_margins(designs).values())
+    objective = np.zeros(len(x))
+    if problem.step == 3:
+        objective = -np.minimum(*(f.quality.min(axis=1) for f in parts))
+    elif "half_side" in problem.free:
+        objective = -x[:, problem.free.index("half_side")]
+    return objective, np.stack(columns, axis=1) if columns else np.zeros((len(x), 1))
+
+
+def _violated(program: Program, worst: dict[str, Worst], asked: float) -> list[Active]:
+    """The worst points at which a margin is less than the program asks."""
+    return [
+        Active(name, _key(point))
+        for name, w in worst.items()
+        for point, value in zip(w.points, w.values, strict=True)
+        if value - (asked if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
+    ]
+
+
+def _worst(program: Program, x: np.ndarray, n: int = EXCHANGE_GRID) -> dict[str, Worst]:
+    found = design_worst(program.problem, program.problem.designs(x[None])[0], n)
+    if program.kind != "quality":
+        found.pop("quality", None)
+    return found
+
+
+def _own_level(program: Program, x: np.ndarray, worst: dict[str, Worst]) -> float:
+    """The level that a design reaches by itself, on the polished surface."""
+    if program.kind == "quality":
+        return float(worst["quality"].values[0])
+    if program.kind == "half_side":
+        return -program.objective(x)[0]
+    lowest = [w.values[0] for w in worst.values()]
+    lowest += [v[0] for v in program.problem.design_margins(program.problem.designs(x[None])).values()]
+    return float(min(lowest, default=0.0))
+
+
+def _plain(x: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(value) for value in x)
+
+
+def _key(point: np.ndarray) -> tuple[float, float, float]:
+    return (float(point[0]), float(point[1]), float(point[2]))

@@ -1,0 +1,135 @@
+"""The design file of a result, with where it comes from."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from delta_cad.common.whole import write_whole
+from delta_cad.design import Design, design_from_dict, design_to_json
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.requirements import Requirements, requirements_hash
+from optimizer.problem.step import SIDE, step_problem
+from optimizer.search.result import Result
+
+DECIMALS = 3
+"""Of a length in mm: one micrometre, finer than anything is machined to."""
+SAME_UM = 1e-3
+"""A half side this close below a whole micrometre counts as that: metres and back cost 1e-11."""
+DIGITS = 8
+"""Of the figures in the provenance; solvers end within 1e-9."""
+GAP_DIGITS = 3
+"""Of a gap, which is itself a small difference of two such figures."""
+GIVEN_UP_UM = 5
+"""Of the half side: a micrometre of the other lengths is worth less than one or two."""
+
+
+def design_of(
+    given: Requirements, results: list[Result], method: str, seed: int, file: str, command: str | None = None
+) -> Design:
+    """The last result as a design.
+
+    Args:
+        given: What the customer gave; its limits become the design's requirements.
+        results: One for each step, the last of them wanted.
+        method: That found them.
+        seed: That they were found with.
+        file: Name that error messages start with.
+        command: That makes the file again, for its provenance; None leaves it out.
+
+    Returns:
+        The design, its provenance filled in.
+
+    Raises:
+        DesignError: The design file refuses the lengths.
+    """
+    lengths = dict(zip(VARIABLES, presentable(results[-1]), strict=True))
+    limits, task = given.limits, given.requirements
+    asked: dict[str, Any] = task.model_dump()
+    if limits.kappa_max is not None:
+        asked["kappa_max"] = limits.kappa_max
+    if limits.lean_max_deg is not None:
+        asked["lean_max_deg"] = limits.lean_max_deg
+    if limits.shoulder_deg is not None:
+        asked["shoulder_min_deg"], asked["shoulder_max_deg"] = limits.shoulder_deg
+    if limits.clearance_min_mm is not None:
+        asked["clearance_min_mm"] = limits.clearance_min_mm
+    asked["gravity_m_s2"] = list(limits.gravity_m_s2)
+    data = {
+        "schema": "delta-design/1",
+        "name": given.name,
+        "mechanism": {
+            **{f"{name}_mm": lengths[name] for name in VARIABLES[:4]},
+            "parallelogram_width_mm": limits.parallelogram_width_mm,
+        },
+        "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
+        "requirements": asked,
+        "provenance": {
+            "program": "optimizer synthesize",
+            "version": importlib.metadata.version("delta-haptics"),
+            "method": method,
+            "seed": seed,
+            **({} if command is None else {"command": command}),
+            "requirements_sha256": requirements_hash(given),
+            "steps": [_step(result) for result in results],
+        },
+    }
+    return design_from_dict(data, file)
+
+
+def presentable(result: Result) -> tuple[float, ...]:
+    """The lengths of a result in whole micrometres, as a machinist is to be given them.
+
+    Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
+    on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
+    stay as they were found where that fails too, or where the half side is fixed to another figure.
+
+    Args:
+        result: A step's result.
+
+    Returns:
+        (6) lengths in the order of `VARIABLES`, mm.
+    """
+    found, problem = result.design_mm, result.problem
+    if not result.feasible:
+        return found
+    choices = [_rounded(v) for v in found]
+    floor = math.floor(found[SIDE] * 10**DECIMALS + SAME_UM)
+    for um in range(GIVEN_UP_UM + 1):
+        side = (floor - um) / 10**DECIMALS
+        if side <= 0.0:  # no cube is left
+            break
+        smaller = step_problem(problem.requirements, problem.step, side)
+        ranges = list(zip(smaller.lower, smaller.upper, strict=True))
+        choices[SIDE] = [side]
+        kept = [[v for v in c if low <= v <= high] for c, (low, high) in zip(choices, ranges, strict=True)]
+        nearest_first = sorted(product(*kept), key=lambda lengths: math.dist(lengths, found))
+        for lengths in nearest_first:
+            if Result(smaller, result.method, lengths, result.status).feasible:
+                return lengths
+    return found
+
+
+def _rounded(length: float) -> list[float]:
+    """A length rounded down and up, the nearer one first."""
+    scaled = length * 10**DECIMALS
+    return sorted({math.floor(scaled) / 10**DECIMALS, math.ceil(scaled) / 10**DECIMALS}, key=lambda v: abs(v - length))
+
+
+def write_design(design: Design, path: Path) -> None:
+    """Writes a design file whole or not at all: beside its place, then renamed."""
+    write_whole(path, design_to_json(design))
+
+
+def _step(result: Result) -> dict[str, Any]:
+    record = result.record()
+    names = ("step", "objective", "objective_name", "status", "max_torque_N_m", "max_kappa", "proven_bound", "gap")
+    return {name: _settled(record[name], GAP_DIGITS if name == "gap" else DIGITS) for name in names}
+
+
+def _settled(value: Any, digits: int) -> Any:
+    """A figure without the digits that differ from one machine's arithmetic to another's."""
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value

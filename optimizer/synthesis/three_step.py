@@ -1,0 +1,347 @@
+"""The three steps one after the other, each by GA, SQP, GA and then SQP, or by proof; every phase can be kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from optimizer.globalopt import bound as proving
+from optimizer.globalopt.bound import Effort
+from optimizer.problem.extremes import design_worst
+from optimizer.problem.requirements import Requirements
+from optimizer.problem.step import SIDE, Problem, ProblemError, step_problem
+from optimizer.search import genetic, sqp
+from optimizer.search.active_set import ROUNDING
+from optimizer.search.genetic import Generation
+from optimizer.search.result import Bound, Result
+from optimizer.search.sqp import Ending
+from optimizer.synthesis.infeasible import explain, explain_proved
+
+METHODS = ("ga", "sqp", "ga+sqp", "proven")
+CANDIDATES = 10
+"""Of the last generation that are looked at between the samples."""
+HALVINGS = 24
+"""Of the part by which a cube is made smaller: to 1e-9 of L."""
+SHRINK = 0.05
+"""Largest part; more would be another design."""
+
+
+class Progress(NamedTuple):
+    """Where a run is.
+
+    Attributes:
+        step: 1, 2 or 3.
+        phase: `ga`, `sqp` or `proof`.
+        done: Generations, starts, or boxes of designs.
+        total: How many there are; of boxes at most.
+        best: Best objective so far: half side in mm, or kappa; NaN before there is one.
+        bound: What is proved so far that no design beats; NaN in the other phases.
+    """
+
+    step: int
+    phase: str
+    done: int
+    total: int
+    best: float
+    bound: float = math.nan
+
+
+class Store(Protocol):
+    """What keeps the phases of a run."""
+
+    def finished(self, phase: str) -> dict[str, Any] | None:
+        """What a finished phase came to, as plain data."""
+        ...
+
+    def finish(self, phase: str, data: dict[str, Any]) -> None:
+        """Keeps what a phase came to."""
+        ...
+
+    def generations(self, phase: str) -> Sequence[Generation]:
+        """The generations of a phase that were kept."""
+        ...
+
+    def keep(self, phase: str, generation: Generation) -> None:
+        """Keeps one more."""
+        ...
+
+
+@dataclass
+class Run:
+    """One run of the three steps.
+
+    Attributes:
+        given: What the customer gave.
+        method: One of `METHODS`.
+        seed: Of everything random.
+        steps: Which of the three, in order.
+        population: Individuals of the GA; None for the paper's.
+        generations: Of the GA.
+        effort: How far proofs go.
+        prove: Whether the other methods' results get a bound, and contradictions a proof, too, if numba is installed.
+        report: Told where the run is.
+        stop: Asked after each generation and each start; True ends the run with the best so far.
+        store: Keeps the phases; None keeps nothing.
+    """
+
+    given: Requirements
+    method: str = "ga+sqp"
+    seed: int = 0
+    steps: tuple[int, ...] = (1, 2, 3)
+    population: int | None = None
+    generations: int = genetic.GENERATIONS
+    effort: Effort = field(default_factory=Effort)
+    prove: bool = False
+    report: Callable[[Progress], None] | None = None
+    stop: Callable[[], bool] = bool
+    store: Store | None = None
+
+    def results(self) -> list[Result]:
+        """Solves the steps.
+
+        Returns:
+            One result a step; fewer if the run was stopped, the last of them as far as it came, or where a step ended
+            without a cube that step 3 could go on with.
+
+        Raises:
+            ProblemError: An unknown method, steps that are not in order, step 3 without a half side, or no numba for
+                the method `proven`.
+            InfeasibleError: A step whose constraints cannot be met together.
+        """
+        if self.method not in METHODS:
+            raise ProblemError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
+        if not self.steps or list(self.steps) != sorted(set(self.steps)):
+            raise ProblemError(f"steps are {list(self.steps)}; each of 1, 2, 3 once at most, in order")
+        found: list[Result] = []
+        for step in self.steps:
+            before = found[-1] if found else None
+            reached = before.design_mm[SIDE] if before and before.feasible else None
+            if step == 3 and 2 not in self.steps:
+                reached = None  # what step 1 reached is no half side that the torque allows
+            if step == 3 and 2 in self.steps and reached is None and self.given.step_3.half_side_mm is None:
+                break  # step 2 says what it lacks
+            if step == 2 and self.method == "proven":
+                reached = _bound(before)
+            result = self._solve(step_problem(self.given, step, reached), reached, before)
+            found.append(result)
+            if result.status == "interrupted" or result.tiny:
+                break
+        return found
+
+    def _solve(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
+        if self.method == "proven":
+            return self._proven(problem, reached, before)
+        proves = self.prove and proving.available()
+        known = np.empty((0, len(problem.free)))
+        if before is not None:  # what the step before found, its cube cut down to what this step allows
+            known = problem.scaled(np.array(before.design_mm))[None]
+        result: Result | None = None
+        if "ga" in self.method and problem.free:
+            result = self._genetic(problem, known)
+        if result is None or (self.method != "ga" and result.status != "interrupted"):
+            result = self._sqp(problem, known, result)
+        if not result.feasible and result.status != "interrupted":
+            error = explain(self.given, problem, reached, self.seed)
+            if error is not None:
+                raise error.as_proved() if proves and self._impossible(problem) else error
+        if proves and result.feasible and not result.tiny and result.status != "interrupted":
+            # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
+            within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
+            result = self._bounded(within, result)
+        return result
+
+    def _proven(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
+        phase = f"{problem.step}/proven"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(problem, self.method, kept)
+        known = before.design_mm if before is not None and before.feasible else None
+        result, impossible = proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop, known)
+        if impossible:
+            raise explain_proved(self.given, problem, reached, self.seed)
+        return self._finish(phase, result)
+
+    def _bounded(self, within: Problem, result: Result) -> Result:
+        phase = f"{within.step}/bound"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(result.problem, self.method, kept)
+        tell = self._teller(within)
+        return self._finish(phase, proving.with_bound(result, self.seed, self.effort, tell, self.stop, within))
+
+    def _impossible(self, problem: Problem) -> bool:
+        """Whether no design is feasible, proved."""
+        return proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop)[1]
+
+    def _teller(self, problem: Problem) -> proving.Report:
+        def tell(done: int, total: int, best: float, bound: float) -> None:
+            if self.report is not None:
+                self.report(Progress(problem.step, "proof", done, total, best, bound))
+
+        return tell
+
+    def _genetic(self, problem: Problem, known: np.ndarray) -> Result:
+        phase = f"{problem.step}/ga"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(problem, self.method, kept)
+
+        def report(done: int, total: int, best: float) -> None:
+            self._tell(problem, "ga", done, total, -best)
+
+        last = genetic.evolve(
+            problem,
+            self.seed,
+            self.population,
+            self.generations,
+            known,
+            self.store.generations(phase) if self.store else (),
+            partial(self.store.keep, phase) if self.store else None,
+            report,
+            self.stop,
+        )
+        x = presentable(problem, last)
+        history = tuple(_objective(problem, -value) for value in last.history)
+        result = Result(problem, self.method, _mm(problem, x), "sampled", last.evaluations, {"ga": history})
+        if not result.feasible:
+            result = replace(result, status="between the samples" if last.violation[0] == 0 else "no feasible design")
+        return self._finish(phase, result)
+
+    def _sqp(self, problem: Problem, known: np.ndarray, start: Result | None) -> Result:
+        phase = f"{problem.step}/sqp"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(problem, self.method, kept)
+        if start is not None:
+            starts = np.concatenate([problem.scaled(np.array(start.design_mm))[None], known])
+        else:
+            starts = np.concatenate([known, sqp.start_points(problem, self.seed)])
+
+        def report(done: int, total: int, best: float) -> None:
+            self._tell(problem, "sqp", done, total, best)
+
+        found = sqp.search(problem, starts, report, self.stop)
+        evaluations, history = found.evaluations, {}
+        if start is not None:
+            evaluations, history = evaluations + start.evaluations, dict(start.history)
+        best = found.best
+        status = "not improved" if best is None else "converged"
+        ending = best or max(found.endings, key=lambda e: e.level)
+        history["sqp"] = tuple(_objective(problem, level) for level in ending.history)
+        x = np.array(ending.x)
+        result = Result(problem, self.method, _mm(problem, x), status, evaluations, history, tuple(found.endings))
+        if start is not None and not result.better_than(start):
+            result = replace(result, design_mm=start.design_mm, status="not improved")
+        for x in known:  # the design of the step before may hold where SQP ends a rounding short of it
+            as_it_is = replace(result, design_mm=_mm(problem, x), status="not improved")
+            result = as_it_is if as_it_is.feasible and not result.feasible else result
+        return self._finish(phase, result)
+
+    def _finish(self, phase: str, result: Result) -> Result:
+        if self.stop():
+            return replace(result, status="interrupted")
+        if self.store is not None:
+            self.store.finish(phase, _kept(result))
+        return result
+
+    def _tell(self, problem: Problem, phase: str, done: int, total: int, level: float) -> None:
+        if self.report is not None:
+            self.report(Progress(problem.step, phase, done, total, _objective(problem, level)))
+
+
+def presentable(problem: Problem, last: genetic.Population) -> np.ndarray:
+    """The best of the last generation that also holds between the samples.
+
+    A cube of steps 1 and 2 that does not is made smaller, about the middle of its bottom face, until it does: it then
+    lies inside the old one, so that no margin gets worse.
+
+    Args:
+        problem: The step.
+        last: The generation.
+
+    Returns:
+        (free variables) scaled; the first of the generation if none holds.
+    """
+    best, worth = last.x[0], -np.inf
+    for x in last.x[:CANDIDATES]:
+        shrunk = _shrunk(problem, x)
+        if shrunk is not None:
+            value = _level(problem, shrunk)
+            if value > worth:
+                best, worth = shrunk, value
+    return best
+
+
+def _shrunk(problem: Problem, x: np.ndarray) -> np.ndarray | None:
+    """The design with the largest cube within 5 % of its own that holds on the polished surface; None without one."""
+    if _holds(problem, x):
+        return x
+    if "half_side" not in problem.free:
+        return None
+    k = problem.free.index("half_side")
+    design, low, high = x.copy(), x[k] * (1.0 - SHRINK), x[k]
+    design[k] = low
+    if not _holds(problem, design):
+        return None
+    for _ in range(HALVINGS):
+        design[k] = (low + high) / 2.0
+        low, high = (design[k], high) if _holds(problem, design) else (low, design[k])
+    design[k] = low
+    return design
+
+
+def _holds(problem: Problem, x: np.ndarray) -> bool:
+    return sqp.violation(problem, x, design_worst(problem, problem.designs(x[None])[0], sqp.EXCHANGE_GRID)) <= ROUNDING
+
+
+def _bound(one: Result | None) -> float | None:
+    """The half side that no design of step 1, and so none of step 2, exceeds, proved; None where it is unknown."""
+    return None if one is None or one.proof is None else one.proof.bound
+
+
+def _level(problem: Problem, x: np.ndarray) -> float:
+    design = problem.designs(x[None])[0]
+    if problem.step != 3:
+        return float(design[SIDE])
+    return float(design_worst(problem, design, sqp.EXCHANGE_GRID)["quality"].values[0])
+
+
+def _objective(problem: Problem, level: float) -> float:
+    """Half side in mm from L scaled between its bounds, or kappa from 1 / kappa; NaN where there is none."""
+    if problem.step == 3:
+        return 1.0 / level if level > 0.0 else np.nan
+    low, high = problem.lower[SIDE], problem.upper[SIDE]
+    return low + level * (high - low) if np.isfinite(level) else np.nan
+
+
+def _mm(problem: Problem, x: np.ndarray) -> tuple[float, ...]:
+    # metres and back may leave a bound by a rounding
+    return tuple(float(v) for v in np.clip(problem.designs(x[None])[0] * 1000.0, problem.lower, problem.upper))
+
+
+def _kept(result: Result) -> dict[str, Any]:
+    return {
+        "design_mm": list(result.design_mm),
+        "status": result.status,
+        "evaluations": result.evaluations,
+        "history": {name: [None if np.isnan(v) else v for v in values] for name, values in result.history.items()},
+        "starts": [list(start) for start in result.starts],
+        "proof": None if result.proof is None else list(result.proof),
+    }
+
+
+def _result(problem: Problem, method: str, kept: dict[str, Any]) -> Result:
+    history = {n: tuple(np.nan if v is None else float(v) for v in values) for n, values in kept["history"].items()}
+    starts = tuple(
+        Ending(tuple(start), tuple(x), level, converged, reason, tuple(past))
+        for start, x, level, converged, reason, past in kept["starts"]
+    )
+    proof = None if kept["proof"] is None else Bound(*kept["proof"])
+    return Result(
+        problem, method, tuple(kept["design_mm"]), kept["status"], kept["evaluations"], history, starts, proof
+    )

@@ -1,0 +1,286 @@
+"""The haptic simulation and the controller's tick: speed, growth, memory, and MuJoCo's step on the twin beside ours."""
+
+# pyright: reportAttributeAccessIssue=false
+# The engine's binding declares its functions at run time.
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter_ns, process_time
+from typing import Any
+
+import numpy as np
+
+from tests.benchmarks.figure import Figure, of_repeats
+from tests.benchmarks.haptics.wall import MASSES
+from tests.benchmarks.timing import ROOT, in_turns, python, ratios, slope, succeeded
+
+SUBJECT = "haptics"
+PEER = "haptics beside MuJoCo"
+REAL_TIME, TICK_US, MEMORY_MB = 20.0, 20.0, 400.0
+ROUNDS, TICKS = 9, 4000
+LENGTHS, SUBSTEPS = (2_000, 4_000, 8_000, 16_000), (5, 10, 20, 40)
+STEP_S, STEPS = 1e-4, 10_000
+ERROR_S = 0.06
+"""Time over which errors are compared, s: the handle moves by some millimetres."""
+PUSH = (0.02, -0.05, 0.06)
+"""Torques under which it does, N m."""
+
+
+def run(say: Callable[[str], None]) -> list[Figure]:
+    """The figures.
+
+    Args:
+        say: Told what is being done.
+    """
+    say(f"loop, tick and growth, {ROUNDS} rounds in a process of its own")
+    figures = _own(_child("measured"))
+    say("memory of the scene with the longest series, with its picture")
+    child = succeeded(python("-c", "from tests.benchmarks.haptics.simulation import led; led()"))
+    note = "`simulate --scene resistance --plot`, 16 runs of 9.3 s; the design file read, no CAD"
+    figures.append(
+        Figure(SUBJECT, "peak memory of simulate", child.largest_bytes / 1e6, "MB", MEMORY_MB, note=note),
+    )
+    say("memory of the feel sheet, with its maps")
+    child = succeeded(python("-c", "from tests.benchmarks.haptics.simulation import felt; felt()"))
+    figures.append(
+        Figure(
+            SUBJECT, "peak memory of feel", child.largest_bytes / 1e6, "MB", MEMORY_MB, note="walls and maps; no CAD"
+        ),
+    )
+    say("the twin, and MuJoCo's step beside ours")
+    with TemporaryDirectory() as folder:
+        succeeded(python("-c", "from tests.benchmarks.haptics.simulation import twin; twin()", folder))
+        return figures + _beside(_child("beside", folder))
+
+
+def _child(function: str, *arguments: str) -> dict[str, Any]:
+    code = f"from tests.benchmarks.haptics import simulation as here; here.{function}()"
+    return json.loads(succeeded(python("-c", code, *arguments)).stdout)
+
+
+def _own(found: dict[str, Any]) -> list[Figure]:
+    lengths, substeps = found["lengths"], found["substeps"]
+    tick = "called from Python: FK, J, velocity, a wall, gravity, saturation, supervisor; by the clock on the wall"
+    return [
+        of_repeats(
+            SUBJECT,
+            "simulation, 1 kHz with 10 substeps",
+            found["real_time"],
+            "x real time",
+            REAL_TIME,
+            False,
+            note=f"{TICKS / 1000:g} s of a hand on a wall, controller and supervisor included; processor time",
+        ),
+        of_repeats(SUBJECT, "controller tick, Python, median", found["tick_median"], "us", TICK_US, note=tick),
+        of_repeats(SUBJECT, "controller tick, Python, 99th percentile", found["tick_p99"], "us", note=tick),
+        of_repeats(
+            SUBJECT,
+            "controller tick inside the compiled loop",
+            found["tick_inside"],
+            "us",
+            note="slope of the loop's time over its substeps, at none",
+        ),
+        Figure(SUBJECT, "growth: simulation against ticks, log-log slope", slope(*lengths), "", note=_told(lengths)),
+        Figure(
+            SUBJECT, "growth: simulation against substeps, log-log slope", slope(*substeps), "", note=_told(substeps)
+        ),
+    ]
+
+
+def _beside(found: dict[str, Any]) -> list[Figure]:
+    ours, theirs = found["ours"], found["theirs"]
+    errors = (
+        f"after {ERROR_S:g} s off the exact motion by {found['our_error_m']:.1e} m and {found['their_error_m']:.1e} m"
+    )
+    return [
+        of_repeats(PEER, "our Runge-Kutta step", [t / STEPS * 1e6 for t in ours], "us", note="in minimal coordinates"),
+        of_repeats(
+            PEER,
+            "MuJoCo's step on twin.xml",
+            [t / STEPS * 1e6 for t in theirs],
+            "us",
+            note=f"{found['version']}, {found['dof']} coordinates and 6 closures, many steps in one call",
+        ),
+        of_repeats(
+            PEER,
+            "speed against MuJoCo, the same time step",
+            ratios(theirs, ours),
+            "x",
+            note=f"{STEP_S * 1e3:g} ms, no friction; {errors}. MuJoCo wins in generality: stops, contacts, any "
+            "other machine from a file, without a derivation",
+        ),
+    ]
+
+
+def _told(grown: tuple[list[int], list[float]]) -> str:
+    return ", ".join(f"{size}: {seconds * 1e3:.0f} ms" for size, seconds in zip(*grown, strict=True))
+
+
+def _machine() -> Any:
+    from delta_cad.design import load_design
+    from delta_cad.drive import drive_torque
+    from haptics.model.machine import Machine
+    from haptics.model.masses import Masses
+
+    design = load_design(ROOT / "best.json")
+    return Machine(design, Masses(*MASSES), drive_torque(design))
+
+
+def measured() -> None:
+    """Measures loop and tick in this process and prints the times as JSON."""
+    from delta_cad.mechanism import inverse_kinematics
+    from haptics.control.controller import fresh, tick
+    from haptics.control.supervisor.memory import ENABLE, REQUEST
+    from haptics.model.hands import HANDS
+    from haptics.rendering.laws import axis_wall_row, law_table
+    from haptics.scenes.bench import origin
+    from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
+    from haptics.simulation.loop import simulate, timing
+
+    machine = _machine()
+    par, controller, middle = nominal_plant(machine), default_controller(machine), origin(machine)
+    laws = law_table(axis_wall_row("+x", 0.0, stiffness=2000.0, damping=5.0))
+    way = np.array([0.02, 0.0, 0.0])  # the hand wanders in and out of the wall
+
+    def loop(ticks: int, substeps: int = 10) -> Any:
+        aim = middle + np.sin(np.arange(ticks) * 4e-3)[:, None] * way
+        more = {"hand": HANDS["medium"], "anchor": aim, "push": np.zeros((ticks, 3)), "count": encoder_count(machine)}
+        return simulate(par, controller, laws, timing(1e-3, 0.5e-3, substeps), middle, **more)
+
+    times = in_turns({"": lambda: loop(TICKS)}, ROUNDS, process_time)[""]
+    lengths = [median(in_turns({"": lambda n=n: loop(n)}, 3, process_time)[""]) for n in LENGTHS]
+    turns = in_turns({str(n): lambda n=n: loop(TICKS, n) for n in SUBSTEPS}, ROUNDS, process_time)
+    inside = [np.polyfit(SUBSTEPS, column, 1)[1] / TICKS * 1e6 for column in zip(*turns.values(), strict=True)]
+
+    thetas = inverse_kinematics(machine.geometry, loop(TICKS).measured)
+    medians: list[float] = []
+    tails: list[float] = []
+    for _ in range(ROUNDS):
+        memory, out = fresh(controller), np.zeros(3)
+        memory.supervisor[REQUEST] = ENABLE
+        took = np.empty(TICKS)
+        for k in range(TICKS):
+            start = perf_counter_ns()
+            tick(controller, memory, laws, k * 1e-3, thetas[k], out)
+            took[k] = perf_counter_ns() - start
+        medians.append(float(np.median(took)) / 1e3)
+        tails.append(float(np.percentile(took, 99.0)) / 1e3)
+    print(
+        json.dumps(
+            {
+                "real_time": [TICKS * 1e-3 / seconds for seconds in times],
+                "tick_median": medians,
+                "tick_p99": tails,
+                "tick_inside": inside,
+                "lengths": [LENGTHS, lengths],
+                "substeps": [SUBSTEPS, [median(turns[str(n)]) for n in SUBSTEPS]],
+            }
+        )
+    )
+
+
+def led() -> None:
+    """Does what `simulate --scene resistance --plot` does, in a folder that goes away."""
+    from haptics.scenes.pictures.scenes import pictures
+    from haptics.scenes.resistance import resistance
+    from haptics.simulation.series import write_csv, write_parquet
+
+    machine = _machine()
+    scene = resistance(machine)
+    with TemporaryDirectory() as folder:
+        for taken in scene.runs:
+            write_csv(Path(folder) / f"{taken.name}.csv", taken.series)
+            write_parquet(Path(folder) / f"{taken.name}.parquet", taken.series)
+        pictures(scene, machine, Path(folder))
+
+
+def felt() -> None:
+    """Does what `feel` does, in a folder that goes away."""
+    import haptics.model.machine
+    from haptics.commands.cli import main
+
+    with TemporaryDirectory() as folder:
+        haptics.model.machine.load_machine = lambda *_: _machine()  # the design and the masses of the benchmarks
+        if main(["feel", "--design", "best.json", "--out", folder]) == 2:
+            raise RuntimeError("the feel sheet was refused")
+
+
+def twin() -> None:
+    """Writes twin.xml and mass_properties.json, as a build does, into the folder of the command line."""
+    from delta_cad.assembly.assemble import assemble
+    from delta_cad.design import load_design
+    from delta_cad.dimensions import dimensions
+    from delta_cad.drive import drive_torque
+    from delta_cad.export.mass_properties import mass_report
+    from delta_cad.export.mjcf import twin as text_of
+    from delta_cad.export.mjcf import write_twin
+
+    folder, design = Path(sys.argv[1]), load_design(ROOT / "best.json")
+    sizes = dimensions(design)
+    assembly = assemble(sizes)
+    masses = mass_report(assembly)
+    text = text_of(assembly, masses, drive_torque(design), sizes.stops_rad, design.requirements.gravity_m_s2)
+    write_twin(text, folder / "twin.xml")
+    (folder / "mass_properties.json").write_text(json.dumps(masses))
+
+
+def beside() -> None:
+    """Times MuJoCo's step and ours on the machine in the folder of the command line; prints JSON."""
+    import mujoco
+
+    from delta_cad.design import load_design
+    from delta_cad.drive import drive_torque
+    from haptics.model.masses import masses_from_dict
+    from haptics.model.plant import FREE, STATES, advance, plant
+    from haptics.scenes.bench import origin
+
+    folder, machine, design = Path(sys.argv[1]), _machine(), load_design(ROOT / "best.json")
+    masses = json.loads((folder / "mass_properties.json").read_text())
+    known = masses_from_dict(masses, design.geometry.forearm_length, drive_torque(design))
+    par = plant(design.geometry, known, design.requirements.gravity_m_s2)
+    model = mujoco.MjModel.from_xml_path(str(folder / "twin.xml"))
+    model.opt.timestep, model.eq_solref[:] = STEP_S, [2.0 * STEP_S, 1.0]
+    torque, zero, home = np.array(PUSH), np.zeros(3), origin(machine)
+
+    def ours(steps: int, seconds: float) -> np.ndarray:
+        state = np.zeros(STATES)
+        state[:3] = home
+        advance(par, FREE, zero, zero, torque, seconds, steps, state, np.zeros((13, STATES)))
+        return state[:3]
+
+    def theirs(steps: int) -> np.ndarray:
+        data = mujoco.MjData(model)
+        data.ctrl[:] = torque
+        mujoco.mj_step(model, data, steps)
+        return data.qpos[-3:] + home
+
+    few, moved = round(ERROR_S / STEP_S), ours(200_000, ERROR_S)
+    # over the whole second in pieces, each from home, so that both stay inside their workspace
+    pieces = STEPS // few
+    times = in_turns(
+        {
+            "ours": lambda: [ours(few, ERROR_S) for _ in range(pieces)],
+            "theirs": lambda: [theirs(few) for _ in range(pieces)],
+        },
+        ROUNDS,
+        process_time,
+    )
+    whole = STEPS / (few * pieces)
+    print(
+        json.dumps(
+            {
+                "ours": [t * whole for t in times["ours"]],
+                "theirs": [t * whole for t in times["theirs"]],
+                "our_error_m": float(np.linalg.norm(ours(few, ERROR_S) - moved)),
+                "their_error_m": float(np.linalg.norm(theirs(few) - moved)),
+                "version": f"MuJoCo {mujoco.__version__}",
+                "dof": model.nv,
+            }
+        )
+    )

@@ -1,0 +1,223 @@
+"""Bounds for all angles at once, pieces of bodies and gaps of hulls: never above what dense sampling finds."""
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
+from delta_cad.checks.clearance import pairing, spaces
+from delta_cad.checks.clearance.bodies import DistanceEngine, body
+from delta_cad.checks.clearance.continuum import Bounds, prove
+from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap, rectangles_gap
+from delta_cad.checks.clearance.joint_ranges import domains
+from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.checks.clearance.segments import above, cut, near, pieces_of
+from delta_cad.checks.clearance.spaces import Pairs, Space
+from delta_cad.solids.part import Occurrence
+from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, machine, part, rod
+
+MACHINE = machine()
+MESHES = MeshLibrary(MACHINE.parts, 0.2, 0.6)
+DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+RNG = np.random.default_rng(11)
+
+
+def turned_about_y(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]])
+
+
+def random_frame(spread: float) -> np.ndarray:
+    q, _r = np.linalg.qr(RNG.normal(size=(3, 3)))
+    frame = at(*RNG.uniform(-spread, spread, 3))
+    frame[:3, :3] = q * np.sign(np.linalg.det(q))
+    return frame
+
+
+def space_named(start: str) -> Space:
+    pairs = held_apart(MACHINE, LIMITS, MESHES)
+    (found,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS) if s.name.startswith(start)]
+    return found
+
+
+def test_profiles_are_never_farther_apart_than_the_bodies_at_any_angle() -> None:
+    shapes = [
+        box((0, 0, 0), (9, 3, 2)),
+        rod(3, (5, 0, 0), (5, 8, 1)),
+        ball(4, (1, 1, 0)),
+        rod(2, (0, 0, 0), (12, 0, 0)),
+    ]
+    meshes = [tessellate(shape, 0.1, 0.5) for shape in shapes]
+    engine, tightest = DistanceEngine(), 0.0
+    for _ in range(60):
+        i, j = RNG.integers(len(meshes), size=2)
+        one, other = random_frame(3.0), random_frame(25.0)
+        gap = meridian_gap(Meridian(meshes[i], one), Meridian(meshes[j], other))
+        a, b = body("a", f"a{i}", "", meshes[i], one), body("b", f"b{j}", "", meshes[j], other)
+        found = [engine.distance(a, b, one, turned_about_y(t) @ other) for t in np.linspace(0, 2 * np.pi, 73)]
+        assert gap <= min(found) + 1e-9
+        if gap > 0.0:
+            tightest = max(tightest, gap / min(found))
+    assert tightest > 0.8
+
+
+def test_profiles_of_discs_and_rings_are_exact() -> None:
+    """Side by side, one around the other, and at a corner: gaps that a turn does not change."""
+    disc = tessellate(rod(10, (0, 0, 0), (0, 5, 0)), 0.01, 0.1)
+    for shape, exact in (
+        (rod(8, (0, 7, 0), (0, 9, 0)), 2.0),
+        (rod(20, (0, 0, 0), (0, 5, 0)).cut(rod(13, (0, -1, 0), (0, 6, 0))), 3.0),
+        (rod(20, (0, 9, 0), (0, 12, 0)).cut(rod(13, (0, 8, 0), (0, 13, 0))), 5.0),
+    ):
+        other = tessellate(shape.Solids()[0], 0.01, 0.1)
+        for angle in (0.0, 0.3):
+            gap = meridian_gap(Meridian(disc, np.eye(4)), Meridian(other, turned_about_y(angle)))
+            assert gap == pytest.approx(exact, abs=disc.deviation_mm + other.deviation_mm)
+
+
+def test_a_triangle_around_the_axis_reaches_it() -> None:
+    around = Mesh(np.array([[5.0, 0, -4], [-5, 0, -4], [0, 0, 6]]), np.array([[0, 1, 2]]), 0.0)
+    assert Meridian(around, np.eye(4)).rectangles[0, 0] == 0.0
+    beside = Mesh(around.vertices + np.array([20.0, 0, 0]), around.faces, 0.0)
+    low = Meridian(beside, np.eye(4)).rectangles[0, 0]
+    u = RNG.dirichlet(np.ones(3), 20000) @ beside.vertices
+    assert low <= np.hypot(u[:, 0], u[:, 2]).min() <= low + 0.2
+
+
+def test_rectangles_gap() -> None:
+    a = np.array([0.0, 2.0, 0.0, 2.0])
+    others = np.array([[5.0, 6, 0, 1], [1, 3, 6, 7], [5, 6, 6, 7], [1, 3, 1, 3], [-4, -1, 0, 1]])
+    assert rectangles_gap(a, others) == pytest.approx([3, 4, 5, 0, 1])
+
+
+def test_bounds_for_all_angles_of_two_arms_are_below_the_distance_at_any() -> None:
+    arms = space_named("two arms")
+    engine = DistanceEngine()
+    always = arms.always_apart(engine)
+    assert (always > 1.0).any()
+    assert np.isneginf(always).any()  # the arms themselves sweep through one another
+    centre, half = arms.root()
+    frames = arms.frames(centre + RNG.uniform(-1, 1, (8, 2)) * half)
+    for k in np.flatnonzero(np.isfinite(always)):
+        a, b = arms.pairs.bodies[arms.pairs.first[k]], arms.pairs.bodies[arms.pairs.second[k]]
+        for one, other in frames:
+            assert engine.distance(a, b, one @ a.placement, other @ b.placement) >= always[k]
+
+
+def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:
+    """A ball on its own shoulder axis, in the path of a bar that turns: the swept disc holds it, surfaces far apart."""
+    bar = part("bar", box((-130, -6, -3), (130, 6, 3)))
+    arm, on_axis = MACHINE.placement, 40.0 * np.sqrt(3.0)  # where the other shoulder axis meets the bar's plane
+    occurrences = (
+        Occurrence("bar", bar, "upper_arm_0", np.eye(4)),
+        Occurrence("core", part("core", ball(2)), "upper_arm_1", at(0, on_axis, 0)),
+    )
+    a = Assembly("test", occurrences, (), (), arm, LIMITS.centre_mm)
+    pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))
+    (arms,) = spaces_of(pairs, arm, DOMAINS, LIMITS)
+    assert np.isneginf(arms.always_apart(DistanceEngine())).all()
+
+
+def test_clipped_triangles_fill_the_half_space() -> None:
+    triangles = RNG.uniform(-5, 5, (300, 3, 3))
+    triangles[:20, 0, 0] = 1.0  # corners in the plane
+    triangles[20:30, :, 0] = 1.0  # whole triangles in the plane
+    normal = np.array([1.0, 0.0, 0.0])
+    upper, lower = above(triangles, normal, 1.0), above(triangles, -normal, -1.0)
+    assert upper[..., 0].min() >= 1.0 - 1e-12
+    assert lower[..., 0].max() <= 1.0 + 1e-12
+
+    def area(t: np.ndarray) -> float:
+        return float(np.linalg.norm(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]), axis=1).sum() / 2)
+
+    in_plane = area(triangles[20:30])  # counted on both sides
+    assert area(upper) + area(lower) == pytest.approx(area(triangles) + in_plane, rel=1e-12)
+
+
+def test_pieces_are_the_whole_surface_and_their_levers_are_near_their_distances() -> None:
+    mesh = tessellate(rod(2.5, (12, 0, 0), (100, 0, 0)), 0.05, 0.3)
+    frame = at(L_B, 0, 0) @ np.diag([-1.0, -1.0, 1.0, 1.0])
+    tube = body("tube", "tube", "rod_0", mesh, frame)
+    pieces = pieces_of(tube, 0.0)
+    assert len(pieces) > 4
+    assert sum(p.mesh.area_mm2 for p in pieces) == pytest.approx(mesh.area_mm2, rel=1e-9)
+    for p in pieces:
+        assert p.lever(np.zeros(3)) < 1.6 * (p.vertices[:, 0].min() + 2.5)
+    engine = DistanceEngine()
+    other = body("box", "box", "", tessellate(box((0, 0, 0), (3, 9, 2)), 0.1, 0.5), np.eye(4))
+    for _ in range(40):
+        pose = random_frame(60.0)
+        whole = engine.distance(other, tube, pose, frame)
+        assert min(engine.distance(other, p, pose, frame) for p in pieces) == pytest.approx(whole, abs=1e-9)
+
+
+def test_short_bodies_are_not_cut() -> None:
+    b = body("ball", "ball", "rod_0", tessellate(ball(3), 0.1, 0.5), np.eye(4))
+    assert pieces_of(b, 0.0) == [b]
+    assert len(cut(b.mesh, np.eye(3)[0], np.array([-9.0, 9.0]))) == 1  # empty slabs are left out
+
+
+def test_what_is_near_a_point_keeps_every_distance_within_reach() -> None:
+    mesh = tessellate(box((0, 0, 0), (40, 30, 20)).cut(rod(5, (20, 15, -1), (20, 15, 21))).Solids()[0], 0.05, 0.3)
+    frame = random_frame(30.0)
+    b = body("block", "block", "", mesh, frame)
+    engine = DistanceEngine()
+    for n in range(60):
+        point, reach = b.vertices[RNG.integers(len(mesh.vertices))] + RNG.uniform(-9, 9, 3), RNG.uniform(3, 15)
+        local = near(b, point, reach, random_frame(1.0)[:3, :3] if n % 2 else None)
+        probe = body("probe", f"probe {n}", "", tessellate(ball(0.5), 0.05, 0.3), at(*point))
+        whole = engine.distance(probe, b, probe.placement, frame)
+        if local is None:
+            assert whole + 0.5 > reach
+        elif whole + 0.5 <= reach:
+            assert engine.distance(probe, local, probe.placement, frame) == pytest.approx(whole, abs=1e-9)
+    assert near(b, b.centre, 100.0) is b
+    assert near(b, b.centre + 200.0, 3.0) is None
+    assert near(b, frame[:3, :3] @ [20, 15, 10] + frame[:3, 3], 2.0) is None  # in the bore
+
+
+def test_the_gap_of_hulls_is_never_above_the_distance_and_is_it_between_convex_bodies() -> None:
+    shapes = [box((0, 0, 0), (4, 2, 9)), ball(3), box((0, 0, 0), (5, 5, 5)).cut(box((1, 1, 1), (4, 4, 6))).Solids()[0]]
+    bodies = [body(f"{k}", f"{k}", "fixed", tessellate(s, 0.1, 0.5), random_frame(2.0)) for k, s in enumerate(shapes)]
+    index = np.arange(3)
+    pairs = Pairs(bodies, index[:1], index[1:2], np.ones(1), [("0", "1")])
+    bounds = Bounds(spaces.Fixed("test", pairs, ("fixed",)))
+    engine = DistanceEngine()
+    for _ in range(200):
+        i, j = RNG.integers(3, size=2)
+        pose = random_frame(15.0)
+        a, b = bodies[i], bodies[j]
+        d, p, q = engine.closest_points(a, b, a.placement, pose @ b.placement)
+        if d == 0.0:
+            continue
+        for normal, exact in ((q - p) / d, True), (random_frame(1.0)[0, :3], False):
+            gap = bounds.hulls_gap(np.array([i]), np.array([j]), normal[None], np.eye(4)[None], pose[None])[0]
+            assert gap <= d + 1e-9
+            if exact and i == j == 0:  # boxes are convex; the meshes of balls not quite
+                assert gap == pytest.approx(d, abs=1e-6)
+
+
+def test_a_halved_bound_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reach of half the lever leaves away what the rod can hit, and the machine below is then wrongly proven."""
+    tube = part("tube", rod(2.5, (12, 0, 0), (100, 0, 0)))
+    post = part("post", ball(3))
+    links = MACHINE.placement(LIMITS.centre_mm)
+    middle = links["rod_0_1"] @ np.array([L_B - 40.0, 0, 0, 1])
+    end = (np.linalg.inv(links["platform"]) @ middle)[:3]
+    a = Assembly(
+        "test",
+        (Occurrence("tube", tube, "rod_0_1", np.eye(4)), Occurrence("post", post, "platform", at(*end))),
+        (),
+        (),
+        MACHINE.placement,
+        LIMITS.centre_mm,
+    )
+    meshes = MeshLibrary(a.parts, 0.1, 0.5)
+
+    def undecided() -> bool:
+        (wrist,) = spaces_of(held_apart(a, LIMITS, meshes), a.placement, DOMAINS, LIMITS)
+        return bool(prove(wrist, DistanceEngine()).undecided)
+
+    assert undecided()
+    monkeypatch.setattr(pairing, "near", lambda b, point, reach: near(b, point, reach / 2.0))
+    assert not undecided()

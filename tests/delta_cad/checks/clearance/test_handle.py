@@ -1,0 +1,173 @@
+"""The bounds on what happens in a box of handle positions, against the placement itself at points of many boxes."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance import continuum
+from delta_cad.checks.clearance.bodies import Body, DistanceEngine
+from delta_cad.checks.clearance.continuum import Bounds, prove
+from delta_cad.checks.clearance.handle import Handle
+from delta_cad.checks.clearance.joint_ranges import domains
+from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.mechanism import inverse_kinematics
+from delta_cad.solids.part import Occurrence
+from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, machine, part, rod
+
+DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+RNG = np.random.default_rng(11)
+CUBE = LIMITS.centre_mm[None], np.full((1, 3), LIMITS.half_side_mm)
+
+
+def handle_space(assembly: Assembly) -> Handle:
+    pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+    (space,) = [s for s in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS) if isinstance(s, Handle)]
+    return space
+
+
+def random_boxes(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes of many sizes and shapes inside the cube, the largest as large as the cube."""
+    halves = LIMITS.half_side_mm * RNG.uniform(0.01, 1.0, (count, 3)) * RNG.uniform(0.02, 1.0, (count, 1)) ** 2
+    return LIMITS.centre_mm + RNG.uniform(-1, 1, (count, 3)) * (LIMITS.half_side_mm - halves), halves
+
+
+def inside(centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+    """A position in each box: in corners, on edges and faces, within."""
+    step = RNG.uniform(-1.0, 1.0, centres.shape)
+    return centres + np.where(RNG.uniform(size=step.shape) < 0.7, np.sign(step), step) * halves
+
+
+def test_shoulder_angles_stay_in_their_range_which_is_little_wider_than_it_must_be() -> None:
+    space = handle_space(machine())
+    for centres, halves in (random_boxes(40), CUBE):
+        whole, low, high = space.angles(centres, halves)
+        assert (low <= whole.theta).all()
+        assert (whole.theta <= high).all()
+        seen = np.stack([inverse_kinematics(GEOMETRY, inside(centres, halves) / 1000.0) for _ in range(400)])
+        assert (seen >= low - 1e-12).all()
+        assert (seen <= high + 1e-12).all()
+        assert ((high - low) <= 1.25 * np.ptp(seen, axis=0) + np.radians(2.0)).all()
+
+
+@pytest.mark.parametrize("ratio", [9.5, 1.0])
+def test_no_two_points_come_closer_along_a_direction_than_the_bound_says(ratio: float) -> None:
+    space = handle_space(machine(ratio))
+    pairs, bodies = space.pairs, space.pairs.bodies
+    kinds = [
+        {bodies[i].link[:3], bodies[j].link[:3]}
+        for i, j in zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)
+    ]
+    picked = np.concatenate(
+        [
+            RNG.choice([k for k, kind in enumerate(kinds) if kind == wanted], 60)
+            for wanted in ({"bas", "rod"}, {"upp", "rod"}, {"rod"}, {"upp", "pla"}, {"bas", "pla"})
+        ]
+    )
+    centres, halves = random_boxes(len(picked))
+    box = np.arange(len(picked))
+    link = np.array([space.links.index(b.link) for b in bodies])
+    first, second = pairs.first[picked], pairs.second[picked]
+    points = [np.stack([RNG.choice(bodies[k].vertices, 30) for k in index]) for index in (first, second)]
+    normal = RNG.normal(size=(len(picked), 3))
+    normal[::3] = space.directions[RNG.integers(len(space.directions), size=len(normal[::3]))]  # where it is sharp
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    bound, isotropic = space.along(centres, halves)(box, picked, normal), space.motion(centres, halves)
+
+    def placed(positions: np.ndarray) -> list[np.ndarray]:
+        frames = space.frames(positions)
+        return [
+            x @ np.swapaxes(f[:, :3, :3], 1, 2) + f[:, None, :3, 3]
+            for x, f in zip(points, (frames[box, link[first]], frames[box, link[second]]), strict=True)
+        ]
+
+    start = placed(centres)
+    before = np.einsum("kni,ki->kn", start[1] - start[0], normal)
+    worst = np.full(len(picked), -np.inf)
+    for _ in range(300):
+        positions = inside(centres, halves)
+        now = placed(positions)
+        worst = np.maximum(worst, (before - np.einsum("kni,ki->kn", now[1] - now[0], normal)).max(axis=1))
+        shift = (positions - centres)[:, None]
+        for seen_from, travel in zip((0.0, 1.0), isotropic, strict=True):
+            for k, index in enumerate((first, second)):
+                gone = np.linalg.norm(now[k] - start[k] - seen_from * shift, axis=2).max(axis=1)
+                assert (gone <= travel[box, index] + 1e-6).all()
+    assert (worst <= bound + 1e-6).all()
+    moving = bound > 0.1
+    assert np.median(worst[moving] / bound[moving]) > 0.4  # a bound far above the truth passes, and stalls the proof
+    assert (worst[moving] / bound[moving]).max() > 0.95
+    least = np.min([m[box, first] + m[box, second] for m in isotropic], axis=0)
+    assert np.median(bound[moving] / least[moving]) < 0.8  # what a direction is for
+
+
+def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
+    assembly = machine()
+    pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
+    for space in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS):
+        bounds, pair = Bounds(space), RNG.integers(len(space.pairs.limit), size=40)
+        middle, half = space.root()
+        halves = np.repeat(half, 40, axis=0) * RNG.uniform(0.02, 0.4, (40, 1))
+        centres = middle + RNG.uniform(-1, 1, halves.shape) * (half - halves)
+        normal = RNG.normal(size=(40, 3))
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        fall = space.along(centres, halves)(np.arange(40), pair, normal)
+        gaps = []
+        for n in range(30):
+            frames = space.frames(inside(centres, halves) if n else centres)[:, bounds.link]
+            a, b = space.pairs.first[pair], space.pairs.second[pair]
+            k = np.arange(40)
+            gaps.append(bounds.hulls_gap(a, b, normal, frames[k, a], frames[k, b]))
+        assert (gaps[0] - np.min(gaps, axis=0) <= fall + 1e-6).all(), space.name
+
+
+def straying(b: Body, deviation_mm: float) -> Body:
+    return replace(b, mesh=replace(b.mesh, deviation_mm=deviation_mm))
+
+
+def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
+    """Whether a rod is proven clear of a ball on the base that is so far from it at one corner, farther elsewhere."""
+    m = machine()
+    seen = m.placement(inside(*[np.repeat(x, 3000, axis=0) for x in CUBE]))["rod_0_1"]
+    tried = product(LIMITS.corners_mm, (0.5, 0.7, 0.85), np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False))
+    for corner, where, angle in tried:  # round the rod until the corner is the closest
+        frame = m.placement(corner)["rod_0_1"]
+        across = np.cos(angle) * frame[:3, 1] + np.sin(angle) * frame[:3, 2]
+        middle = frame[:3, 3] + frame[:3, 0] * L_B * where + across * (5.5 + distance_mm)
+        away = middle - seen[:, :3, 3]
+        share = np.clip((away * seen[:, :3, 0]).sum(axis=1), 12.0, L_B - 12.0)
+        if np.linalg.norm(away - share[:, None] * seen[:, :3, 0], axis=1).min() > 5.5 + distance_mm - 0.01:
+            break
+    else:
+        pytest.fail("the rod passes on every side")
+    tube, post = part("tube", rod(2.5, (12, 0, 0), (L_B - 12.0, 0, 0))), part("post", ball(3))
+    placed = (Occurrence("tube", tube, "rod_0_1", np.eye(4)), Occurrence("post", post, "base", at(*middle)))
+    a = replace(m, occurrences=placed, joints=(), fits=())
+    pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.05, 0.3))
+    pairs = [replace(p, a=straying(p.a, deviation_mm), b=straying(p.b, deviation_mm)) for p in pairs]
+    (space,) = spaces_of(pairs, a.placement, DOMAINS, LIMITS)
+    return not prove(space, DistanceEngine()).undecided
+
+
+@pytest.mark.parametrize("hope", [continuum.HOPE, 0.0, np.inf])
+def test_what_comes_too_close_in_one_corner_is_refused_and_what_does_not_is_proven(
+    monkeypatch: pytest.MonkeyPatch, hope: float
+) -> None:
+    """Whether no distance is put off or each that may be."""
+    monkeypatch.setattr(continuum, "HOPE", hope)
+    assert not beside_a_rod(0.9)
+    assert beside_a_rod(1.3)
+    assert not beside_a_rod(1.3, deviation_mm=0.2)  # both may stray so far towards each other
+
+
+def test_a_bound_that_is_too_small_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Handle, "along", lambda *_: lambda box, *_: np.zeros(len(box)))
+    assert beside_a_rod(0.9)
+
+
+def test_a_travel_that_is_not_a_number_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Handle, "along", lambda *_: lambda box, *_: np.full(len(box), np.nan))
+    assert not beside_a_rod(0.9)

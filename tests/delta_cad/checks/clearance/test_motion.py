@@ -1,0 +1,276 @@
+"""The bounds that the proof stands on, against the placement itself at many points of many boxes."""
+
+from dataclasses import replace
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from delta_cad.assembly.tessellation import MeshLibrary, tessellate
+from delta_cad.checks.clearance.bodies import DistanceEngine, body, boxes_gap, revolved_about_y
+from delta_cad.checks.clearance.containment import winding_number
+from delta_cad.checks.clearance.joint_ranges import FoldError, Raster, domains
+from delta_cad.checks.clearance.motion import box_motion, cube_boxes
+from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
+from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.mechanism import inverse_kinematics, rod_lean
+from delta_cad.mechanism.geometry import RADIAL
+from delta_cad.mechanism.placement import CHAINS
+from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, at, ball, box, machine, placement, rod
+
+MACHINE = machine()
+MESHES = MeshLibrary(MACHINE.parts, 0.2, 0.6)
+DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+RNG = np.random.default_rng(7)
+
+
+def random_boxes(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes of many sizes and shapes inside the cube."""
+    halves = LIMITS.half_side_mm * 0.3 * RNG.uniform(0.01, 1.0, (count, 3)) * RNG.uniform(0.05, 1.0, (count, 1))
+    centres = LIMITS.centre_mm + RNG.uniform(-1, 1, (count, 3)) * (LIMITS.half_side_mm - halves)
+    return centres, halves
+
+
+def chain_state(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shoulder angles (n, 3), forearm vectors (n, 3, 3) mm and rod frames (n, 3, 3, 3), from the placement."""
+    theta = inverse_kinematics(GEOMETRY, p / 1000.0)
+    rods = np.stack([placement()(p)[f"rod_{i}_0"][..., :3, :3] for i in CHAINS], axis=1)
+    return theta, rods[..., :, 0] * 112.079, rods
+
+
+def plane_angle(s: np.ndarray) -> np.ndarray:
+    """(n, 3) angle of forearms in their chain's plane, 0..2 pi: some pass the horizontal inwards."""
+    return np.mod(np.arctan2(s[..., 2], (s * RADIAL).sum(-1)), 2.0 * np.pi)
+
+
+def test_box_motion_bounds_hold_and_are_not_idle() -> None:
+    centres, halves = random_boxes(300)
+    motion = box_motion(GEOMETRY, centres, halves)
+    theta0, s0, rods0 = chain_state(centres)
+    assert motion.theta == pytest.approx(theta0, abs=1e-12)
+    tightest = {"theta": 0.0, "forearm": 0.0, "rotation": 0.0}
+    for _ in range(40):
+        corner = (
+            np.sign(RNG.uniform(-1, 1, centres.shape)) if RNG.uniform() < 0.5 else RNG.uniform(-1, 1, centres.shape)
+        )
+        theta, s, rods = chain_state(centres + corner * halves)
+        change = np.abs(theta - theta0)
+        assert (change <= motion.theta_change + 1e-12).all()
+        forearm = np.linalg.norm(s - s0, axis=-1)
+        assert (forearm <= motion.forearm + 1e-9).all()
+        cosine = (np.einsum("ncij,ncij->nc", rods, rods0) - 1.0) / 2.0
+        angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+        assert (angle <= motion.rotation + 1e-7).all()  # arccos near 1 is good to 1e-8
+        plane, plane0 = plane_angle(s), plane_angle(s0)
+        assert (np.abs(plane - plane0) <= motion.rotation + 1e-12).all()
+        lean = rod_lean(GEOMETRY, (centres + corner * halves) / 1000.0)
+        assert (lean >= motion.lean_low - 1e-12).all()
+        assert (lean <= motion.lean_high + 1e-12).all()
+        finite = np.isfinite(motion.theta_change)
+        assert finite.mean() > 0.9
+        for name, ratio in (
+            ("theta", change / motion.theta_change),
+            ("forearm", forearm / motion.forearm),
+            ("rotation", angle / motion.rotation),
+        ):
+            tightest[name] = max(tightest[name], float(ratio[finite].max()))
+    assert tightest["theta"] > 0.8  # a bound far above the truth would pass the test and stall the proof
+    assert tightest["forearm"] > 0.5
+    assert tightest["rotation"] > 0.5
+
+
+def test_elbow_angle_is_the_angle_from_arm_to_forearm() -> None:
+    centres, halves = random_boxes(50)
+    theta, s, _ = chain_state(centres)
+    plane = plane_angle(s)
+    assert box_motion(GEOMETRY, centres, halves).elbow_angle == pytest.approx(plane - theta, abs=1e-12)
+
+
+def test_a_box_that_holds_a_fold_is_not_bounded() -> None:
+    motion = box_motion(GEOMETRY, np.array([[0.0, 0.0, 100.0]]), np.array([[100.0, 100.0, 100.0]]))
+    assert np.isinf(motion.theta_change).all()
+
+
+def test_cube_boxes_fill_the_cube() -> None:
+    centres, halves = cube_boxes(LIMITS.centre_mm, LIMITS.half_side_mm, 4)
+    assert (8.0 * halves.prod(axis=1)).sum() == pytest.approx((2 * LIMITS.half_side_mm) ** 3)
+    assert (centres - halves).min(axis=0) == pytest.approx(LIMITS.corners_mm.min(axis=0))
+    assert (centres + halves).max(axis=0) == pytest.approx(LIMITS.corners_mm.max(axis=0))
+
+
+def test_domains_hold_all_angles_and_little_more() -> None:
+    p = np.concatenate([LIMITS.corners_mm, LIMITS.centre_mm + RNG.uniform(-37.5, 37.5, (20000, 3))])
+    theta, s, _ = chain_state(p)
+    plane = plane_angle(s)
+    lean = rod_lean(GEOMETRY, p / 1000.0)
+    assert (theta >= DOMAINS.theta[:, 0]).all()
+    assert (theta <= DOMAINS.theta[:, 1]).all()
+    assert np.degrees(theta.min() - DOMAINS.theta.min()) < 5.0
+    zero = np.zeros((len(p), 2))
+    for i in CHAINS:
+        for raster, x, y in (
+            (DOMAINS.neighbours[i], theta[:, i], theta[:, (i + 1) % 3]),
+            (DOMAINS.at_wrist[i], plane[:, i], lean[:, i]),
+            (DOMAINS.at_elbow[i], plane[:, i] - theta[:, i], lean[:, i]),
+        ):
+            assert raster.touched(np.stack([x, y], axis=1), zero).all()
+
+
+def test_raster_says_no_only_outside() -> None:
+    raster = Raster.of_boxes(np.array([[0.0, 0.0], [10.0, 10.0]]), np.array([[1.0, 1.0], [1.0, 1.0]]))
+    asked = np.array([[0.5, 0.5], [5.0, 5.0], [9.5, 10.5], [0.0, 10.0], [20.0, 20.0]])
+    assert raster.touched(asked, np.full((5, 2), 0.1)).tolist() == [True, False, True, False, False]
+    assert raster.touched(np.array([[5.0, 5.0]]), np.array([[4.5, 4.5]])).all()
+
+
+def test_a_cube_with_a_fold_is_refused() -> None:
+    with pytest.raises(FoldError, match="may fold"):
+        domains(GEOMETRY, LIMITS.centre_mm, 80.0)
+
+
+@pytest.mark.parametrize("ratio", [9.5, 1.0])
+def test_every_space_places_pairs_as_the_placement_does_and_bounds_their_travel(ratio: float) -> None:
+    assembly = machine(ratio)
+    pairs = held_apart(assembly, LIMITS, MESHES)
+    spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS)
+    names = [space.name for space in spaces]
+    assert len(names) == (7 if ratio > 1.0 else 6)  # a direct drive leaves nothing fixed but the base
+    kinds = [{frozenset(names) for names in space.pairs.names} for space in spaces]  # pieces of a body share its name
+    assert sum(map(len, kinds)) < len(pairs)  # equal pairs of the chains are one
+    by_names = {frozenset((p.a.name, p.b.name)): p for p in pairs}
+    for space in spaces:
+        kept = RNG.permutation(len(space.pairs.limit))[:25]
+        for k in kept:
+            a, b = space.pairs.bodies[space.pairs.first[k]], space.pairs.bodies[space.pairs.second[k]]
+            pair = by_names[frozenset(space.pairs.names[k])]
+            check_pair(space, k, a, b, pair, assembly)
+
+
+def check_pair(space, k, a, b, pair: HeldApart, assembly) -> None:
+    """Relative pose and travel of one pair in its space, against the placement."""
+    centres, halves = random_boxes(4)
+    inside = centres + RNG.uniform(-1, 1, (6, 4, 3)) * halves
+    originals = {pair.a.name: pair.a, pair.b.name: pair.b}
+    ordered = [originals[name] for name in space.pairs.names[k]]
+    relative = [relative_pose(*ordered, p, assembly.placement) for p in (centres, *inside)]
+    variables = np.stack([variables_of(space.name, p, originals) for p in (centres, *inside)])
+    frames = space.frames(variables[0])
+    la, lb = space.links.index(a.link), space.links.index(b.link)
+    ours = np.linalg.inv(frames[:, la] @ a.placement) @ (frames[:, lb] @ b.placement)
+    assert ours == pytest.approx(relative[0], abs=1e-9), space.name
+
+    width = np.abs(variables - variables[0]).max(axis=0)
+    bound = np.min(
+        [m[:, space.pairs.first[k]] + m[:, space.pairs.second[k]] for m in space.motion(variables[0], width)], 0
+    )
+    engine = DistanceEngine()
+    start = [engine.distance(a, b, np.eye(4), r) for r in relative[0]]
+    for r in relative[1:]:
+        now = [engine.distance(a, b, np.eye(4), x) for x in r]
+        assert (np.abs(np.subtract(now, start)) <= bound + 1e-6).all(), (space.name, a.name, b.name)
+
+
+def relative_pose(a, b, p, placed) -> np.ndarray:
+    """(n, 4, 4) part frame of b in part frame of a; swept pinions at angle 0, as bodies of revolution stand."""
+    links = dict(placed(p))
+    for name in swept_links(placed):
+        links[name] = np.broadcast_to(fixed_frame(name, placed), links[name].shape)
+    return np.linalg.inv(links[a.link] @ a.placement) @ (links[b.link] @ b.placement)
+
+
+def variables_of(space: str, p: np.ndarray, bodies) -> np.ndarray:
+    """(n, d) variables of a space at handle positions, computed here from forearm vectors."""
+    theta, s, _ = chain_state(p)
+    plane = plane_angle(s)
+    lean = rod_lean(GEOMETRY, p / 1000.0)
+    moving = [chain_of(b.link) for b in bodies.values() if b.link[0] in "ur"]
+    i = moving[0] if moving else 0
+    if space.startswith("fixed"):
+        return np.zeros((len(p), 0))
+    if space.startswith("an arm"):
+        return theta[:, [i]]
+    if space.startswith("two arms"):
+        first = moving[0] if (moving[0] + 1) % 3 == moving[1] else moving[1]
+        return theta[:, [first, (first + 1) % 3]]
+    if space.startswith("the rods"):
+        return lean[:, [i]]
+    if space == "a rod and the platform":
+        return np.stack([plane[:, i], lean[:, i]], axis=1)
+    if space == "a rod and its arm":
+        return np.stack([plane[:, i] - theta[:, i], lean[:, i]], axis=1)
+    return p
+
+
+def test_boxes_gap_never_exceeds_the_distance_and_finds_most_of_it() -> None:
+    engine = DistanceEngine()
+    sizes = [(2.0, 4.0, 6.0), (1.0, 10.0, 1.0), (5.0, 5.0, 0.5)]
+    meshes = [tessellate(box((0, 0, 0), size), 0.1, 0.5) for size in sizes]
+    found, exact = [], []
+    for _ in range(400):
+        k, m = RNG.integers(3, size=2)
+        poses = []
+        for _ in range(2):
+            q, _r = np.linalg.qr(RNG.normal(size=(3, 3)))
+            pose = at(*RNG.uniform(-6, 6, 3))
+            pose[:3, :3] = q * np.sign(np.linalg.det(q))
+            poses.append(pose)
+        a, b = body("a", f"a{k}", "", meshes[k], poses[0]), body("b", f"b{m}", "", meshes[m], poses[1])
+        gap = boxes_gap((b.centre - a.centre)[None], a.axes[None], a.half[None], b.axes[None], b.half[None])[0]
+        found.append(gap)
+        exact.append(engine.distance(a, b, a.placement, b.placement))
+    found, exact = np.array(found), np.array(exact)
+    assert (found <= exact + 1e-9).all()
+    apart = exact > 0.1
+    assert (found[apart] > 0.0).all()  # the separating axis theorem: a gap shows on one of the 15 axes
+    assert np.median(found[apart] / exact[apart]) > 0.9
+
+
+def test_revolved_body_holds_the_part_at_every_angle() -> None:
+    stepped = tessellate(rod(5, (0, 0, 0), (0, 4, 0)).fuse(rod(2, (1, 4, 0), (1, 9, 0))).Solids()[0], 0.05, 0.3)
+    offset = at(1.5, 0.0, -0.5)
+    swept = revolved_about_y(stepped, offset)
+    assert swept.is_watertight
+    points = stepped.vertices @ offset[:3, :3].T + offset[:3, 3]
+    radius = np.hypot(points[:, 0], points[:, 2])
+    largest = [radius[points[:, 1] <= 4.0].max(), radius[points[:, 1] > 4.0].max()]
+    exact = np.pi * (largest[0] ** 2 * 4.0 + largest[1] ** 2 * 5.0)
+    assert exact < swept.volume_mm3 < 1.01 * exact
+    for angle in RNG.uniform(0, 2 * np.pi, 8):
+        c, s = np.cos(angle), np.sin(angle)
+        for x, y, z in points[RNG.integers(len(points), size=20)] * [1 - 1e-6, 1, 1 - 1e-6]:
+            inside = np.array([c * x + s * z, np.clip(y, 1e-4, 9 - 1e-4), c * z - s * x])
+            assert winding_number(swept, inside) > 0.5
+
+
+def test_a_cone_is_swept_in_slabs() -> None:
+    cone = tessellate(cq.Solid.makeCone(5, 1, 10, dir=cq.Vector(0, 1, 0)), 0.05, 0.3)
+    assert len(np.unique(np.round(cone.vertices[:, 1], 6))) < 64
+    many = replace(
+        cone,
+        vertices=np.concatenate([cone.vertices, np.stack([np.zeros(90), np.linspace(0, 10, 90), np.zeros(90)], 1)]),
+    )
+    assert revolved_about_y(many, np.eye(4)).volume_mm3 >= cone.volume_mm3
+
+
+def test_box_levers_count_the_deviation() -> None:
+    mesh = tessellate(ball(3), 0.3, 0.8)
+    b = body("ball", "ball", "", mesh, at(10.0, 0.0, 0.0))
+    assert b.lever(np.zeros(3)) >= 13.0
+    assert b.lever_about_y() >= 13.0
+    assert b.radius >= 3.0
+    assert (b.half >= 3.0).all()
+
+
+def test_bounds_for_all_angles_are_below_the_distance_at_any() -> None:
+    pairs = held_apart(MACHINE, LIMITS, MESHES)
+    (swing,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS) if s.name.startswith("an arm")]
+    engine = DistanceEngine()
+    always = swing.always_apart(engine)
+    assert (always > 1.0).any()
+    (low, high) = (swing.root()[0] - swing.root()[1], swing.root()[0] + swing.root()[1])
+    for theta in np.linspace(low, high, 4):
+        frames = swing.frames(theta)[0]
+        for k in np.flatnonzero(always > 0.0)[:80]:
+            a, b = swing.pairs.bodies[swing.pairs.first[k]], swing.pairs.bodies[swing.pairs.second[k]]
+            poses = [frames[swing.links.index(x.link)] @ x.placement for x in (a, b)]
+            assert engine.distance(a, b, *poses) >= always[k]

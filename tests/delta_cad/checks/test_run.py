@@ -1,0 +1,70 @@
+"""All checks together: order, progress, early ends, and the form of the records."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks import CheckResult, all_passed, run_checks
+from delta_cad.solids.part import Part
+from tests.delta_cad.checks.machines import LIMITS, STEEL, box, changed, machine
+
+MACHINE = machine()
+
+
+def test_all_checks_of_a_good_machine_pass_and_report() -> None:
+    told: list[str] = []
+    limits = replace(LIMITS, envelope_depth_mm=222.0, lean_max_rad=np.radians(28.0))
+    results = run_checks(MACHINE, limits, MeshLibrary(MACHINE.parts), told.append)
+    assert all_passed(results), [r for r in results if not r.passed]
+    names = [r.name for r in results]
+    assert len(names) == len(set(names))
+    for expected in (
+        "reach",
+        "lean",
+        "solid arm",
+        "joint closure",
+        "ball tilt",
+        "overlap on one link",
+        "envelope depth",
+    ):
+        assert expected in names
+    assert names[-1] == "clearance proof"
+    assert len(told) == len(set(told)) >= 7
+    read = json.loads(json.dumps([r.to_json() for r in results]))
+    assert {r["name"]: r["value"] for r in read} == {r.name: r.value for r in results}
+    assert isinstance(read[-1]["passed"], bool)
+
+
+def test_an_unreachable_cube_ends_the_checks() -> None:
+    results = run_checks(MACHINE, replace(LIMITS, half_side_mm=80.0), MeshLibrary(MACHINE.parts, 0.3, 0.8))
+    assert not all_passed(results)
+    assert not any(r.name.startswith("clearance") for r in results)
+
+
+def test_an_unsound_part_ends_the_checks() -> None:
+    shell = Part("hollow", "hollow", box((0, 0, 0), (1, 1, 1)).Shells()[0], STEEL, True)  # type: ignore[arg-type]
+    bad = changed(MACHINE, "screw_0", part=shell)
+    results = run_checks(bad, LIMITS, MeshLibrary(bad.parts, 0.3, 0.8))
+    assert [r.name for r in results if not r.passed] == ["solid hollow"]
+    assert not any(r.name.startswith("clearance") for r in results)
+
+
+def test_records_hold_plain_numbers() -> None:
+    record = CheckResult("x", np.True_, np.float64(1.0), np.float32(2.0), "mm", (1.0, 2.0, 3.0), ("a", "b"))  # type: ignore[arg-type]
+    assert record.passed is True
+    assert type(record.limit) is float
+    assert record.to_json()["worst_pair"] == ["a", "b"]
+    assert CheckResult("x", True, None, None, "").to_json()["worst_pose_mm"] is None
+
+
+def test_importing_the_checks_loads_no_cad() -> None:
+    code = (
+        "import sys, delta_cad.checks, delta_cad.assembly.tessellation;"
+        "print([m for m in ('cadquery', 'OCP', 'fcl', 'trimesh', 'scipy') if m in sys.modules])"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"

@@ -1,0 +1,126 @@
+"""Parts that are no single sound solid, or have the wrong bores, are refused."""
+
+from dataclasses import replace
+
+import cadquery as cq
+import pytest
+
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.solidity import bore_counts, check_solidity
+from delta_cad.solids.part import Hole, Part
+from tests.delta_cad.checks.machines import STEEL, box, part, parts, rod
+
+
+def checked(p: Part):
+    (result,) = check_solidity([p], MeshLibrary([p], 0.1, 0.5))
+    return result
+
+
+def raw(shape: cq.Shape) -> Part:
+    return Part("raw", "raw", shape, STEEL, True)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("number", parts())
+def test_sound_parts_pass(number: str) -> None:
+    result = checked(parts()[number])
+    assert result.passed, result.detail
+    assert result.value is not None
+    assert result.limit is not None
+    assert result.value < result.limit
+
+
+def test_open_shell_is_refused() -> None:
+    faces = box((0, 0, 0), (1, 2, 3)).Faces()[1:]
+    shell = cq.Shell.makeShell(faces)
+    open_solid = cq.Solid.makeSolid(shell)
+    result = checked(raw(open_solid))
+    assert not result.passed
+    assert "open" in result.detail
+
+
+def test_bare_shell_is_refused() -> None:
+    result = checked(raw(box((0, 0, 0), (1, 2, 3)).Shells()[0]))
+    assert not result.passed
+    assert "not one Solid" in result.detail
+
+
+def test_two_solids_in_a_part_are_refused() -> None:
+    two = cq.Compound.makeCompound([box((0, 0, 0), (1, 1, 1)), box((5, 0, 0), (6, 1, 1))])
+    result = checked(raw(two))
+    assert not result.passed
+    assert "2 solids" in result.detail
+
+
+def test_a_compound_of_one_solid_is_refused() -> None:
+    result = checked(raw(cq.Compound.makeCompound([box((0, 0, 0), (1, 1, 1))])))
+    assert not result.passed
+
+
+def test_inside_out_solid_is_refused() -> None:
+    solid = cq.Solid(box((0, 0, 0), (1, 2, 3)).wrapped.Reversed())
+    result = checked(raw(solid))
+    assert not result.passed
+    assert "volume" in result.detail
+
+
+def test_a_mesh_that_does_not_hold_the_volume_is_refused() -> None:
+    p = part("cylinder", rod(8, (0, 0, 0), (0, 0, 20)))
+    library = MeshLibrary([p], 2.0, 1.5)
+    coarse = library["cylinder"]
+    library._meshes["cylinder"] = replace(coarse, deviation_mm=1e-3, layer_mm3=None)
+    (result,) = check_solidity([p], library)
+    assert not result.passed
+    assert "mm^3" in result.detail
+
+
+@pytest.mark.parametrize(("radius", "told"), [(15.0, "mm^3"), (1.5, "no points on 1 cylinders, the first of 3 mm")])
+def test_a_mesh_without_a_bore_of_its_plate_is_refused(radius: float, told: str) -> None:
+    plain = rod(130, (0, 0, 0), (0, 0, 8))
+    p = part("plate", plain.cut(rod(radius, (50, 0, -1), (50, 0, 9))))
+    library = MeshLibrary([p])
+    (good,) = check_solidity([p], library)
+    assert good.passed
+    assert good.limit is not None
+    assert good.limit < 0.004 * p.solid.Volume()
+    filled = MeshLibrary([part("plate", plain)])["plate"]
+    library._meshes["plate"] = filled
+    (bad,) = check_solidity([p], library)
+    assert not bad.passed
+    assert told in bad.detail
+
+
+def test_a_leaking_mesh_is_refused() -> None:
+    p = part("cylinder", rod(8, (0, 0, 0), (0, 0, 20)))
+    library = MeshLibrary([p], 0.1, 0.5)
+    library._meshes["cylinder"] = replace(library["cylinder"], faces=library["cylinder"].faces[1:])
+    (result,) = check_solidity([p], library)
+    assert not result.passed
+    assert "watertight" in result.detail
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_wrong_hole_count_is_refused(count: int) -> None:
+    result = checked(replace(parts()["base_plate"], holes=(Hole(2.5, count, "M3"),)))
+    assert not result.passed
+    assert "4 bores of 2.5 mm" in result.detail
+
+
+def test_bores_of_another_diameter_are_reported() -> None:
+    result = checked(replace(parts()["base_plate"], holes=()))
+    assert result.passed
+    assert "4 of 2.5 mm" in result.detail
+
+
+def test_bores_are_counted_by_axis_not_by_face() -> None:
+    plate = box((0, 0, 0), (40, 20, 6))
+    split = plate.cut(rod(2, (10, 10, -1), (10, 10, 7))).cut(box((4, 9.5, -1), (16, 10.5, 7)))  # one bore, two faces
+    # two more: in line through two walls (one axis), and a blind one from the side; a boss and a fillet are no bores
+    walls = split.cut(rod(1.5, (30, -1, 3), (30, 21, 3))).cut(box((25, 5, -1), (35, 15, 7)))
+    blind = walls.cut(rod(1.0, (-1, 4, 3), (5, 4, 3))).fuse(rod(2.5, (20, 4, 5), (20, 4, 10)))
+    assert bore_counts(blind) == {2.0: 1, 3.0: 1, 4.0: 1}
+
+
+def test_concave_fillets_are_no_bores() -> None:
+    angle = cq.Workplane().box(20, 20, 20).cut(cq.Workplane().box(20, 20, 20).translate((5, 5, 0))).edges("|Z")
+    filleted = angle.edges(cq.NearestToPointSelector((-5, -5, 0))).fillet(2).val()
+    assert bore_counts(filleted) == {}

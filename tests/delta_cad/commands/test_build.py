@@ -1,0 +1,370 @@
+"""From a design to its folder: what lands where, what fails how, and the one real build of the committed design."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import degrees, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad import catalogue
+from delta_cad.checks.report import CheckResult
+from delta_cad.commands import pipeline
+from delta_cad.commands.cli import main
+from delta_cad.commands.pipeline import Machine, Outcome, check_limits, check_machine, make_machine
+from delta_cad.design import Design, design_from_dict, design_hash
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.step import write_part_step
+from delta_cad.mechanism import conditioning
+from delta_cad.solids.primitive import BuildError
+from tests.committed import BEST, Built
+
+GOOD = CheckResult("lean", True, 0.4, 0.5, "rad", (0.0, 0.0, 90.0), ("rod_0_0",), "leans little")
+BAD = CheckResult("clearance", False, 0.7, 2.0, "mm", (1.0, 2.0, 90.0), ("upper_arm_0", "rod_1_0"), "0.7 mm; too near")
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return make_machine(best)
+
+
+@contextmanager
+def no_pictures(*_: object) -> Iterator[None]:
+    yield
+
+
+@pytest.fixture
+def quick(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> Callable[[list[CheckResult]], None]:
+    """The pipeline with a machine that is there already, given results, and two files."""
+    small = next(part for part in machine.assembly.parts if part.number == "dowel_4x10")
+
+    def write(_: Machine, outcome: Outcome, folder: Path, *__: object) -> None:
+        write_part_step(small, folder / "assembly.step")
+        (folder / "checks.json").write_text(json.dumps(outcome.record()))
+
+    def set_up(results: list[CheckResult]) -> None:
+        monkeypatch.setattr(
+            pipeline,
+            "make_machine",
+            lambda design, _: replace(machine, dimensions=replace(machine.dimensions, design=design)),
+        )
+        monkeypatch.setattr(pipeline, "check_machine", lambda *_: results)
+        monkeypatch.setattr(pipeline, "write_files", write)
+        monkeypatch.setattr(pipeline, "pictures", no_pictures)
+        monkeypatch.setattr(pipeline, "_stage", lambda _: None)
+
+    return set_up
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+Quick = Callable[[list[CheckResult]], None]
+
+
+def test_a_build_that_passes_lands_under_its_name(
+    quick: Quick, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick([GOOD])
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert "\x1b" not in told.out
+    for word in ("lean", "holds", "0.4", "mass", "files in", best.name):
+        assert word in told.out
+    assert "FAILS" not in told.out
+    assert [p.name for p in tmp_path.iterdir()] == [best.name]
+    manifest = json.loads((tmp_path / best.name / "manifest.json").read_text())
+    assert manifest["status"] == "passed"
+    assert design_hash(best) in json.dumps(manifest)
+
+
+def test_a_failing_check_ends_with_1_and_never_replaces_a_good_build(
+    quick: Quick, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick([GOOD])
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 0
+    good = contents(tmp_path / best.name)
+    inode = (tmp_path / best.name).stat().st_ino
+    capsys.readouterr()
+    quick([GOOD, BAD])
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 1
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert "FAILS clearance at (1.0, 2.0, 90.0) mm: 0.7 mm; too near" in told.out
+    assert "upper_arm_0 / rod_1_0" in told.out
+    assert "rejected" in told.out
+    assert contents(tmp_path / best.name) == good
+    assert (tmp_path / best.name).stat().st_ino == inode
+    rejected = tmp_path / f"{best.name}.rejected"
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([best.name, rejected.name])
+    assert json.loads((rejected / "manifest.json").read_text())["status"] == "rejected"
+    assert json.loads((rejected / "checks.json").read_text())["failed"] == ["clearance"]
+
+
+def test_json_is_the_record_and_nothing_else(
+    quick: Quick, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for results, code, folder in (([GOOD], 0, best.name), ([GOOD, BAD], 1, f"{best.name}.rejected")):
+        quick(results)
+        assert main(["build", "--design", str(BEST), "--out", str(tmp_path), "--json"]) == code
+        told = capsys.readouterr()
+        assert told.err == ""
+        record = json.loads(told.out)
+        assert record["folder"] == str(tmp_path / folder)
+        assert record["passed"] == (code == 0)
+        assert record["input_sha256"] == design_hash(best)
+        assert [c["name"] for c in record["checks"]] == [r.name for r in results]
+        assert record["checks"][-1]["worst_pair"] == list(results[-1].worst_pair or ())
+
+
+def test_check_writes_its_report_only(
+    quick: Quick, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick([GOOD, BAD])
+    out = tmp_path / "new" / "out"
+    assert main(["check", "--design", str(BEST), "--out", str(out), "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told.pop("folder") is None
+    assert [p.name for p in out.iterdir()] == [f"{best.name}.checks.json"]
+    assert json.loads((out / f"{best.name}.checks.json").read_text()) == told
+    quick([GOOD])
+    assert main(["check", "--design", str(BEST), "--out", str(out)]) == 0
+    assert json.loads((out / f"{best.name}.checks.json").read_text())["passed"] is True
+
+
+@pytest.mark.parametrize("command", ["build", "check"])
+def test_an_out_that_cannot_be_written_ends_with_2(
+    command: str, quick: Quick, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick([GOOD])
+    file = tmp_path / "file"
+    file.write_text("no folder")
+    assert main([command, "--design", str(BEST), "--out", str(file / "out")]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert str(file / "out") in told.err
+    assert file.read_text() == "no folder"
+
+
+@pytest.mark.parametrize("step", ["make_machine", "check_machine", "write_files", "write_manifest"])
+def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
+    step: str,
+    quick: Quick,
+    best: Design,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    quick([GOOD])
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 0
+    good = contents(tmp_path)
+    capsys.readouterr()
+
+    def fail(*_: object, **__: object) -> None:
+        raise BuildError("sector", "slot and bores", "shoulder angle range", "kernel\nsays no")
+
+    monkeypatch.setattr(pipeline, step, fail)
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err == "best.json: sector: slot and bores cannot be built (shoulder angle range): kernel says no\n"
+    assert contents(tmp_path) == good
+    assert [p.name for p in tmp_path.iterdir()] == [best.name]
+
+
+def test_progress_tells_every_phase(machine: Machine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "run_checks", lambda _a, _l, _m, progress: [progress("clearance"), GOOD][1:])
+    told: list[str] = []
+    assert pipeline.check(best, told.append).passed
+    assert told[0] == "dimensions"
+    assert told[-2:] == ["clearance", "torque with gravity"]
+    for part in machine.assembly.parts:
+        assert f"mesh {part.number}" in told
+    assert sum(phase.startswith("solid ") for phase in told) == len(machine.assembly.parts)
+
+
+def test_bought_parts_whose_data_are_not_all_verified_are_named(quick: Quick, machine: Machine, best: Design) -> None:
+    """The oracle is the catalogue: a part's source is that of one row, word for word."""
+    rows = [row for family in catalogue.FAMILIES for row in catalogue.family(family).values()]
+    known = {f"{row.source}; verified: {row.verified}": row.verified.partition(":")[0] == "yes" for row in rows}
+    parts = machine.assembly.parts
+    for part in parts:
+        assert not part.source or part.source in known or part.number == "crimp_sleeve", part.number
+        if not part.make:
+            assert "; verified: " in part.source, part.number
+    quick([GOOD])
+    outcome = pipeline.check(best)
+    expected = [p.number for p in parts if p.source and not known.get(p.source, False)]
+    assert list(outcome.unverified) == outcome.record()["unverified_parts"] == expected
+    assert "motor" in expected
+
+
+def asked(**requirements: Any) -> Design:
+    """The committed design with other wishes, without those that are None."""
+    data = json.loads(BEST.read_text())
+    wishes = data["requirements"] | requirements
+    data["requirements"] = {name: value for name, value in wishes.items() if value is not None}
+    return design_from_dict(data)
+
+
+def test_limits_are_the_stops_or_what_is_asked_whichever_is_tighter(best_dimensions: Dimensions) -> None:
+    low, high = best_dimensions.stops_rad
+
+    def limits(**requirements: Any) -> tuple[float, float]:
+        found = check_limits(replace(best_dimensions, design=asked(**requirements))).shoulder_range_rad
+        assert found is not None
+        return found
+
+    assert limits(shoulder_min_deg=None, shoulder_max_deg=None) == (low, high)
+    assert limits(shoulder_min_deg=degrees(low) + 1, shoulder_max_deg=degrees(high) - 1) == pytest.approx(
+        (low + radians(1), high - radians(1))
+    )
+    assert limits(shoulder_min_deg=-90.0, shoulder_max_deg=120.0) == (low, high)
+
+
+def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions) -> None:
+    limits = check_limits(best_dimensions)
+    r, c = best_dimensions.design.requirements, best_dimensions.design.cube
+    assert (limits.bottom_height_mm, limits.half_side_mm) == (c.bottom_height_mm, c.half_side_mm)
+    assert (limits.envelope_width_mm, limits.envelope_depth_mm) == (270.0, 220.0)
+    assert (limits.force_N, limits.joint_torque_N_m, limits.clearance_min_mm) == (3.0, 0.8, r.clearance_min_mm)
+    assert limits.lean_max_rad == pytest.approx(radians(28.0))
+    data = json.loads(BEST.read_text())
+    del data["requirements"]["lean_max_deg"]
+    free = check_limits(replace(best_dimensions, design=design_from_dict(data)))
+    assert free.lean_max_rad == best_dimensions.forearm.tilt_limit_rad  # without a wish, what the ball joints allow
+
+
+def own_checks(machine: Machine, design: Design, monkeypatch: pytest.MonkeyPatch) -> dict[str, CheckResult]:
+    """What `check_machine` adds to the geometry's checks."""
+    monkeypatch.setattr(pipeline, "run_checks", lambda *_: [GOOD])
+    results = check_machine(replace(machine, dimensions=replace(machine.dimensions, design=design)))
+    return {result.name: result for result in results}
+
+
+def test_torque_drive_and_conditioning_are_checked(
+    machine: Machine, best: Design, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "conditioning" not in own_checks(machine, asked(kappa_max=None), monkeypatch)
+    found = own_checks(machine, best, monkeypatch)
+    assert list(found) == ["lean", "torque with gravity", "drive torque", "conditioning"]
+    assert all(result.passed for result in found.values())
+    assert found["drive torque"].value == pytest.approx(0.80376)  # 0.96 x 9.85 x 85 mN m
+    assert "continuous" in found["drive torque"].detail
+    kappa = found["conditioning"]
+    proven = json.loads(BEST.read_text())["provenance"]["steps"][-1]["max_kappa"]  # the optimiser's own figure
+    assert kappa.value == pytest.approx(proven, abs=1e-3)
+    at = np.array(kappa.worst_pose_mm) / 1e3
+    assert conditioning(best.geometry, at) == pytest.approx(kappa.value)
+    assert not own_checks(machine, asked(kappa_max=2.2), monkeypatch)["conditioning"].passed
+
+
+def test_a_drive_that_reaches_the_torque_as_a_peak_only_passes_and_says_so(
+    machine: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    peak = own_checks(machine, asked(joint_torque_N_m=1.2), monkeypatch)["drive torque"]
+    assert peak.passed
+    assert "peak only" in peak.detail
+    weak = own_checks(machine, asked(joint_torque_N_m=3.0), monkeypatch)
+    assert not weak["drive torque"].passed
+    assert "insufficient" in weak["drive torque"].detail
+    assert weak["torque with gravity"].passed
+    assert not own_checks(machine, asked(joint_torque_N_m=0.33), monkeypatch)["torque with gravity"].passed
+
+
+def test_tilted_gravity_changes_the_torque(machine: Machine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
+    none = own_checks(machine, asked(gravity_m_s2=[0.0, 0.0, 0.0]), monkeypatch)["torque with gravity"]
+    down = own_checks(machine, best, monkeypatch)["torque with gravity"]
+    side = own_checks(machine, asked(gravity_m_s2=[9.81, 0.0, 0.0]), monkeypatch)["torque with gravity"]
+    assert none.value == pytest.approx(0.316, abs=5e-4)
+    assert down.value is not None
+    assert down.value > 0.33
+    assert side.value != down.value
+
+
+# The one real build
+
+
+def test_the_committed_design_builds_and_all_its_checks_hold(built: Built) -> None:
+    failed = [c for c in built.record["checks"] if not c["passed"]] if built.stdout else built.stderr
+    assert built.code == 0, failed
+    assert built.stderr == ""
+    assert built.record["passed"] is True
+    assert built.record["failed"] == []
+    assert built.record["folder"] == str(built.folder)
+
+
+def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_assembly: Any) -> None:
+    names = {str(p.relative_to(built.folder)) for p in built.folder.rglob("*") if p.is_file()}
+    promised = {
+        "assembly.step",
+        "assembly.glb",
+        "bom.csv",
+        "bom.json",
+        "mass_properties.json",
+        "checks.json",
+        "manifest.json",
+    }
+    assert promised <= names
+    made = {part.number for part in best_assembly.parts if part.make}
+    for suffix in ("step", "stl", "3mf"):
+        assert {
+            n.removeprefix("parts/").removesuffix(f".{suffix}")
+            for n in names
+            if n.startswith("parts/") and n.endswith(suffix)
+        } == made
+    assert sum(n.startswith("views/") and n.endswith(".png") for n in names) >= 3
+    manifest = json.loads((built.folder / "manifest.json").read_text())
+    assert manifest["status"] == "passed"
+    listed = {entry: digest for entry, digest in _hashes(manifest["files"]) if entry != "manifest.json"}
+    assert set(listed) == names - {"manifest.json"}
+    for name, digest in listed.items():
+        assert hashlib.sha256((built.folder / name).read_bytes()).hexdigest() == digest, name
+    assert [p.name for p in built.folder.parent.iterdir()] == [built.folder.name]  # nothing is left beside it
+
+
+def _hashes(files: Any) -> Iterator[tuple[str, str]]:
+    entries = files.items() if isinstance(files, dict) else [(f["path"], f) for f in files]
+    for name, entry in entries:
+        yield name, entry if isinstance(entry, str) else entry["sha256"]
+
+
+def test_the_written_report_is_the_printed_record(built: Built, best: Design) -> None:
+    record = built.record
+    record.pop("folder")
+    assert json.loads((built.folder / "checks.json").read_text()) == record
+    assert record["input_sha256"] == design_hash(best)
+    names = [c["name"] for c in record["checks"]]
+    assert len(names) == len(set(names))
+    for name in (
+        "reach",
+        "lean",
+        "joint closure",
+        "ball tilt",
+        "envelope width",
+        "envelope depth",
+        "torque with gravity",
+        "drive torque",
+    ):
+        assert name in names
+    assert any(name.startswith("clearance") for name in names)
+
+
+def test_masses_of_report_and_file_agree(built: Built) -> None:
+    masses = json.loads((built.folder / "mass_properties.json").read_text())
+    assert masses["total_mass_kg"] == built.record["total_mass_kg"]
+    assert masses["moving_mass_kg"] == built.record["moving_mass_kg"]
+    assert sum(body["mass_kg"] for body in masses["bodies"].values()) == pytest.approx(
+        masses["total_mass_kg"], rel=1e-12
+    )
+    assert 0.2 < masses["moving_mass_kg"] < 0.5 * masses["total_mass_kg"]  # kg; the feasibility study has 0.335

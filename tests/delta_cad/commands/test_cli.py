@@ -1,0 +1,288 @@
+"""The command line: exit codes, one line on stderr for every fault, JSON on stdout."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from delta_cad.commands import cli
+from delta_cad.commands.cli import main
+from delta_cad.commands.inspection import inspection
+from delta_cad.design import Design, design_schema, load_design
+from delta_cad.mechanism.workspace import Cube, cube_extremes
+from tests.committed import BEST, DATA, PUBLISHED, changed
+
+COMMANDS = ("build", "check", "inspect")
+
+
+def without(section: str, field: str) -> dict[str, Any]:
+    data = deepcopy(DATA)
+    del data[section][field]
+    return data
+
+
+def swapped() -> dict[str, Any]:
+    return changed(mechanism=DATA["cube"], cube=DATA["mechanism"])
+
+
+BAD_FILES: dict[str, tuple[bytes, tuple[str, ...]]] = {
+    "empty": (b"", ("is not JSON",)),
+    "binary": (bytes(range(256)), ("is not UTF-8",)),
+    "text": (b"a delta robot, please", ("is not JSON",)),
+    "list": (b"[1, 2]", ("must be an object",)),
+    "number": (b"7", ("must be an object",)),
+    "nan": (
+        json.dumps(changed(cube__half_side_mm=float("nan"))).encode(),
+        ("cube.half_side_mm", "NaN", "must be finite"),
+    ),
+    "infinite": (b'{"a": 1e999}', ("a", "Infinity", "must be finite")),
+    "negative": (
+        json.dumps(changed(mechanism__forearm_length_mm=-112.0)).encode(),
+        ("mechanism.forearm_length_mm", "-112.0", "> 0"),
+    ),
+    "zero": (json.dumps(changed(requirements__force_N=0.0)).encode(), ("requirements.force_N", "0.0", "> 0")),
+    "text for a number": (
+        json.dumps(changed(mechanism__base_radius_mm="forty")).encode(),
+        ("mechanism.base_radius_mm", '"forty"', "must be a number"),
+    ),
+    "unknown key": (json.dumps(changed(hardware__colour="red")).encode(), ("hardware.colour", '"red"', "known here")),
+    "missing": (
+        json.dumps(without("mechanism", "forearm_length_mm")).encode(),
+        ("mechanism.forearm_length_mm", "missing"),
+    ),
+    "swapped": (json.dumps(swapped()).encode(), ("mechanism", "is missing")),
+    "repeated": (b'{"schema": "delta-design/1", "schema": "delta-design/1"}', ("schema", "more than once")),
+    "schema": (json.dumps(changed(schema="delta-design/9")).encode(), ("schema", "delta-design/9", "delta-design/1")),
+    "motor": (
+        json.dumps(changed(hardware__motor="perpetual")).encode(),
+        ("hardware.motor", "perpetual", "maxon-re30-310007"),
+    ),
+    "name": (json.dumps(changed(name="../../etc")).encode(), ("name", "../../etc", "letters")),
+    "reach": (
+        json.dumps(changed(mechanism__forearm_length_mm=70.0)).encode(),
+        ("mechanism.forearm_length_mm", "70.0", "must be >="),
+    ),
+    "deep": (b"[" * 100_000, ("JSON",)),
+}
+
+
+def refused(capsys: pytest.CaptureFixture[str], arguments: list[str], code: int = 2) -> str:
+    """Runs a command that must refuse; returns its only line."""
+    assert main(arguments) == code
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.endswith("\n")
+    assert told.err.count("\n") == 1, told.err
+    assert "Traceback" not in told.err
+    return told.err
+
+
+def left_in(folder: Path) -> list[Path]:
+    """What a refused command left behind: the folder is made before the work, and stays empty."""
+    return list(folder.rglob("*")) if folder.exists() else []
+
+
+@pytest.mark.parametrize("what", BAD_FILES)
+def test_a_nonsense_file_is_refused_in_one_line(what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content, words = BAD_FILES[what]
+    file = tmp_path / "strange.json"
+    file.write_bytes(content)
+    out = tmp_path / "out"
+    for command in COMMANDS:
+        rest = [] if command == "inspect" else ["--out", str(out)]
+        line = refused(capsys, [command, "--design", str(file), *rest])
+        assert line.startswith("strange.json: ")
+        for word in words:
+            assert word in line
+    assert not out.exists()  # the file is read before the folder is made
+
+
+def test_a_missing_file_and_a_directory_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in COMMANDS:
+        assert "absent.json: cannot be read" in refused(capsys, [command, "--design", str(tmp_path / "absent.json")])
+        assert "cannot be read" in refused(capsys, [command, "--design", str(tmp_path)])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ([], "COMMAND"),
+        (["fly"], "fly"),
+        (["build"], "--design"),
+        (["inspect", "--design", "x", "--out", "y"], "--out"),
+        (["build", "--design", "x", "--step-schema", "AP203"], "AP203"),
+        (["schema", "--colour"], "--colour"),
+    ],
+)
+def test_wrong_usage_ends_with_2_in_one_line(
+    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert word in told.err
+    assert "--help" in told.err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], *([c, "--help"] for c in (*COMMANDS, "schema"))])
+def test_help_ends_with_0(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 0
+    assert "usage: python -m delta_cad" in capsys.readouterr().out
+
+
+def test_schema_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out) == design_schema()
+    assert told.err == ""
+
+
+def test_inspect_prints_a_table_or_json_of_the_same_facts(best: Design, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", "--design", str(BEST), "--json"]) == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    data = json.loads(told.out)
+    assert data["name"] == best.name
+    assert data["rows"] == json.loads(json.dumps([row.to_json() for row in inspection(best)]))
+    assert main(["inspect", "--design", str(BEST)]) == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert "\x1b" not in told.out  # no colours into a file
+    assert "FAILS" not in told.out
+    for row in data["rows"]:
+        assert row["quantity"] in told.out
+
+
+@pytest.mark.parametrize(
+    ("requirement", "value"),
+    [
+        ("kappa_max", 1.5),
+        ("lean_max_deg", 20.0),
+        ("shoulder_min_deg", -30.0),
+        ("shoulder_max_deg", 60.0),
+        ("joint_torque_N_m", 0.2),
+        ("envelope_width_mm", 150.0),
+    ],
+)
+def test_inspect_says_which_requirement_fails(
+    requirement: str, value: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "asking.json"
+    file.write_text(json.dumps(changed(**{f"requirements__{requirement}": value})))
+    assert main(["inspect", "--design", str(file)]) == 1
+    assert capsys.readouterr().out.count("FAILS") >= 1
+    assert main(["inspect", "--design", str(file), "--json"]) == 1
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert f"{value:g}" in " ".join(row["limit"] for row in rows if row["holds"] is False)
+
+
+def test_the_inspection_s_rows_are_the_mechanism_s_figures() -> None:
+    published = load_design(PUBLISHED)
+    rows = {row.quantity: row for row in inspection(published)}
+    # [RCIM2018] eq. (1) by hand: 27 + sqrt(3) 122 and 54 cos(30) / 2 + 183
+    assert rows["longer side"].value == pytest.approx(238.310, abs=1e-3)
+    assert rows["shorter side"].value == pytest.approx(206.383, abs=1e-3)
+    assert (rows["longer side"].limit, rows["shorter side"].limit) == ("<= 270", "<= 220")
+    extremes = cube_extremes(published.geometry, Cube(0.057112, 0.0375), 3.0)
+    assert rows["worst condition number"].value == extremes.kappa_max.value
+    assert rows["lowest elbow"].value == pytest.approx(1e3 * extremes.elbow_z_min.value)
+    torque = rows["joint torque for 3 N in the worst direction"]
+    assert torque.value == pytest.approx(0.316, abs=5e-4)  # the feasibility study's figure
+    assert torque.at_mm == pytest.approx([1e3 * v for v in extremes.torque_max.position])
+    assert rows["cube side 2 L"].value == 75.0
+    # 0.96 x 9.85 x 85 mN m
+    assert rows["joint torque, for ever"].value == pytest.approx(0.80376)
+    assert rows["0.8 N m"].value == "continuous"
+    for row in rows.values():
+        if row.holds is not None and isinstance(row.value, float):
+            sign, bound = row.limit.split()
+            assert (
+                row.holds
+                == {"<=": row.value <= float(bound), ">=": row.value >= float(bound), ">": row.value > float(bound)}[
+                    sign
+                ]
+            )
+
+
+def test_a_direct_drive_has_no_cable_in_its_inspection() -> None:
+    from delta_cad.design import design_from_dict
+
+    rows = inspection(design_from_dict(changed(hardware__drive="direct", hardware__motor="maxon-ec60flat-625858")))
+    assert not any("cable" in row.quantity for row in rows)
+    assert any(row.quantity == "ratio" and row.value == 1.0 for row in rows)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_cube_out_of_reach_ends_with_2(
+    command: str, best: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The design file's closed forms refuse it first; passed by, the mechanism does, and names the cube."""
+    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 80.0})})
+    monkeypatch.setattr("delta_cad.design.load_design", lambda _: unchecked)
+    rest = [] if command == "inspect" else ["--out", str(tmp_path / "out")]
+    line = refused(capsys, [command, "--design", "best.json", *rest])
+    assert line.startswith("best.json: cube: chain ")
+    assert "mm" in line
+    assert not left_in(tmp_path / "out")
+
+
+@pytest.mark.parametrize("command", ["build", "check"])
+def test_a_part_without_sound_dimensions_ends_with_3(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "thin.json"
+    file.write_text(json.dumps(changed(hardware__capstan_ratio=11.0)))
+    line = refused(capsys, [command, "--design", str(file), "--out", str(tmp_path / "out")], code=3)
+    assert line.startswith("thin.json: pinion, wall: ")
+    assert "hardware.capstan_ratio must be <= 9.95" in line
+    assert not left_in(tmp_path / "out")
+
+
+@pytest.mark.parametrize("command", ["build", "check"])
+def test_a_folder_that_cannot_be_used_is_refused_before_the_work(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def worked(*_: object) -> None:
+        raise AssertionError("the work was begun")
+
+    monkeypatch.setattr(cli, "_run", worked)
+    taken = tmp_path / "taken"
+    taken.write_text("a file")
+    for out in (taken, taken / "below"):
+        line = refused(capsys, [command, "--design", str(BEST), "--out", str(out)])
+        assert line.startswith(f"--out {out}: ")
+        assert line.endswith("; a folder that can be written\n")
+    assert taken.read_text() == "a file"
+
+
+def test_a_folder_that_must_not_be_written_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Permissions do not stop every user, so the system's refusal is put in its place."""
+
+    def forbidden(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(cli, "_run", forbidden)
+    line = refused(capsys, ["check", "--design", str(BEST), "--out", str(tmp_path)])
+    assert line == f"--out {tmp_path}: Permission denied; a folder that can be written\n"
+
+
+def test_ctrl_c_ends_with_130_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_run", interrupted)
+    line = refused(capsys, ["check", "--design", str(BEST), "--out", str(tmp_path)], code=130)
+    assert "interrupted" in line

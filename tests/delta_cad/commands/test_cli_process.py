@@ -1,0 +1,110 @@
+"""The command line as a process: exit codes, what is loaded when, readers that go away."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.committed import BEST, changed
+
+
+def run(*arguments: str, code: str = "") -> subprocess.CompletedProcess[str]:
+    command = ["-c", code] if code else ["-m", "delta_cad", *arguments]
+    return subprocess.run([sys.executable, *command], capture_output=True, text=True)
+
+
+def test_exit_codes_of_the_process(tmp_path: Path) -> None:
+    asking, thin = tmp_path / "asking.json", tmp_path / "thin.json"
+    asking.write_text(json.dumps(changed(requirements__kappa_max=1.5)))
+    thin.write_text(json.dumps(changed(hardware__capstan_ratio=11.0)))
+    out = str(tmp_path / "out")
+    for arguments, code in (
+        (["inspect", "--design", str(BEST)], 0),
+        (["inspect", "--design", str(asking)], 1),
+        (["inspect", "--design", str(tmp_path)], 2),
+        (["inspect"], 2),
+        (["build", "--design", str(thin), "--out", out], 3),
+    ):
+        ended = run(*arguments)
+        assert ended.returncode == code, ended
+        assert "Traceback" not in ended.stderr
+        assert ended.stderr.count("\n") == (code >= 2)
+
+
+HEAVY = "('cadquery', 'OCP', 'trimesh', 'vtkmodules', 'vtk', 'fcl', 'matplotlib', 'mujoco', 'gmsh')"
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import delta_cad",
+        "import delta_cad.design",
+        "import delta_cad.commands.cli",
+        "import delta_cad.dimensions, delta_cad.mechanism.placement, delta_cad.assembly.machine, delta_cad.solids.part",
+        "import delta_cad.drive",
+        "import delta_cad.commands.inspection, delta_cad.commands.tables",
+        "from delta_cad.commands.cli import main; main(['inspect', '--design', 'BEST'])",
+        "from delta_cad.commands.cli import main; main(['schema'])",
+        *(
+            f"from delta_cad.commands.cli import main\ntry: main({a!r})\nexcept SystemExit: pass"
+            for a in (["--help"], ["build", "--help"])
+        ),
+    ],
+)
+def test_no_cad_kernel_is_loaded_before_it_is_needed(code: str) -> None:
+    code = code.replace("BEST", str(BEST))
+    ended = run(code=f"import sys\n{code}\nprint('LOADED', [m for m in {HEAVY} if m in sys.modules])")
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.splitlines()[-1] == "LOADED []"
+
+
+def test_help_loads_no_more_than_arguments_need() -> None:
+    ended = run(
+        code="import sys\nfrom delta_cad.commands.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass\n"
+        "print('LOADED', [m for m in ('numpy', 'scipy', 'pydantic', 'rich') if m in sys.modules])"
+    )
+    assert ended.stdout.splitlines()[-1] == "LOADED []"
+
+
+def test_without_the_cad_extra_the_build_says_what_to_install(tmp_path: Path) -> None:
+    ended = run(
+        code=f"import sys; sys.modules['cadquery'] = None\nfrom delta_cad.commands.cli import main\n"
+        f"sys.exit(main(['check', '--design', {str(BEST)!r}, '--out', {str(tmp_path / 'out')!r}]))"
+    )
+    assert ended.returncode == 3
+    assert ended.stderr.count("\n") == 1
+    assert "cadquery is not installed: pip install 'delta-haptics[cad]'" in ended.stderr
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    ended = subprocess.run(
+        f"{sys.executable} -m delta_cad schema | head -c 10", shell=True, capture_output=True, text=True
+    )
+    assert ended.stderr == ""
+    assert len(ended.stdout) == 10
+
+
+@pytest.mark.parametrize(("kappa_max", "code"), [(3.0, 0), (1.5, 1)])
+@pytest.mark.parametrize("options", [[], ["--json"]])
+def test_the_exit_code_outlives_a_reader_that_goes_away(
+    kappa_max: float, code: int, options: list[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "asking.json"
+    file.write_text(json.dumps(changed(requirements__kappa_max=kappa_max)))
+    reading, writing = os.pipe()
+    os.close(reading)  # before the first byte: every write fails
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-m", "delta_cad", "inspect", "--design", str(file), *options],
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    finally:
+        os.close(writing)
+    assert (ended.returncode, ended.stderr) == (code, "")

@@ -1,0 +1,77 @@
+"""What is shown to a person: phases on a terminal, and equal checks in one line."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.commands import tables
+from delta_cad.commands.pipeline import Outcome
+from delta_cad.design import Design
+
+
+def test_phases_are_shown_on_a_terminal_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with tables.phases("first") as show:
+        show("second")
+    told = capsys.readouterr()
+    assert told.out + told.err == ""
+    screen = io.StringIO()
+    monkeypatch.setattr(tables, "Console", lambda **_: Console(file=screen, force_terminal=True, width=80))
+    with tables.phases("loading") as show:
+        show("solid upper_arm")
+    assert " s\x1b[0m  solid upper_arm" in screen.getvalue()  # the time so far and the phase
+
+
+def test_equal_checks_of_the_three_chains_are_one_line() -> None:
+    def result(name: str, value: float, passed: bool = True) -> CheckResult:
+        return CheckResult(name, passed, value, 1.0, "mm", worst_pair=(name,))
+
+    results = [
+        *(result(f"gap sector_{i} / motor_cheek_{i}", 1.2 + i) for i in range(3)),
+        *(
+            result(f"contact ball_stud_{i}_{j}_elbow / ball_socket_{i}_{j}_elbow", 0.5)
+            for i in range(3)
+            for j in range(2)
+        ),
+        *(result(f"solid part_{i}", 0.1) for i in range(4)),
+        result("lean", 0.4),
+    ]
+    groups = tables.grouped(results)
+    assert {name: len(found) for name, found in groups.items()} == {
+        "gap sector / motor_cheek": 3,
+        "contact ball_stud_elbow / ball_socket_elbow": 6,
+        "solids": 4,
+        "lean": 1,
+    }
+
+
+@pytest.mark.parametrize("unverified", [(), ("motor", "nut_M2.5")])
+def test_what_is_not_verified_is_named_in_one_line(
+    unverified: tuple[str, ...], best: Design, capsys: pytest.CaptureFixture[str]
+) -> None:
+    masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
+    tables.print_outcome(Outcome(best, [CheckResult("lean", True, 0.4, 1.0, "rad")], masses, None, unverified))
+    lines = [line for line in capsys.readouterr().out.splitlines() if "verified" in line]
+    assert lines == (["check before ordering, not all data verified: motor, nut_M2.5"] if unverified else [])
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_how_the_drive_holds_and_which_way_the_outline_lies_are_told(
+    passed: bool, best: Design, capsys: pytest.CaptureFixture[str]
+) -> None:
+    masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
+    found = [
+        CheckResult(name, passed, 1.0, 1.0, "", detail=f"detail of {name}")
+        for name in ("drive torque", "envelope width", "lean")
+    ]
+    tables.print_outcome(Outcome(best, found, masses, None, ()))
+    told = [line for line in capsys.readouterr().out.splitlines() if "detail of" in line]
+    if passed:
+        assert told == ["drive torque: detail of drive torque", "envelope width: detail of envelope width"]
+    else:  # what fails is told once, by its failure
+        assert told == [f"FAILS {result.name}: {result.detail}" for result in found]

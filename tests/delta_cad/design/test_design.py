@@ -1,0 +1,234 @@
+"""The design file: what is accepted, what is refused and with which words, and that nothing is lost on the way."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+
+from delta_cad import catalogue
+from delta_cad.design import (
+    HARDWARE_FAMILIES,
+    Design,
+    DesignError,
+    design_from_dict,
+    design_hash,
+    design_to_dict,
+    design_to_json,
+    load_design,
+)
+from delta_cad.mechanism import DeltaGeometry
+from tests.designs import REFUSED, UNTIMED, changed, designs, minimal, named
+
+BEST = Path(__file__).parents[3] / "best.json"
+PUBLISHED = Path(__file__).parents[2] / "references" / "published-optimum.json"
+
+
+# What is accepted
+
+
+def test_the_published_optimum_is_kept_beside_the_committed_design() -> None:
+    design = load_design(PUBLISHED)
+    g = design.geometry
+    assert isinstance(g, DeltaGeometry)
+    lengths = (g.base_radius, g.platform_radius, g.upper_arm_length, g.forearm_length)
+    assert lengths == pytest.approx((0.040, 0.030, 0.082, 0.112079), rel=1e-15)  # one rounding of mm / 1000
+    assert (design.mechanism.parallelogram_width_mm, design.cube.half_side_mm) == (54.0, 37.5)
+    assert design.requirements.lean_max_deg == 28.0
+    raw = json.loads(PUBLISHED.read_text(encoding="utf-8"))
+    assert raw["hardware"] == design_from_dict(minimal()).model_dump()["hardware"]
+
+
+def test_the_committed_design_has_the_hardware_spelled_out_and_lengths_in_whole_micrometres() -> None:
+    raw = json.loads(BEST.read_text(encoding="utf-8"))
+    assert raw["hardware"] == design_from_dict(minimal()).model_dump()["hardware"]
+    lengths = [*raw["mechanism"].values(), *raw["cube"].values()]
+    assert lengths == [round(v, 3) for v in lengths]
+    assert raw["cube"]["half_side_mm"] >= 42.0  # a cube of 84 mm; the published one has 75 mm at the same kappa
+    assert raw["requirements"]["kappa_max"] == 2.27
+    assert raw["mechanism"]["base_radius_mm"] + raw["mechanism"]["upper_arm_length_mm"] <= 122.0
+    assert raw["requirements"]["lean_max_deg"] == 28.0
+
+
+def test_what_may_be_missing_has_the_promised_defaults() -> None:
+    design = design_from_dict(minimal())
+    assert design.requirements.clearance_min_mm == 1.0
+    assert design.requirements.gravity_m_s2 == (0.0, 0.0, -9.81)
+    for name in ("kappa_max", "lean_max_deg", "shoulder_min_deg", "shoulder_max_deg"):
+        assert getattr(design.requirements, name) is None
+    assert design.provenance == {}
+    hardware = design.hardware
+    assert (hardware.drive, hardware.capstan_ratio, hardware.sector_radius_mm) == ("capstan", 9.85, 40.0)
+    for entry, family in HARDWARE_FAMILIES.items():
+        assert getattr(hardware, entry) in catalogue.family(family)
+
+
+def test_whole_numbers_are_numbers() -> None:
+    assert design_from_dict(changed("mechanism.base_radius_mm", 40)) == design_from_dict(minimal())
+
+
+def test_a_design_cannot_be_changed_by_accident() -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        design_from_dict(minimal()).mechanism.base_radius_mm = 41.0  # pyright: ignore[reportAttributeAccessIssue]
+
+
+# Nothing is lost
+
+
+@UNTIMED
+@given(design=designs())
+def test_what_is_written_is_read_back_to_the_last_bit(design: Design, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.mktemp("design") / "design.json"
+    path.write_text(design_to_json(design), encoding="utf-8")
+    again = load_design(path)
+    assert again == design
+    assert design_hash(again) == design_hash(design)
+    assert re.fullmatch(r"[0-9a-f]{64}", design_hash(design))
+
+
+def test_the_hash_sees_values_and_not_their_spelling() -> None:
+    plain = design_from_dict(minimal())
+    reordered = json.loads(json.dumps(minimal(), sort_keys=True))
+    spelled_out = design_to_dict(plain)
+    assert design_hash(design_from_dict(reordered)) == design_hash(plain)
+    assert design_hash(design_from_dict(spelled_out)) == design_hash(plain)
+    for path, value in (
+        ("mechanism.forearm_length_mm", math.nextafter(112.079, 200.0)),
+        ("requirements.lean_max_deg", 28.0),
+        ("hardware.knob", "din319-32"),
+        ("provenance", {"seed": 1}),
+    ):
+        assert design_hash(design_from_dict(changed(path, value))) != design_hash(plain)
+
+
+def test_requirements_that_are_not_given_are_not_written() -> None:
+    written = json.loads(design_to_json(design_from_dict(changed("requirements.kappa_max", None))))["requirements"]
+    assert sorted(set(written) - set(minimal()["requirements"])) == ["clearance_min_mm", "gravity_m_s2"]
+
+
+def test_null_in_the_provenance_survives() -> None:
+    design = design_from_dict(changed("provenance", {"gap": None}))
+    assert json.loads(design_to_json(design))["provenance"] == {"gap": None}
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(("path", "value", "words"), REFUSED, ids=named)
+def test_a_bad_field_is_named_with_its_value_and_what_is_allowed(path: str, value: object, words: str) -> None:
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(changed(path, value), "best.json")
+    error = caught.value
+    assert str(error).startswith(f"best.json: {words}")
+    assert "\n" not in str(error)
+    assert error.file == "best.json"
+    assert error.field == re.split(r" = |: ", words)[0]
+    assert error.allowed
+
+
+@pytest.mark.parametrize(
+    "name", ["", ".", "..", "a/b", "a\\b", "a b", "-a", "a-", "x\n", "a.rejected", "ä", "a" * 65, 5]
+)
+def test_names_that_are_not_safe_as_file_names_are_refused(name: object) -> None:
+    with pytest.raises(DesignError, match="safe as a file name") as caught:
+        design_from_dict(changed("name", name))
+    assert caught.value.field == "name"
+
+
+@pytest.mark.parametrize("name", ["a", "A1", "dashboard-joystick", "x_2", "a" * 64])
+def test_names_that_are_safe_as_file_names_are_accepted(name: str) -> None:
+    assert design_from_dict(changed("name", name)).name == name
+
+
+@pytest.mark.parametrize(
+    ("motor", "drive", "legal"),
+    [
+        ("maxon-ec60flat-625858", "capstan", "maxon-re30-310007"),
+        ("maxon-re30-310007", "direct", "maxon-ec60flat-625858"),
+    ],
+)
+def test_a_motor_that_does_not_suit_the_drive_is_refused(motor: str, drive: str, legal: str) -> None:
+    data = minimal() | {"hardware": {"motor": motor, "drive": drive}}
+    with pytest.raises(DesignError, match=f"is not for the {drive} drive; must be one of .*{legal}") as caught:
+        design_from_dict(data)
+    assert caught.value.field == "hardware.motor"
+    assert design_from_dict(minimal() | {"hardware": {"motor": legal, "drive": drive}}).hardware.motor == legal
+
+
+@pytest.mark.parametrize(("data", "value"), [([], "[]"), ("design", '"design"'), (None, "null"), (3, "3")])
+def test_a_file_that_holds_no_object_is_refused(data: object, value: str) -> None:
+    with pytest.raises(DesignError, match="must be an object") as caught:
+        design_from_dict(data, "best.json")
+    assert str(caught.value) == f"best.json: {value}: must be an object"
+
+
+def test_a_long_value_is_cut_short_in_the_message() -> None:
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(changed("mechanism.base_radius_mm", "x" * 10_000))
+    assert len(str(caught.value)) < 200
+
+
+# Files
+
+FILES = {
+    "empty": ("", "is not JSON"),
+    "broken": ('{"schema": ', "is not JSON: Expecting value at line 1 column 12"),
+    "repeated": ('{"name": "a", "name": "b"}', 'name = "b": is given more than once'),
+    "repeated_inside": (
+        '{"cube": {"half_side_mm": 1, "half_side_mm": 2}}',
+        "half_side_mm = 2: is given more than once",
+    ),
+    "overflow": ('{"schema": "delta-design/1", "name": 1e999}', "name = Infinity: must be finite"),
+    "nan": ('{"schema": "delta-design/1", "name": NaN}', "name = NaN: must be finite"),
+    "digits": ("9" * 5000, "is not JSON we can read"),
+    "deep": ("[" * 100_000, "is not JSON we can read"),
+}
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_a_bad_file_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
+    text, words = FILES[case]
+    path = tmp_path / "design.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(DesignError) as caught:
+        load_design(path)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith("design.json: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DesignError, match=r"none\.json: cannot be read: No such file"):
+        load_design(tmp_path / "none.json")
+    with pytest.raises(DesignError, match="cannot be read: Is a directory"):
+        load_design(tmp_path)
+    (tmp_path / "latin.json").write_bytes(b'{"name": "\xe4"}')
+    with pytest.raises(DesignError, match="is not UTF-8 text"):
+        load_design(tmp_path / "latin.json")
+
+
+def test_data_nested_too_deep_is_refused() -> None:
+    deep: list[Any] = []
+    for _ in range(100_000):
+        deep = [deep]
+    with pytest.raises(DesignError, match="is nested too deep"):
+        design_from_dict(changed("provenance", {"deep": deep}))
+    while deep:  # taken apart by hand: freeing it in one go would recurse just as deep
+        deep = deep.pop()
+
+
+# What it costs
+
+
+def test_importing_the_design_loads_no_cad_and_no_numerics() -> None:
+    """Cheap to import: the command line's --help must stay under half a second."""
+    code = "import sys, delta_cad.design, delta_cad.drive; print(*sorted(set(m.split('.')[0] for m in sys.modules)))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"cadquery", "OCP", "trimesh", "fcl", "numpy", "scipy", "matplotlib"} & set(loaded)

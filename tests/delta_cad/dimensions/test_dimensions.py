@@ -1,0 +1,481 @@
+"""Dimensions: every refusal with an exact bound, and the closed forms against brute force."""
+
+from __future__ import annotations
+
+import re
+from copy import deepcopy
+from dataclasses import replace
+from itertools import product
+from math import cos, degrees, hypot, pi, radians, sin, sqrt
+
+import numpy as np
+import pytest
+
+from delta_cad import catalogue
+from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions
+from delta_cad.dimensions.bracket import BracketDimensions, beam_stop_angle_rad, bracket_dimensions
+from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
+from delta_cad.dimensions.forearm import tilt_limit_rad
+from delta_cad.dimensions.rules import require
+from delta_cad.mechanism import UnreachableError, elbow_positions, inverse_kinematics
+from tests.committed import DATA, PUBLISHED_DATA
+
+
+def edited(**changes: float | str) -> Dimensions:
+    """Dimensions of the published optimum with some of its numbers changed, by their last name."""
+    data = deepcopy(PUBLISHED_DATA)
+    for name, value in changes.items():
+        (section,) = [s for s in ("mechanism", "cube", "hardware") if name in data[s]]
+        data[section][name] = value
+    return dimensions(design_from_dict(data))
+
+
+SMALL_CUBE: dict[str, float | str] = {"bottom_height_mm": 70.0, "half_side_mm": 8.0}
+REFUSED = {
+    # what: (changes, field, a value that is refused, part, feature, words before the bound, least or largest)
+    "arm": (SMALL_CUBE, "upper_arm_length_mm", 50.0, "upper_arm", "length", "at least", 1),
+    "cross-bar": (SMALL_CUBE, "parallelogram_width_mm", 30.0, "cross_bar", "length", "at least", 1),
+    "tube": (
+        {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
+        "forearm_length_mm",
+        40.0,
+        "rod_tube",
+        "length",
+        "at least",
+        1,
+    ),
+    "hub": (
+        SMALL_CUBE | {"parallelogram_width_mm": 32.1},
+        "platform_radius_mm",
+        14.0,
+        "platform",
+        "wrist boss",
+        "at least",
+        1,
+    ),
+    "bosses": (
+        SMALL_CUBE | {"platform_thickness_mm": 20.0, "ball_diameter_mm": 6.0, "parallelogram_width_mm": 70.0},
+        "platform_radius_mm",
+        24.5,
+        "platform",
+        "wrist boss",
+        "at least",
+        1,
+    ),
+    "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
+    "slot": ({"capstan_ratio": 6.0}, "sector_radius_mm", 28.0, "sector", "slot", "at least", 1),
+    "clamp": (
+        {"drive": "direct", "motor": "maxon-ec60flat-625858"},
+        "arm_thickness_mm",
+        6.0,
+        "upper_arm",
+        "shaft bore",
+        "at least",
+        1,
+    ),
+    "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
+    "grip": ({}, "arm_thickness_mm", 7.0, "upper_arm", "elbow clamp screw", "at least", 1),
+    "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
+    "neck": ({}, "ball_diameter_mm", 5.0, "ball_stud", "neck", "at least", 1),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: str) -> None:
+    changes, field, value, part, feature, words, sense = REFUSED[what]
+    with pytest.raises(DimensionError) as refused:
+        edited(**(changes | {field: value}))
+    assert (refused.value.part, refused.value.feature) == (part, feature)
+    message = str(refused.value)
+    assert message.startswith(f"{part}, {feature}: ")
+    assert "\n" not in message
+    found = re.search(rf"{re.escape(words)} ([0-9.]+)", message)
+    assert found, message
+    bound = float(found[1])
+    printed = 0.5 * 10.0 ** -len(found[1].partition(".")[2])  # the bound is rounded to its last digit
+    edited(**(changes | {field: bound + sense * printed}))
+    with pytest.raises(DimensionError) as again:
+        edited(**(changes | {field: bound - sense * (printed + 0.01)}))
+    assert (again.value.part, again.value.feature) == (part, feature)
+
+
+def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
+    with pytest.raises(
+        DimensionError, match=r"^shoulder_shaft, magnet seat: .* 8 mm needs .* at least 9\.9 mm, not 8 mm$"
+    ):
+        edited(magnet="ndfeb-8x2.5-diametric")
+
+
+def test_the_least_thicknesses_are_what_the_features_in_them_need() -> None:
+    """By hand: 1 mm on both sides of an M2.5 counterbore; a collar of 5.5 mm inside two bevels; M3's core as neck."""
+    for field, least in (
+        ("arm_thickness_mm", catalogue.screw("M2.5").counterbore_diameter_mm + 2.0),
+        ("platform_thickness_mm", 5.5 + 2 * 1.5),
+        ("ball_diameter_mm", catalogue.screw("M3").tap_drill_mm / 0.425),
+    ):
+        edited(**{field: least * (1 + 1e-12)})  # on the bound, but for its last digit
+        with pytest.raises(DimensionError, match=rf"hardware\.{field} = "):
+            edited(**{field: least * (1 - 1e-9)})
+
+
+def test_a_stop_pin_longer_than_any_in_stock_is_refused(best_dimensions: Dimensions) -> None:
+    """Half a millimetre sunk outside and 3 mm into the sector: a pin of 40 mm spans 36.5 mm between the two faces."""
+    from delta_cad.solids.brackets import stop_pin_length_mm
+
+    layers, longest = best_dimensions.layers, max(catalogue.dowel("4").lengths_mm)
+
+    def pin(outside: float) -> float:
+        moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
+        return stop_pin_length_mm(replace(best_dimensions, layers=moved))
+
+    face = layers.sector_mm[1] + longest - 2.5
+    assert pin(face - 1e-9) == longest
+    with pytest.raises(DimensionError, match=r"^stop_pin, length: .* mm are needed; the longest in stock has 40 mm$"):
+        pin(face + 1e-6)
+
+
+@pytest.mark.parametrize("outside", [18.0, 20.5, 22.4])
+def test_the_stop_pin_is_the_shortest_in_stock_that_reaches_3_mm_deep(
+    best_dimensions: Dimensions, outside: float
+) -> None:
+    from delta_cad.solids.brackets import stop_pin_length_mm
+
+    layers, stock = best_dimensions.layers, catalogue.dowel("4").lengths_mm
+    moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
+    length = stop_pin_length_mm(replace(best_dimensions, layers=moved))
+    deep = [layers.sector_mm[1] - (outside - 0.5 - v) for v in stock]
+    assert length == min(v for v, into in zip(stock, deep, strict=True) if into >= 3.0 - 1e-9)
+
+
+def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.Motor) -> CapstanDimensions:
+    assert d.capstan is not None
+    return capstan_dimensions(40.0, 9.85, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm, 8.0)
+
+
+def test_a_motor_shaft_too_short_for_the_pinion_is_refused(best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    face, pilot = d.layers.motor_cheek_mm[1], d.motor.pilot_height_mm
+    engaged = 5.9
+    shaft = face - (face - pilot - 0.5 - engaged)
+    with pytest.raises(DimensionError, match=r"^pinion, bore: .* engages 5\.9 mm; at least 6$"):
+        made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft))
+    made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft + 0.2))
+
+
+def test_a_sector_of_more_than_250_degrees_is_refused(best_dimensions: Dimensions) -> None:
+    c = made_capstan(best_dimensions, (-1.0, 1.0), best_dimensions.motor)
+    over = c.rim_angles_rad[1] - c.rim_angles_rad[0] - 2.0  # what the sector has beyond the shoulder's range
+    widest = (radians(250.0) - over) / 2
+    made_capstan(best_dimensions, (-widest + 1e-9, widest - 1e-9), best_dimensions.motor)
+    with pytest.raises(DimensionError, match=r"^sector, angle: .*at most 250$"):
+        made_capstan(best_dimensions, (-widest - 1e-6, widest + 1e-6), best_dimensions.motor)
+
+
+def test_an_unreachable_cube_is_refused_before_any_dimension(best: Design) -> None:
+    """The design file's own closed forms stand before it; here they are passed by."""
+    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 80.0})})
+    with pytest.raises(UnreachableError, match="chain"):
+        dimensions(unchecked)
+
+
+def test_require_says_part_feature_and_message() -> None:
+    require(True, "a", "b", "c")
+    with pytest.raises(DimensionError, match=r"^a, b: c$"):
+        require(False, "a", "b", "c")
+
+
+@pytest.mark.parametrize(("ball", "width", "neck"), [(8.04, 4.5, 3.4), (5.0, 3.0, 2.0), (15.04, 7.0, 6.0)])
+def test_tilt_limit_is_where_the_turned_neck_meets_the_lip(ball: float, width: float, neck: float) -> None:
+    around = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of the samples
+    rim = (ball**2 - width**2) ** 0.5 / 2
+    lip = np.stack([rim * np.cos(around), np.full_like(around, width / 2), rim * np.sin(around)], axis=1)
+
+    def gap(tilt: float) -> float:
+        axis = np.array([sin(tilt), cos(tilt), 0.0])
+        return float(np.linalg.norm(np.cross(lip, axis), axis=1).min()) - neck / 2
+
+    low, high = 0.0, radians(80.0)
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if gap(middle) > 0 else (low, middle)
+    assert tilt_limit_rad(ball / 2, width, neck) == pytest.approx(low, abs=1e-9)
+
+
+@pytest.mark.parametrize("length", [60.0, 82.0, 120.0])
+def test_the_stop_pin_touches_the_beam_at_the_stop_angle(best_dimensions: Dimensions, length: float) -> None:
+    arm = replace(best_dimensions.arm, length_mm=length)
+    distance, pin = arm.flange_radius_mm + 6.0, 4.0
+    angle = beam_stop_angle_rad(arm, pin, distance)
+    at = np.array([distance * cos(angle), distance * sin(angle)])
+    t = np.linspace(0, 1, 2_000_001)  # circles whose hull the beam is; distances are flat around the nearest
+    centre = np.stack([t * length, np.zeros_like(t)], axis=1)
+    radius = arm.beam_root_radius_mm + (arm.boss_radius_mm - arm.beam_root_radius_mm) * t
+    gap = float((np.linalg.norm(at - centre, axis=1) - radius).min())
+    assert gap == pytest.approx(pin / 2, abs=1e-9)
+
+
+def capstan(d: Dimensions) -> CapstanDimensions:
+    assert d.capstan is not None
+    return d.capstan
+
+
+def test_the_stop_pin_meets_the_slot_s_ends_three_degrees_outside_the_cube(best_dimensions: Dimensions) -> None:
+    d, c = best_dimensions, capstan(best_dimensions)
+    (u, z), b = d.bracket.stop_pins_mm[0], d.bracket
+    pin = np.array([u - b.shoulder_u_mm, z])
+    low, high = d.extremes.shoulder_min.value, d.extremes.shoulder_max.value
+    free = (c.slot_width_mm - b.stop_pin_mm) / 2
+
+    def deep(theta: float) -> float:
+        """How far the pin is beyond touching the slot's walls: distance from the slot's middle line less the play."""
+        angle = np.linspace(*c.slot_angles_rad, 20_001)
+        x, y = cos(theta) * pin[0] + sin(theta) * pin[1], -sin(theta) * pin[0] + cos(theta) * pin[1]
+        line = c.slot_radius_mm * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return float(np.hypot(line[:, 0] - x, line[:, 1] - y).min()) - free
+
+    def stop(inside: float, outside: float) -> float:
+        for _ in range(50):
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if deep(middle) < 0 else (inside, middle)
+        return inside
+
+    for theta in np.linspace(low, high, 21):
+        assert deep(float(theta)) < 0
+    # the play is laid off along the arc instead of the chord: 1e-6 rad
+    assert stop(low, low - 0.3) == pytest.approx(low - radians(3.0), abs=1e-5)
+    assert stop(high, high + 0.3) == pytest.approx(high + radians(3.0), abs=1e-5)
+    assert d.stops_rad == pytest.approx((low - radians(3.0), high + radians(3.0)))
+
+
+def test_pinion_and_sector_wind_equal_lengths_of_cable_and_keep_their_gap(best_dimensions: Dimensions) -> None:
+    c, h = capstan(best_dimensions), best_dimensions.design.hardware
+    assert c.pinion_pitch_radius_mm * h.capstan_ratio == pytest.approx(h.sector_radius_mm)
+    assert c.rim_radius_mm + c.cable_diameter_mm / 2 == pytest.approx(h.sector_radius_mm)
+    assert hypot(*c.pinion_axis_mm) - c.rim_radius_mm - c.pinion_radius_mm == pytest.approx(0.8)
+    assert c.pinion_radius_mm - c.pinion_bore_mm / 2 >= 0.75
+    shoulder = np.array([best_dimensions.bracket.shoulder_u_mm, 0.0])
+    np.testing.assert_allclose(shoulder + c.pinion_axis_mm, best_dimensions.bracket.motor_axis_mm)
+    turns = 3 * 2 * pi * c.pinion_pitch_radius_mm
+    rim = h.sector_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0])
+    nose = (5.0 + c.cable_diameter_mm / 2) * pi / 2  # a quarter turn
+    assert c.cable_length_mm == pytest.approx(
+        rim + nose + turns + 2 * (6.0 + 2.0 + 1.7 + 3.0)
+    )  # lug, nut, head, sleeve
+
+
+def boundary(corners: list[np.ndarray]) -> np.ndarray:
+    """(n, 2) points along the edges of a polygon."""
+    side = np.linspace(0, 1, 201)[:, None]
+    return np.concatenate([a + side * (b - a) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)])
+
+
+def test_the_rim_covers_the_pinion_and_the_lug_stays_off_it_up_to_the_stops(best_dimensions: Dimensions) -> None:
+    c = capstan(best_dimensions)
+    pinion = np.array(c.pinion_axis_mm)
+    nearest, covered = [], []
+    for theta in np.linspace(*best_dimensions.stops_rad, 101):
+        seen = np.arctan2(pinion[1], pinion[0]) - theta  # polar angle of the pinion in the arm's frame
+        seen = c.rim_angles_rad[0] + (seen - c.rim_angles_rad[0]) % (2 * pi)
+        assert seen <= c.rim_angles_rad[1]
+        covered.append((seen - c.rim_angles_rad[0]) * c.pitch_radius_mm)
+        end = c.rim_angles_rad[1] + theta
+        radial, tangent = np.array([cos(end), sin(end)]), np.array([-sin(end), cos(end)])
+        (r0, r1), s = c.lug_radii_mm, c.lug_length_mm
+        lug = boundary([r0 * radial, r1 * radial, r1 * radial + s * tangent, r0 * radial + s * tangent])
+        nearest.append(np.linalg.norm(lug - pinion, axis=1).min() - c.pinion_radius_mm)
+    assert min(nearest) == pytest.approx(1.0, abs=1e-6)  # the running gap, reached exactly at a stop
+    assert min(covered) == pytest.approx(4.0)  # rim beyond the pinion at the other stop, before the cable turns in
+
+
+def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_the_rim(
+    best_dimensions: Dimensions,
+) -> None:
+    """Cable, lug, nut, head and sleeve there, laid off by hand along the nose; the cable bends as on the pinion."""
+    c, hexagon = capstan(best_dimensions), catalogue.hex_screw("M2.5")
+    low, line = c.rim_angles_rad[0], c.nose_radius_mm + c.cable_diameter_mm / 2
+    out, aside = np.array([cos(low), sin(low)]), np.array([sin(low), -cos(low)])
+    nose = (c.rim_radius_mm - c.nose_radius_mm) * out
+    np.testing.assert_allclose(c.nose_centre_mm, nose)
+    turn = np.linspace(0, c.turns_rad[0], 101)
+    cable = nose + line * (np.cos(turn)[:, None] * out + np.sin(turn)[:, None] * aside)
+    np.testing.assert_allclose(cable[0], c.pitch_radius_mm * out)  # where it leaves the rim
+    leaves = cable[-1]
+    np.testing.assert_allclose(leaves, nose + line * aside, atol=1e-12)  # and from there inwards along the radius
+    over, length = c.lug_radii_mm[1] - c.pitch_radius_mm, c.lug_length_mm
+    width, reach = hexagon.across_flats_mm / sqrt(3.0), length + 2.0 + hexagon.head_height_mm + 3.0
+    lug = boundary([leaves + v * aside - s * out for v, s in ((0, 0), (over, 0), (over, length), (0, length))])
+    rest = boundary(
+        [leaves + v * aside - s * out for v, s in ((0, length), (width, length), (width, reach), (0, reach))]
+    )
+    highest = np.linalg.norm(np.concatenate([cable, lug, rest]), axis=1).max() + c.cable_diameter_mm / 2
+    assert highest <= c.rim_radius_mm + c.cable_diameter_mm + 1e-9  # the cable on the rim, and nothing above it
+    hub = best_dimensions.arm.sector_screw_circle_mm / 2 + catalogue.screw("M3").head_diameter_mm / 2
+    assert np.linalg.norm(rest, axis=1).min() > hub  # the sleeve's end stays off what holds the sector
+    groove = c.pinion_pitch_radius_mm - c.cable_diameter_mm / 2
+    assert c.nose_radius_mm > groove
+    # a wall of 2 mm between the stop's slot and the sector's end, which lies under the lug's cable by the lug's depth
+    end = line - (c.pitch_radius_mm - c.lug_radii_mm[0])
+    assert end == pytest.approx(c.nose_bar_radius_mm)
+    slot = c.slot_radius_mm * np.array([cos(c.slot_angles_rad[0]), sin(c.slot_angles_rad[0])])
+    assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
+    assert c.wound_mm == pytest.approx(c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + line * pi / 2)
+
+
+def test_the_keep_out_radius_contains_lugs_screws_nuts_and_sleeves(best_dimensions: Dimensions) -> None:
+    c = capstan(best_dimensions)
+    assert c.keep_out_radius_mm >= hypot(c.lug_radii_mm[1], c.lug_length_mm)
+    head = catalogue.hex_screw("M2.5")
+    out = c.lug_length_mm + 2.0 + head.head_height_mm
+    assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm + head.across_flats_mm / sqrt(3.0), out)
+    assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm + 0.9, out + 3.0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"arm_thickness_mm": 12.0, "base_plate_thickness_mm": 6.0},
+        {"forearm_length_mm": 120.0, "half_side_mm": 25.0, "bottom_height_mm": 70.0},
+        {"motor": "maxon-ec45flat-411812", "sector_radius_mm": 34.0, "capstan_ratio": 6.0},  # the motor hangs lowest
+        {"drive": "direct", "motor": "maxon-ec60flat-625858"},
+    ],
+)
+def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | str]) -> None:
+    d = edited(**changes)
+    b, cube = d.bracket, d.design.cube
+    top, under = d.base.top_mm, d.base.top_mm - d.base.thickness_mm
+    assert top == b.base_top_mm
+    assert top <= b.motor_axis_mm[1] - d.motor.diameter_mm / 2 - 2.0 + 1e-9
+    swept = d.capstan.keep_out_radius_mm if d.capstan is not None else d.arm.flange_radius_mm
+    assert top + b.foot_height_mm <= -swept - 2.0 + 1e-9
+    side = np.linspace(-cube.half_side_mm, cube.half_side_mm, 31)
+    points = np.array(list(product(side, side, cube.bottom_height_mm + cube.half_side_mm + side))) / 1e3
+    geometry = d.design.geometry
+    elbows = elbow_positions(geometry, inverse_kinematics(geometry, points)) * 1e3
+    lowest = elbows[..., 2].min()
+    assert under <= lowest - d.arm.boss_radius_mm - 2.0 + 1e-3  # the sampled lowest elbow is a little too high
+    over = np.hypot(elbows[..., 0], elbows[..., 1]) - d.arm.boss_radius_mm - 2.0 < d.base.radius_mm
+    if over.any():
+        assert top <= elbows[over][:, 2].min() - d.arm.boss_radius_mm - 2.0 + 1e-3
+
+
+DEEP = {"forearm_length_mm": 122.5, "bottom_height_mm": 47.7, "half_side_mm": 42.1}
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, DEEP, {"forearm_length_mm": 120.0, "half_side_mm": 25.0, "bottom_height_mm": 70.0}]
+)
+def test_arms_at_their_lower_stop_keep_2_mm_from_foot_block_and_base(changes: dict[str, float | str]) -> None:
+    """The beam is the hull of two circles: distances to a family of circles along it, at the stop and above it."""
+    d = edited(**changes)
+    a, b = d.arm, d.bracket
+    along = np.linspace(0.0, 1.0, 4001)
+    radius = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * along
+    low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
+    top = b.base_top_mm + b.foot_height_mm
+    block = boundary([np.array(v) for v in ((low, b.base_top_mm), (high, b.base_top_mm), (high, top), (low, top))])
+    gaps = []
+    for theta in np.linspace(d.stops_rad[0], d.stops_rad[0] + 0.5, 11):
+        centres = a.length_mm * along[:, None] * np.array([cos(theta), sin(theta)])
+        gaps.append(min(float((np.linalg.norm(centres - p, axis=1) - radius).min()) for p in block))
+        over = centres[:, 0] - radius + b.shoulder_u_mm < d.base.radius_mm
+        assert (centres[over, 1] - radius[over]).min(initial=0.0) >= d.base.top_mm + 2.0 - 1e-9
+    assert min(gaps) >= 2.0 - 1e-6
+    if changes is DEEP:  # as far out as that allows
+        assert min(gaps) == pytest.approx(2.0, abs=0.01)
+    assert b.foot_u_mm[1] - b.foot_u_mm[0] == pytest.approx(42.0)
+    middle = sum(b.foot_u_mm) / 2
+    for pair in (b.cheek_screw_u_mm, b.cheek_dowel_u_mm, b.base_screw_u_mm, b.base_dowel_u_mm):
+        assert sum(pair) / 2 == pytest.approx(middle)
+    half_widths = (-d.layers.encoder_cheek_mm[0], d.layers.motor_cheek_mm[1])
+    assert feet_apart(b.foot_u_mm[0], *half_widths) >= 4.0
+
+
+def feet_apart(inner: float, encoder_side: float, motor_side: float) -> float:
+    """Least distance of two neighbouring feet, rectangles from `inner` outwards, mm."""
+    far = inner + 42.0
+    one = [np.array(v) for v in ((inner, -encoder_side), (inner, motor_side), (far, motor_side), (far, -encoder_side))]
+    turn = np.array([[-0.5, sqrt(0.75)], [-sqrt(0.75), -0.5]])
+    p, q = boundary(one), boundary([v @ turn for v in one])
+    return float(min(np.linalg.norm(q - v, axis=1).min() for v in p))
+
+
+def test_arms_that_swing_in_too_far_leave_no_room_for_the_feet() -> None:
+    def arm_down(lowest: float) -> BracketDimensions:
+        d = edited()
+        shoulder = (radians(lowest), d.extremes.shoulder_max.value)
+        elbow = d.arm.length_mm * sin(radians(lowest))
+        return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, d.arm, d.capstan, d.bearing, d.motor)
+
+    with pytest.raises(DimensionError, match=r"^foot_block, place: arms that swing to -80\.0 deg push the foot to "):
+        arm_down(-80.0)
+    refused, made = -80.0, -60.0
+    nearest = arm_down(made).foot_u_mm[0]
+    for _ in range(40):
+        middle = (refused + made) / 2
+        try:
+            nearest, made = arm_down(middle).foot_u_mm[0], middle
+        except DimensionError:
+            refused = middle
+    assert nearest == pytest.approx(12.0, abs=1e-6)  # refused exactly where the feet come nearer to the centre
+
+
+@pytest.mark.parametrize("drive", ["capstan", "direct"])
+@pytest.mark.parametrize("thickness", [7.5, 8.0, 20.0])
+def test_the_stack_along_the_shoulder_axis_is_in_order(drive: str, thickness: float) -> None:
+    motor = DATA["hardware"]["motor"] if drive == "capstan" else "maxon-ec60flat-625858"
+    d = edited(drive=drive, motor=motor, arm_thickness_mm=thickness)
+    s, cheek = d.layers, d.bearing.width_mm + 1.0
+    assert s.arm_mm == pytest.approx((-thickness / 2, thickness / 2))
+    assert s.sector_mm[0] == s.arm_mm[1]
+    assert s.arm_mm[0] - s.encoder_cheek_mm[1] == pytest.approx(1.0)
+    assert s.motor_cheek_mm[0] - s.sector_mm[1] == pytest.approx(1.0)
+    assert s.encoder_cheek_mm[1] - s.encoder_cheek_mm[0] == pytest.approx(cheek)
+    assert s.motor_cheek_mm[1] - s.motor_cheek_mm[0] >= cheek - 1e-9
+    assert s.encoder_cheek_mm[0] - s.encoder_board_mm[1] == pytest.approx(5.0)
+    gap = d.shaft.y_mm[0] - s.encoder_board_mm[1] - d.encoder.chip_height_mm
+    assert d.encoder.air_gap_min_mm < gap < d.encoder.air_gap_max_mm
+    if drive == "direct":
+        assert s.sector_mm[0] == s.sector_mm[1]
+        end = s.motor_cheek_mm[1] - d.motor.shaft_length_mm
+        assert end >= d.shaft.y_mm[1]  # the motor's shaft ends before the stub
+        assert s.arm_mm[1] - end >= d.motor.shaft_diameter_mm / 2  # and is clamped by the arm
+
+
+def test_a_direct_drive_stops_at_two_pins_three_degrees_outside() -> None:
+    d = edited(drive="direct", motor="maxon-ec60flat-625858")
+    assert d.capstan is None
+    assert len(d.bracket.stop_pins_mm) == 2
+    distance = d.arm.flange_radius_mm + 6.0
+    touch = degrees(beam_stop_angle_rad(d.arm, 4.0, distance))
+    low, high = degrees(d.extremes.shoulder_min.value), degrees(d.extremes.shoulder_max.value)
+    seen = [degrees(np.arctan2(z, u - d.bracket.shoulder_u_mm)) for u, z in d.bracket.stop_pins_mm]
+    assert seen == pytest.approx([low - touch - 3.0, high + touch + 3.0])
+
+
+def test_the_rod_adds_up_to_its_length(best_dimensions: Dimensions) -> None:
+    f, m = best_dimensions.forearm, best_dimensions.design.mechanism
+    assert f.tube_length_mm + 2 * f.shoulder_mm == pytest.approx(m.forearm_length_mm)
+    assert f.bar_length_mm + 2 * f.stand_off_mm == pytest.approx(m.parallelogram_width_mm)
+    assert best_dimensions.platform.boss_length_mm == f.bar_length_mm
+    assert degrees(f.tilt_limit_rad) > DATA["requirements"]["lean_max_deg"]
+    assert 2 * f.bar_thread_depth_mm < f.bar_length_mm
+    assert f.bar_thread_depth_mm >= f.stud_thread_length_mm
+
+
+def test_the_beam_tapers_from_root_to_boss(best_dimensions: Dimensions) -> None:
+    a = best_dimensions.arm
+    assert a.half_height_mm(0.0) == a.beam_root_radius_mm
+    assert a.half_height_mm(a.length_mm) == a.boss_radius_mm
+    assert a.half_height_mm(a.length_mm / 2) == pytest.approx((a.beam_root_radius_mm + a.boss_radius_mm) / 2)
+
+
+def test_the_base_plate_carries_the_feet_and_its_holes(best_dimensions: Dimensions) -> None:
+    b, k = best_dimensions.base, best_dimensions.bracket
+    layers = best_dimensions.layers
+    corner = max(hypot(k.foot_u_mm[1], y) for y in (*layers.encoder_cheek_mm, *layers.motor_cheek_mm))
+    assert corner + 4.0 <= b.radius_mm < corner + 5.0  # a whole number of millimetres, for a rim of 4 mm
+    assert b.radius_mm == round(b.radius_mm)
+    assert b.mount_circle_mm / 2 + b.mount_hole_mm / 2 < b.radius_mm - 2.0
+    assert b.centre_hole_mm / 2 < k.foot_u_mm[0]

@@ -1,0 +1,203 @@
+"""Pictures: read by another PNG reader and measured; nothing printed, no display needed, a clear error without GL."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.export.views import scene as scene_module
+from delta_cad.export.views.png import png_bytes
+from delta_cad.export.views.scene import PartScene, PartShape, PictureError, render_window
+from delta_cad.export.views.sheet import Sheet, box_edges
+from delta_cad.export.views.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, chain_of, write_views
+from delta_cad.mechanism import UnreachableError
+from tests.committed import ROOT
+from tests.delta_cad.export.machine import make_assembly
+
+STAGE = Stage((220.0, 270.0), (0.0, 0.0), 57.112, 37.5)
+PROGRAM = """
+import sys
+from pathlib import Path
+from tests.delta_cad.export.machine import make_assembly
+from delta_cad.export.views.views import Stage, write_views
+from delta_cad.assembly.tessellation import MeshLibrary
+machine = make_assembly()
+stage = Stage((220.0, 270.0), (0.0, 0.0), 57.112, 37.5)
+write_views(machine, MeshLibrary(machine.parts), Path(sys.argv[1]), stage, occlusion=True)
+"""
+
+
+def read_png(path: Path) -> np.ndarray:
+    """(height, width, 3) by VTK's reader, first row on top."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOImage import vtkPNGReader
+
+    reader = vtkPNGReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    image = reader.GetOutput()
+    width, height, _ = image.GetDimensions()
+    return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1]
+
+
+def extent(pixels: np.ndarray, colour: tuple[float, float, float]) -> np.ndarray:
+    """(2, 2) first and last column and row of a hue: antialiasing mixes it with white, which keeps its hue."""
+    shade = 255.0 - pixels.astype(float)
+    wanted = 1.0 - np.array(colour)
+    size = np.linalg.norm(shade, axis=2)
+    alike = (shade @ wanted) / np.linalg.norm(wanted) > 0.995 * size
+    rows, columns = np.nonzero(alike & (size > 120.0))
+    return np.array([[columns.min(), columns.max()], [rows.min(), rows.max()]])
+
+
+def whole_scene(machine: Assembly, meshes: MeshLibrary) -> PartScene:
+    poses = machine.poses(machine.home_mm)
+    return PartScene(
+        [(PartShape(meshes[o.part.number], o.part.material.colour), poses[o.name]) for o in machine.occurrences]
+    )
+
+
+@pytest.fixture(scope="module")
+def pictures(machine: Assembly, meshes: MeshLibrary, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
+    paths = write_views(machine, meshes, tmp_path_factory.mktemp("views") / "deep", STAGE)
+    assert [path.stem for path in paths] == list(VIEWS)
+    return {path.stem: read_png(path) for path in paths}
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_every_picture_shows_the_machine(pictures: dict[str, np.ndarray], view: str) -> None:
+    pixels = pictures[view]
+    assert pixels.shape == (SIZE[1], SIZE[0], 3)
+    middle = pixels[SIZE[1] // 6 : -SIZE[1] // 6, SIZE[0] // 6 : -SIZE[0] // 6].astype(int)
+    orange = (middle[..., 0] - middle[..., 2]) > 80
+    dark = middle.max(axis=2) < 60
+    assert orange.mean() > 0.01  # the arms
+    assert dark.mean() > 0.01  # motors and rods
+    assert pixels[-1, -1].min() > 200  # the ground stays light
+
+
+def test_the_pictures_differ(pictures: dict[str, np.ndarray]) -> None:
+    assert len({zlib.crc32(pixels.tobytes()) for pixels in pictures.values()}) == len(VIEWS)
+
+
+def test_the_outline_in_the_top_view_has_its_proportions(pictures: dict[str, np.ndarray]) -> None:
+    (left, right), (top, bottom) = extent(pictures["top"], ENVELOPE_COLOUR)
+    # the lines are two pixels wide on 500
+    assert (right - left) / (bottom - top) == pytest.approx(220 / 270, rel=0.01)
+
+
+def test_the_cube_in_front_and_side_view_is_square_and_to_scale(pictures: dict[str, np.ndarray]) -> None:
+    for view in ("front", "side"):
+        (left, right), (top, bottom) = extent(pictures[view], CUBE_COLOUR)
+        assert right - left == pytest.approx(bottom - top, abs=3)
+
+
+def test_the_scale_holds_between_cube_and_machine(machine: Assembly, meshes: MeshLibrary) -> None:
+    scene = whole_scene(machine, meshes)
+    low, high = scene.bounds_mm()
+    assert low[2] == pytest.approx(-64.0)
+    assert high[2] == pytest.approx(94.6 + 5.0)
+    sheet = Sheet(scene.renderer, np.array([0.0, -1.0, 0.0]), SIZE, np.array([low, high]))
+    np.testing.assert_allclose(sheet.right, [1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(sheet.up, [0, 0, 1], atol=1e-15)
+    assert sheet.mm_per_pixel * SIZE[0] > high[0] - low[0]
+    np.testing.assert_allclose(sheet.flat(sheet.solid(np.array([3.0, 4.0]))), [3.0, 4.0])
+
+
+def test_x_is_right_and_y_up_seen_from_above(machine: Assembly, meshes: MeshLibrary) -> None:
+    scene = whole_scene(machine, meshes)
+    sheet = Sheet(scene.renderer, np.array([0.0, 0.0, 1.0]), SIZE, scene.bounds_mm())
+    np.testing.assert_allclose([sheet.right, sheet.up], [[1, 0, 0], [0, 1, 0]], atol=1e-15)
+
+
+def test_another_pose_gives_another_picture(
+    machine: Assembly, meshes: MeshLibrary, pictures: dict[str, np.ndarray], tmp_path: Path
+) -> None:
+    write_views(machine, meshes, tmp_path, STAGE, pose=np.array([20.0, 10.0, 100.0]))
+    assert not np.array_equal(read_png(tmp_path / "iso.png"), pictures["iso"])
+    assert np.array_equal(read_png(tmp_path / "poses.png"), pictures["poses"])
+
+
+def test_an_unreachable_pose_is_an_error(machine: Assembly, meshes: MeshLibrary, tmp_path: Path) -> None:
+    with pytest.raises(UnreachableError):
+        write_views(machine, meshes, tmp_path, STAGE, pose=np.array([0.0, 0.0, 400.0]))
+
+
+def test_a_fresh_process_without_display_prints_nothing(tmp_path: Path) -> None:
+    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    command = [sys.executable, "-c", PROGRAM, str(tmp_path)]
+    job = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert (job.returncode, job.stdout, job.stderr) == (0, "", "")
+    assert {path.stem for path in tmp_path.iterdir()} == set(VIEWS)
+
+
+def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Blind:
+        def __getattr__(self, _: str):
+            return lambda *_: 0
+
+    monkeypatch.setattr(scene_module, "_window_makers", lambda: [Blind])
+    with pytest.raises(PictureError, match=r"no OpenGL for pictures: .* install libegl1"):
+        render_window((64, 64))
+
+
+def test_a_display_is_the_last_resort(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    without = [maker.__name__ for maker in scene_module._window_makers()]
+    assert "vtkRenderWindow" not in without
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert [maker.__name__ for maker in scene_module._window_makers()] == [*without, "vtkRenderWindow"]
+
+
+def test_a_display_that_does_not_answer_does_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", "nowhere.invalid:7")
+    window = render_window((64, 48))
+    assert tuple(window.GetSize()) == (64, 48)
+    window.Finalize()
+
+
+def test_png_is_read_back_exactly(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (37, 53, 3), dtype=np.uint8)
+    (tmp_path / "a.png").write_bytes(png_bytes(pixels))
+    np.testing.assert_array_equal(read_png(tmp_path / "a.png"), pixels)
+
+
+@pytest.mark.parametrize(
+    ("name", "chain"),
+    [("upper_arm_0", 0), ("bearing_1_e", 1), ("screw_M3x12_2_0", 2), ("motor_30x68", None), ("base_plate", None)],
+)
+def test_the_chain_stands_in_the_name(name: str, chain: int | None) -> None:
+    assert chain_of(name) == chain
+
+
+def test_box_edges() -> None:
+    assert len(box_edges(np.zeros(3), np.ones(3))) == 12
+    flat = box_edges(np.zeros(3), np.array([2.0, 3.0, 0.0]))
+    lengths = np.linalg.norm(flat[:, 1] - flat[:, 0], axis=1)
+    assert lengths.sum() == pytest.approx(2 * (2 * 2.0 + 2 * 3.0))  # bottom and top coincide
+
+
+def test_the_module_is_light_until_it_draws() -> None:
+    program = (
+        "import sys, delta_cad.export.views.views\n"
+        "print(any(m.startswith(('vtk', 'cadquery', 'OCP')) for m in sys.modules))"
+    )
+    job = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    assert job.stdout.strip() == "False"
+
+
+def test_frames_of_the_stage() -> None:
+    low, high = STAGE.cube()
+    np.testing.assert_allclose(high - low, 75.0)
+    assert low[2] == 57.112
+    low, high = Stage((220.0, 270.0), (10.0, -5.0), 0.0, 1.0).envelope(-60.0)
+    np.testing.assert_allclose([low, high], [[-100.0, -140.0, -60.0], [120.0, 130.0, -60.0]])
+    assert make_assembly().home_mm[2] > 0

@@ -1,0 +1,108 @@
+"""The mechanism in 50 decimal digits, from the paper's closure A cos + B sin + C = 0; no formula of the package."""
+
+from __future__ import annotations
+
+from decimal import Decimal, getcontext, localcontext
+
+import numpy as np
+
+from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism.proof.limits import Limits
+
+DIGITS = 50
+D = Decimal
+
+
+def cosine(x: Decimal) -> Decimal:
+    """Taylor's series at x / 2^10, doubled back ten times; loses 6 digits of the context's."""
+    x /= 1024
+    total = term = D(1)
+    for n in range(1, 20):  # |x| < 0.01: the terms are below 1e-100
+        term = -term * x * x / ((2 * n - 1) * (2 * n))
+        total += term
+    for _ in range(10):
+        total = 2 * total * total - 1
+    return total
+
+
+def _cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _dot(a, b):
+    return sum((x * y for x, y in zip(a, b, strict=True)), D(0))
+
+
+def eigenvalues(m: list[list[Decimal]]) -> tuple[Decimal, Decimal]:
+    """Smallest and largest eigenvalue of a positive symmetric matrix: Newton on the cubic from either outer side."""
+    trace = m[0][0] + m[1][1] + m[2][2]
+    minors = sum((m[i][i] * m[j][j] - m[i][j] ** 2 for i, j in ((0, 1), (0, 2), (1, 2))), D(0))
+    det = _dot(m[0], _cross(m[1], m[2]))
+    ends = []
+    for x in (D(0), trace):
+        for _ in range(300):  # from outside all roots Newton is monotone; a double root only halves the distance
+            slope = 3 * x * x - 2 * trace * x + minors
+            step = (((x - trace) * x + minors) * x - det) / slope if slope else D(0)
+            x -= step
+            if abs(step) <= abs(x) * D(10) ** (6 - getcontext().prec):
+                break
+        ends.append(x)
+    return ends[0], ends[1]
+
+
+def exact_margins(g: DeltaGeometry, limits: Limits, sign: float, p: tuple[float, float, float]) -> list[Decimal | None]:
+    """The 14 margins of README (31) at a position, from the doubles taken as exact; None where they have no value."""
+    with localcontext() as context:
+        context.prec = DIGITS + 10
+        la, lb = D(g.upper_arm_length), D(g.forearm_length)
+        a = D(g.base_radius) - D(g.platform_radius)
+        x, y, z = map(D, p)
+        root = D(3).sqrt() / 2
+        turns = [(D(1), D(0)), (D(-1) / 2, root), (D(-1) / 2, -root)]
+        forearms, arms, w2s, coordinates = [], [], [], []
+        for c, s in turns:
+            big_a, big_b = 2 * la * (a - (x * c + y * s)), -2 * la * z
+            big_c = la * la - lb * lb + a * a + x * x + y * y + z * z - 2 * a * (x * c + y * s)
+            h = big_c**2 - big_a**2 - big_b**2
+            w2s.append(-h / (4 * la * la))
+            coordinates.append(-x * s + y * c)
+            if h > 0:
+                continue
+            both = []
+            for side in (1, -1):
+                cos = (-big_a * big_c + side * big_b * (-h).sqrt()) / (big_a**2 + big_b**2)
+                sin = (-big_b * big_c - side * big_a * (-h).sqrt()) / (big_a**2 + big_b**2)
+                both.append((cos, sin))
+            cos, sin = max(both)  # elbows outwards: the larger cosine
+            elbow = [(a + la * cos) * c, (a + la * cos) * s, la * sin]
+            forearm = [x - elbow[0], y - elbow[1], z - elbow[2]]
+            forearms.append(forearm)
+            arms.append((_dot(forearm, [-sin * c, -sin * s, cos]), cos, sin))
+        out: list[Decimal | None] = [w2 - D(limits.elbow_arm_min) ** 2 for w2 in w2s] + [None] * 11
+        lean = D(limits.lean_max or 1.0)
+        half_pi = D("1.57079632679489661923132169163975144209858469968755291")
+        for i, t in enumerate(coordinates):
+            out[11 + i] = lb * cosine(half_pi - lean) - abs(t)
+        if len(forearms) < 3 or any(arm[0] == 0 for arm in arms):
+            return out
+        crosses = [_cross(forearms[i - 2], forearms[i - 1]) for i in range(3)]
+        det = _dot(forearms[0], crosses[0])
+        out[3] = D(sign) * det
+        lever = D(limits.force or 1.0) * la / D(limits.torque_max or 1.0)
+        low, high = map(D, limits.shoulder or (-1.0, 1.0))
+        middle, half = (low + high) / 2, (high - low) / 2
+        for i in range(3):
+            out[4 + i] = det * det - lever**2 * arms[i][0] ** 2 * _dot(crosses[i], crosses[i])
+            _, cos, sin = arms[i]
+            out[8 + i] = la * (cos * cosine(middle) + sin * cosine(half_pi - middle) - cosine(half))
+        rows = [[v / arm[0] for v in forearm] for forearm, arm in zip(forearms, arms, strict=True)]
+        smallest, largest = eigenvalues([[_dot(r, s) for s in rows] for r in rows])
+        out[7] = D(limits.kappa_max or 1.0) ** 2 * smallest - largest
+        return out
+
+
+def samples(box: np.ndarray, rng: np.random.Generator, n: int) -> np.ndarray:
+    """(n, 3) points of a box (centre, half sides): corners first, then any."""
+    unit = rng.uniform(-1.0, 1.0, (n, 3))
+    unit[: n // 2] = np.sign(unit[: n // 2])
+    return np.clip(box[:3] + unit * box[3:6], box[:3] - box[3:6], box[:3] + box[3:6])

@@ -1,0 +1,128 @@
+"""Margins over boxes against 50 decimal digits: no sample may lie outside the bounds."""
+
+from dataclasses import replace
+from decimal import Decimal
+
+import numpy as np
+import pytest
+
+from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
+from delta_cad.mechanism.proof.enclosure import HIGH, LOW, MARGINS, constants, margins
+from delta_cad.mechanism.proof.limits import Limits
+from tests.delta_cad.mechanism.oracles import PUBLISHED
+from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
+
+ALL = (1 << MARGINS) - 1
+LIMITS = Limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)
+
+
+def bounds(g, limits, box):
+    out = np.full((MARGINS, 6), np.nan)
+    margins(box, constants(g, limits), -1.0, ALL, np.empty((6, 3)), out)
+    return out
+
+
+def boxes(rng, size, n):
+    """Mechanisms and boxes of half sides up to a size, m, all chains closed at the centre."""
+    while n:
+        g = DeltaGeometry(*rng.uniform([0.01, 0.01, 0.04, 0.05], [0.08, 0.08, 0.1, 0.2]))
+        centre = rng.uniform([-0.05, -0.05, 0.01], [0.05, 0.05, 0.2])
+        if (closure_margin(g, centre) > 1e-5).all():
+            n -= 1
+            yield g, np.array([*centre, *(size * rng.uniform(0.0, 1.0, 3)), 0.0])
+
+
+def check(table, exact):
+    """Holds every margin against its bounds."""
+    for k, value in enumerate(exact):
+        low, high = table[k, LOW], table[k, HIGH]
+        if value is None or np.isnan(low):
+            continue
+        if k == 7 and low == 0.0:  # the second test of kappa proves the sign alone
+            low = 0.0 if value >= 0 else np.inf
+        assert Decimal(low) <= value <= Decimal(high), (k, low, value, high)
+
+
+@pytest.mark.parametrize(("size", "count", "each"), [(0.01, 40, 12), (1e-3, 60, 12), (1e-6, 20, 6), (0.0, 150, 1)])
+def test_boxes_contain_the_exact_margins(size, count, each):
+    rng = np.random.default_rng(7)
+    told = 0
+    for g, box in boxes(rng, size, count):
+        table = bounds(g, LIMITS, box)
+        told += int(np.isfinite(table[:, LOW]).sum())
+        for point in samples(box, rng, each):
+            check(table, exact_margins(g, LIMITS, -1.0, tuple(point.tolist())))
+    assert told > (2 if size == 0.01 else 11) * count  # the bounds say something
+
+
+def test_bounds_touch_what_they_bound():
+    # a wrong sign in a slope or a lost factor would leave the exact value inside only by luck: the bounds of a small
+    # box must also be reached, to second order of its size
+    rng = np.random.default_rng(3)
+    for g, box in boxes(rng, 1e-4, 12):
+        table = bounds(g, LIMITS, box)
+        exact = [exact_margins(g, LIMITS, -1.0, tuple(p.tolist())) for p in samples(box, rng, 48)]
+        for k in range(MARGINS):
+            values = np.array([float(e[k]) for e in exact])
+            width = table[k, HIGH] - table[k, LOW]
+            if np.isnan(width) or (k == 7 and conditioning(g, box[:3]) > 10.0):
+                continue
+            slack = max(values.min() - table[k, LOW], table[k, HIGH] - values.max())
+            # eight corners are among 24 random ones nearly surely; 1e-4 m boxes are linear to a few per cent
+            assert slack <= 0.25 * width, (k, slack, width)
+
+
+@pytest.mark.parametrize("kappa_max", [1.0, 2.0, 5.0, 30.0])
+def test_kappa_bounds_near_the_axis_and_near_a_singularity(kappa_max):
+    limits = replace(LIMITS, kappa_max=kappa_max)
+    rng = np.random.default_rng(5)
+    hidden = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266)
+    for g, centre in ((PUBLISHED, (0.0, 0.0, 0.08)), (PUBLISHED, (1e-7, 0.0, 0.1)), (hidden, (0.0, 0.0, 0.0298))):
+        for size in (1e-2, 1e-3, 1e-5, 0.0):
+            box = np.array([*centre, size, size, size, 0.0])
+            table = bounds(g, limits, box)
+            for point in samples(box, rng, 12):
+                check(table, exact_margins(g, limits, -1.0, tuple(point.tolist())))
+
+
+def test_nothing_is_said_where_a_chain_is_open():
+    table = bounds(PUBLISHED, LIMITS, np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]))
+    assert (table[:3, HIGH] < 0.0).all()
+    assert np.isnan(table[3:11]).all()
+    assert np.isfinite(table[11:, LOW]).all()
+
+
+def test_kappa_is_proved_just_above_and_never_just_below_its_value():
+    rng = np.random.default_rng(13)
+    by_second = 0
+    for g, box in boxes(rng, 0.0, 400):
+        kappa = float(conditioning(g, box[:3]))
+        if not 1.001 < kappa < 1e3:
+            continue
+        # the NumPy value is good to a rounding times kappa
+        for size, near in ((0.0, 1e-10 * kappa), (1e-6, 1e-3), (1e-5, 3e-2)):
+            box[3:6] = size
+            below = bounds(g, Limits(kappa_max=kappa * (1 - 1e-12 * kappa)), box)[7, LOW]
+            assert below < 0.0
+            above = bounds(g, Limits(kappa_max=kappa * (1 + near)), box)[7, LOW]
+            assert above >= 0.0 or size > 0.0
+            by_second += above == 0.0
+    assert by_second > 10  # README (34) is at work near direct singularities
+
+
+def test_kappa_is_not_proved_below_what_a_sample_of_the_box_has():
+    rng = np.random.default_rng(17)
+    hidden = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266)
+    level = DeltaGeometry(0.0625, 0.125, 0.0625, 0.125)
+    axis = [(hidden, z) for z in np.linspace(0.0252, 0.03, 6)] + [(level, z) for z in np.linspace(0.128, 0.15, 6)]
+    axis += [(PUBLISHED, z) for z in np.linspace(0.06, 0.13, 6)]
+    # two eigenvalues meet on the axis: there the bounds live by their second-order terms
+    cases = [(g, np.array([0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0])) for g, z in axis] + list(boxes(rng, 0.0, 60))
+    for g, box in cases:
+        for size in (1e-5, 1e-4, 1e-3):
+            box[3:6] = size * rng.uniform(0.2, 1.0, 3)
+            kappa = conditioning(g, samples(box, rng, 200))
+            if not np.isfinite(kappa).all() or kappa.max() > 1e4:
+                continue
+            limits = Limits(kappa_max=float(kappa.max() * (1 - 1e-14 * kappa.max())))
+            assert not bounds(g, limits, box)[7, LOW] >= 0.0, (g, box)

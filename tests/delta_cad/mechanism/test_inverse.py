@@ -1,0 +1,212 @@
+"""Inverse kinematics against the paper's equations, symmetry, cases by hand and its own edge."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+
+from delta_cad.mechanism import (
+    DeltaGeometry,
+    SingularError,
+    UnreachableError,
+    closure_margin,
+    elbow_positions,
+    forearm_vectors,
+    inverse_kinematics,
+    joint_angles,
+    reach_excess,
+    wrist_positions,
+)
+from tests.delta_cad.mechanism.oracles import (
+    BOTTOM,
+    EPS,
+    HALF,
+    PROPERTY,
+    PUBLISHED,
+    edge_of_reach,
+    mechanisms,
+    paper_angles,
+    paper_h,
+    paper_residual,
+    points,
+    rotation,
+)
+
+MIRROR = np.array([1.0, -1.0, 1.0])
+SAFE = 1e-6  # m^2: a margin of 1 mm^2, where roundings of 1e-17 m^2 turn the angle by 1e-13 rad at most
+
+
+def check_symmetry(ik, g, p):
+    """Turning the position by 120 deg hands each angle on to the next chain; y -> -y exchanges chains 1 and 2."""
+    theta = ik(g, p)
+    np.testing.assert_allclose(ik(g, rotation(120.0) @ p), np.roll(theta, 1), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ik(g, p * MIRROR), theta[[0, 2, 1]], rtol=0, atol=1e-9)
+
+
+def check_outward(ik, g, p):
+    """Of the two roots of the paper's quadratic the elbow farther out is taken."""
+    wanted = paper_angles(g, p)[:, 0]
+    # half-angle tangents lose digits near pi; directions are compared, so that 2 pi does not matter
+    np.testing.assert_allclose(np.exp(1j * ik(g, p)), np.exp(1j * wanted), rtol=0, atol=1e-9)
+
+
+@PROPERTY
+@given(mechanisms(), points())
+def test_margin_is_the_papers_h(g, p):
+    scale = 4 * g.upper_arm_length**2
+    size = scale * (np.linalg.norm(p) + g.base_radius + g.platform_radius + g.forearm_length + g.upper_arm_length) ** 2
+    # both are differences of squares of `size`: some tens of roundings of that
+    np.testing.assert_allclose(-scale * closure_margin(g, p), paper_h(g, p), rtol=0, atol=100 * EPS * size * 4)
+
+
+@PROPERTY
+@given(mechanisms(), points())
+def test_margin_and_reach_excess_agree(g, p):
+    w2, excess = closure_margin(g, p), reach_excess(g, p)
+    clear = np.abs(excess) > 1e-9  # m; nearer than a nanometre rounding may decide
+    np.testing.assert_array_equal((w2 < 0)[clear], (excess > 0)[clear])
+
+
+@PROPERTY
+@given(mechanisms(), points())
+def test_angles_close_the_paper_equation_and_keep_the_elbows_out(g, p):
+    assume((paper_h(g, p) < -4 * g.upper_arm_length**2 * SAFE).all())
+    theta = inverse_kinematics(g, p)
+    # m^2; lengths below 0.5 m squared, some tens of roundings
+    np.testing.assert_allclose(paper_residual(g, theta, p), 0.0, atol=1e-14)
+    check_outward(inverse_kinematics, g, p)
+    check_symmetry(inverse_kinematics, g, p)
+    np.testing.assert_array_equal(joint_angles(g, p), theta)
+
+
+@PROPERTY
+@given(mechanisms(), points())
+def test_forearm_runs_from_elbow_to_wrist(g, p):
+    assume((paper_h(g, p) < 0).all())
+    s = forearm_vectors(g, p)
+    between = wrist_positions(g, p) - elbow_positions(g, inverse_kinematics(g, p))
+    # m; sines and cosines go through the angle and back: some roundings of 0.3 m
+    np.testing.assert_allclose(s, between, atol=1e-14)
+    # at the edge w is the root of a rounding, 1e-9 m, and the length keeps w^2: 1e-14 m stands again
+    np.testing.assert_allclose(np.linalg.norm(s, axis=-1), g.forearm_length, atol=1e-13)
+
+
+@PROPERTY
+@given(mechanisms(), points(), points(reach=0.6, top=0.9))
+def test_close_to_the_edge_of_reach(g, p, far):
+    assume((paper_h(g, p) < 0).all())
+    assume((paper_h(g, far) > 0).any())
+    edge = edge_of_reach(g, p, far)
+    margin = closure_margin(g, edge).min()
+    assert abs(margin) < 1e-14  # m^2: the edge of the paper's h is ours, to rounding
+    step = 1e-6 * (p - edge) / np.linalg.norm(p - edge)  # a micrometre
+    assume((paper_h(g, edge + step) < 0).all())
+    theta = inverse_kinematics(g, edge + step)
+    np.testing.assert_allclose(paper_residual(g, theta, edge + step), 0.0, atol=1e-14)
+    if (paper_h(g, edge - step) > 1e-15).any():  # m^4: beyond rounding
+        with pytest.raises(UnreachableError):
+            inverse_kinematics(g, edge - step)
+        assert np.isnan(joint_angles(g, edge - step)).any()
+
+
+def test_on_the_axis_by_hand():
+    # R = r: shoulder, elbow, wrist in a vertical plane; 3-4-5 triangle: L_A 3, L_B 4, height 5 (times 20 mm)
+    g = DeltaGeometry(0.05, 0.05, 0.06, 0.08)
+    theta = inverse_kinematics(g, [0.0, 0.0, 0.10])
+    # the right angle at the elbow: the upper arm's height is 3 * 3/5, its reach 3 * 4/5
+    np.testing.assert_allclose(theta, np.arctan2(3.0, 4.0), rtol=1e-15 * 8)
+    np.testing.assert_allclose(closure_margin(g, [0.0, 0.0, 0.10]), 0.08**2, rtol=1e-14)
+
+
+def test_level_arms_by_hand():
+    # level arms, vertical forearms: the platform in the centre at the forearm's height, wrists under the elbows
+    g = DeltaGeometry(0.03, 0.03 + 0.08, 0.08, 0.12)
+    np.testing.assert_allclose(inverse_kinematics(g, [0.0, 0.0, 0.12]), 0.0, atol=1e-15)
+    np.testing.assert_allclose(forearm_vectors(g, [0.0, 0.0, 0.12]), np.tile([0, 0, 0.12], (3, 1)), atol=1e-16)
+
+
+def test_positive_angle_lifts_the_elbow_towards_the_platform():
+    elbows = elbow_positions(PUBLISHED, np.full(3, 0.3))
+    np.testing.assert_allclose(elbows[:, 2], 0.082 * np.sin(0.3), rtol=1e-15)
+    np.testing.assert_allclose(elbows[0], [0.04 + 0.082 * np.cos(0.3), 0, 0.082 * np.sin(0.3)], rtol=1e-15)
+
+
+def test_a_wrong_elbow_branch_is_caught():
+    p = np.array([0.012, -0.02, 0.1])
+
+    def inwards(g, position):
+        return paper_angles(g, position)[:, 1]
+
+    # it closes the chains and passes symmetry: those checks alone would let it through
+    np.testing.assert_allclose(paper_residual(PUBLISHED, inwards(PUBLISHED, p), p), 0.0, atol=1e-14)
+    check_symmetry(inwards, PUBLISHED, p)
+    with pytest.raises(AssertionError):
+        check_outward(inwards, PUBLISHED, p)
+    with pytest.raises(AssertionError):  # one chain wrong is enough
+        check_outward(lambda g, q: np.where([True, True, False], joint_angles(g, q), inwards(g, q)), PUBLISHED, p)
+
+
+def test_a_wrong_azimuth_is_caught(monkeypatch):
+    p = np.array([0.012, -0.02, 0.1])
+    check_symmetry(inverse_kinematics, PUBLISHED, p)
+    for name, first in (("RADIAL", [1.0, 0.0, 0.0]), ("TANGENTIAL", [0.0, 1.0, 0.0])):
+        wrong = np.array([rotation(degrees) @ first for degrees in (0.0, 90.0, 240.0)])
+        monkeypatch.setattr(f"delta_cad.mechanism.geometry.{name}", wrong)
+    with pytest.raises(AssertionError):
+        check_symmetry(inverse_kinematics, PUBLISHED, p)
+    with pytest.raises(AssertionError):
+        check_outward(inverse_kinematics, PUBLISHED, p)
+
+
+def test_shoulder_range_of_the_published_design():
+    axes = [np.linspace(-HALF, HALF, 41)] * 2 + [np.linspace(BOTTOM, BOTTOM + 2 * HALF, 41)]
+    theta = np.degrees(inverse_kinematics(PUBLISHED, np.stack(np.meshgrid(*axes), axis=-1)))
+    # figures of an independent CAD study, given to 0.1 deg
+    assert theta.min() == pytest.approx(-39.2, abs=0.05)
+    assert theta.max() == pytest.approx(65.5, abs=0.05)
+
+
+def distance_to_elbow_circle(g, p, i):
+    """Nearest distance of wrist i to its elbow's circle, by walking round the circle."""
+    turn = np.linspace(-np.pi, np.pi, 200_001)
+    elbows = elbow_positions(g, np.repeat(turn[:, None], 3, axis=1))[:, i]
+    return np.linalg.norm(wrist_positions(g, p)[i] - elbows, axis=1)
+
+
+def test_unreachable_says_which_chain_and_by_how_much():
+    p = np.array([0.10, 0.0, 0.20])
+    with pytest.raises(UnreachableError) as caught:
+        inverse_kinematics(PUBLISHED, p)
+    match = re.fullmatch(
+        r"chain (\d) cannot be closed: its wrist is (\d+\.\d{3}) mm out of the forearm's reach", str(caught.value)
+    )
+    assert match
+    away = distance_to_elbow_circle(PUBLISHED, p, int(match[1])).min() - PUBLISHED.forearm_length
+    assert float(match[2]) == pytest.approx(away * 1000, abs=6e-4)  # printed to 0.001 mm
+
+
+def test_too_near_is_unreachable_too():
+    g = DeltaGeometry(0.04, 0.04, 0.05, 0.12)
+    p = np.array([0.0, 0.0, 0.06])  # the fold needs 70 mm
+    with pytest.raises(UnreachableError, match=r"its wrist is 10\.000 mm out of the forearm's reach"):
+        inverse_kinematics(g, p)
+    assert g.forearm_length - distance_to_elbow_circle(g, p, 0).max() == pytest.approx(0.010, abs=1e-9)
+
+
+def test_a_batch_names_the_position():
+    with pytest.raises(UnreachableError, match=r"cannot be closed at \(0\.000, 0\.000, 300\.000\) mm: "):
+        inverse_kinematics(PUBLISHED, [[0, 0, 0.1], [0, 0, 0.3]])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_position_that_is_not_finite_is_refused(value):
+    with pytest.raises(UnreachableError, match="is not finite"):
+        inverse_kinematics(PUBLISHED, [[0, 0, 0.1], [0, value, 0.1]])
+
+
+def test_wrist_on_the_shoulder_axis_has_no_definite_angle():
+    g = DeltaGeometry(0.05, 0.05, 0.08, 0.08)
+    with pytest.raises(SingularError, match="chain 0 has no definite shoulder angle"):
+        inverse_kinematics(g, [0.0, 0.0, 0.0])
+    assert np.isnan(joint_angles(g, [0.0, 0.0, 0.0])).all()

@@ -1,0 +1,208 @@
+"""Where the links are, against constructions that share no formula with the placement."""
+
+from __future__ import annotations
+
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, fsolve
+from scipy.spatial.transform import Rotation
+
+from delta_cad.mechanism import DeltaGeometry, UnreachableError, forward_kinematics
+from delta_cad.mechanism.placement import LINKS, LinkPlacement, chain_frame, frames
+
+R, r, L_A, L_B, L_c = 40.0, 30.0, 82.0, 112.079, 54.0
+RATIO, PINION = 9.85, (14.5, -36.4)
+PLACE = LinkPlacement(DeltaGeometry(R / 1e3, r / 1e3, L_A / 1e3, L_B / 1e3), L_c, PINION, RATIO)
+CENTRE = np.array([0.0, 0.0, 94.612])
+RNG = np.random.default_rng(11)
+POSES = np.concatenate(
+    [CENTRE + 37.5 * np.array(list(product((-1, 0, 1), repeat=3))), CENTRE + RNG.uniform(-37.5, 37.5, (60, 3))]
+)
+EXACT_MM = 1e-10  # a few roundings of numbers of 100 mm
+
+
+def place(p: np.ndarray) -> dict[str, np.ndarray]:
+    return dict(PLACE(p))
+
+
+def along(frame: np.ndarray, point: tuple[float, float, float]) -> np.ndarray:
+    return frame[..., :3, :3] @ np.array(point) + frame[..., :3, 3]
+
+
+def azimuth(i: int) -> tuple[np.ndarray, np.ndarray]:
+    angle = 2 * np.pi * i / 3
+    return np.array([np.cos(angle), np.sin(angle), 0]), np.array([-np.sin(angle), np.cos(angle), 0])
+
+
+def solved_angle(p: np.ndarray, i: int) -> float:
+    """Shoulder angle by bisection on the rod's length, between the arm straight out and the arm on the far side."""
+    u, _ = azimuth(i)
+
+    def excess(theta: float) -> float:
+        elbow = (R + L_A * np.cos(theta)) * u + np.array([0, 0, L_A * np.sin(theta)])
+        return float(np.linalg.norm(p + r * u - elbow) - L_B)
+
+    grid = np.radians(np.arange(-90.0, 120.0, 1.0))  # outwards branch: the first closing angle from below
+    values = [excess(t) for t in grid]
+    k = next(k for k, (a, b) in enumerate(pairwise(values)) if a > 0 >= b)
+    return float(np.asarray(brentq(excess, grid[k], grid[k + 1], xtol=1e-14)))
+
+
+def test_links_are_named_once_and_all_placed() -> None:
+    assert len(LINKS) == len(set(LINKS)) == 14
+    assert set(place(CENTRE)) == set(LINKS)
+
+
+def test_every_link_is_a_rigid_motion_and_batches_agree_with_single_poses() -> None:
+    batch = place(POSES)
+    for name, frame in batch.items():
+        assert frame.shape == (len(POSES), 4, 4), name
+        rotation = frame[:, :3, :3]
+        np.testing.assert_allclose(
+            rotation @ np.swapaxes(rotation, -1, -2), np.broadcast_to(np.eye(3), rotation.shape), atol=1e-13
+        )
+        np.testing.assert_allclose(np.linalg.det(rotation), 1, atol=1e-13)
+        np.testing.assert_array_equal(frame[:, 3], np.broadcast_to([0, 0, 0, 1], (len(POSES), 4)))
+    for k in (0, 13, 40):
+        single = place(POSES[k])
+        for name in LINKS:
+            np.testing.assert_allclose(single[name], batch[name][k], rtol=0, atol=EXACT_MM)
+    grid = place(POSES[:24].reshape(2, 3, 4, 3))
+    np.testing.assert_allclose(grid["rod_2_1"].reshape(24, 4, 4), batch["rod_2_1"][:24], rtol=0, atol=EXACT_MM)
+
+
+def test_base_stands_still_and_platform_never_turns() -> None:
+    links = place(POSES)
+    assert (links["base"] == np.eye(4)).all()
+    assert (links["platform"][:, :3, :3] == np.eye(3)).all()
+    np.testing.assert_array_equal(links["platform"][:, :3, 3], POSES)
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_arms_are_where_bisection_on_the_rod_s_length_puts_them(i: int) -> None:
+    u, t = azimuth(i)
+    for p in POSES[::5]:
+        arm = place(p)[f"upper_arm_{i}"]
+        theta = solved_angle(p, i)
+        np.testing.assert_allclose(arm[:3, 3], R * u, atol=EXACT_MM)
+        np.testing.assert_allclose(arm[:3, 1], t, atol=1e-14)
+        expected = (R + L_A * np.cos(theta)) * u + [0, 0, L_A * np.sin(theta)]
+        np.testing.assert_allclose(along(arm, (L_A, 0, 0)), expected, atol=1e-9)  # bisection to 1e-14 rad and a root
+
+
+def test_forward_kinematics_of_the_arms_gives_the_handle_back() -> None:
+    links = place(POSES)
+    angles = []
+    for i in range(3):
+        u, _ = azimuth(i)
+        x = links[f"upper_arm_{i}"][:, :3, 0]
+        angles.append(np.arctan2(x[:, 2], x @ u))
+    found = forward_kinematics(PLACE.geometry, np.stack(angles, axis=-1)) * 1e3
+    np.testing.assert_allclose(found, POSES, atol=1e-9)
+
+
+def test_six_rods_alone_determine_the_platform() -> None:
+    """Without the assumption that it does not turn: six rod lengths solved for six degrees of freedom."""
+    for p in POSES[5:45:13]:
+        links = place(p)
+        elbows = np.array([links[f"rod_{i}_{j}"][:3, 3] for i in range(3) for j in range(2)])
+        wrists = np.array([r * azimuth(i)[0] + (j - 0.5) * L_c * azimuth(i)[1] for i in range(3) for j in range(2)])
+
+        def excess(q: np.ndarray, elbows: np.ndarray = elbows, wrists: np.ndarray = wrists) -> np.ndarray:
+            moved = Rotation.from_rotvec(q[3:]).apply(wrists) + q[:3]
+            return np.linalg.norm(moved - elbows, axis=1) - L_B
+
+        found = np.asarray(
+            fsolve(excess, np.concatenate([p + np.array([1.0, -2.0, 1.5]), [0.02, -0.01, 0.03]]), xtol=1e-13)
+        )
+        np.testing.assert_allclose(found[:3], p, atol=1e-7)
+        np.testing.assert_allclose(found[3:], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("i", "j"), list(product(range(3), range(2))))
+def test_rods_join_elbow_and_wrist_at_their_length(i: int, j: int) -> None:
+    links = place(POSES)
+    side = (j - 0.5) * L_c
+    rod = links[f"rod_{i}_{j}"]
+    np.testing.assert_allclose(rod[:, :3, 3], along(links[f"upper_arm_{i}"], (L_A, side, 0)), atol=EXACT_MM)
+    u, t = azimuth(i)
+    np.testing.assert_allclose(along(rod, (L_B, 0, 0)), POSES + r * u + side * t, atol=1e-9)
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_the_rods_of_a_chain_stay_parallel_and_face_the_shoulder_axis(i: int) -> None:
+    links = place(POSES)
+    a, b = links[f"rod_{i}_0"], links[f"rod_{i}_1"]
+    np.testing.assert_array_equal(a[:, :3, :3], b[:, :3, :3])
+    _, t = azimuth(i)
+    apart = b[:, :3, 3] - a[:, :3, 3]
+    np.testing.assert_allclose(apart, np.broadcast_to(L_c * t, apart.shape), atol=EXACT_MM)
+    y = a[:, :3, 1]
+    assert (y @ t > 0.8).all()  # the sockets' axis leans with the rod, less than 37 deg in this cube
+    normal = np.cross(a[:, :3, 0], t)  # y lies in the plane of the rod and the shoulder axis
+    np.testing.assert_allclose((normal * y).sum(-1), 0, atol=1e-14)
+
+
+@pytest.mark.parametrize("i", range(3))
+def test_the_pinion_turns_by_the_ratio_the_other_way(i: int) -> None:
+    """Followed in steps small enough that no turn is lost, and by equal lengths of cable."""
+    _, t = azimuth(i)
+    path = CENTRE + np.linspace([-20, -15, -30], [25, 20, 30], 400)
+    links = place(path)
+
+    def turned(frame: np.ndarray) -> np.ndarray:
+        steps = np.swapaxes(frame[:-1, :3, :3], -1, -2) @ frame[1:, :3, :3]
+        vector = np.einsum("kab,kbc->kac", frame[:-1, :3, :3], steps) @ np.swapaxes(frame[:-1, :3, :3], -1, -2)
+        return Rotation.from_matrix(vector).as_rotvec() @ t
+
+    arm, pinion = turned(links[f"upper_arm_{i}"]), turned(links[f"pinion_{i}"])
+    assert np.abs(pinion).max() < 0.5
+    np.testing.assert_allclose(pinion, -RATIO * arm, atol=1e-11)
+    assert np.abs(arm).sum() > 0.2
+    u, _ = azimuth(i)
+    centre = PINION[0] * u + [0, 0, PINION[1]]
+    np.testing.assert_allclose(links[f"pinion_{i}"][:, :3, 3], np.broadcast_to(centre, (400, 3)), atol=EXACT_MM)
+    np.testing.assert_allclose(links[f"pinion_{i}"][:, :3, 1], np.broadcast_to(t, (400, 3)), atol=1e-14)
+
+
+def test_a_direct_drive_turns_with_its_arm() -> None:
+    direct = LinkPlacement(PLACE.geometry, L_c, (R, 0.0), 1.0)(POSES)
+    for i in range(3):
+        np.testing.assert_allclose(direct[f"pinion_{i}"], direct[f"upper_arm_{i}"], atol=EXACT_MM)
+
+
+def test_a_third_of_a_turn_moves_each_chain_to_the_next() -> None:
+    turn = np.eye(4)
+    turn[:2, :2] = [[-0.5, -(0.75**0.5)], [0.75**0.5, -0.5]]
+    links, next_links = place(POSES), place(POSES @ turn[:3, :3].T)
+    for name in ("upper_arm_{}", "pinion_{}", "rod_{}_0", "rod_{}_1"):
+        for i in range(3):
+            expected = turn @ links[name.format(i)]
+            np.testing.assert_allclose(next_links[name.format((i + 1) % 3)], expected, atol=1e-10)
+
+
+def test_mirrored_poses_exchange_chains_one_and_two() -> None:
+    mirror = np.diag([1.0, -1.0, 1.0])
+    links, mirrored = place(POSES), place(POSES @ mirror)
+    for a, b in ((0, 0), (1, 2), (2, 1)):
+        np.testing.assert_allclose(
+            mirrored[f"upper_arm_{a}"][:, :3, 0], links[f"upper_arm_{b}"][:, :3, 0] @ mirror, atol=1e-13
+        )
+        np.testing.assert_allclose(mirrored[f"rod_{a}_0"][:, :3, 0], links[f"rod_{b}_1"][:, :3, 0] @ mirror, atol=1e-13)
+
+
+def test_a_pose_out_of_reach_is_refused() -> None:
+    with pytest.raises(UnreachableError, match="chain"):
+        PLACE(np.array([0.0, 0.0, 195.0]))  # R - r + L_A + L_B = 204 in line, 194 straight above
+    with pytest.raises(UnreachableError):
+        PLACE(np.stack([CENTRE, CENTRE + np.array([0, 0, 150.0])]))
+
+
+def test_frames_put_their_axes_where_they_are_told() -> None:
+    frame = frames(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(frame, [[0, 0, 1, 1], [1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 0, 1]])
+    for i in range(3):
+        u, t = azimuth(i)
+        np.testing.assert_allclose(chain_frame(i)[:3, :3], np.stack([u, t, [0, 0, 1]], axis=-1), atol=1e-15)

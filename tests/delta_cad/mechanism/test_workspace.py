@@ -1,0 +1,245 @@
+"""The cube's points and its extremes, against dense samples, another optimiser and hidden singularities."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from delta_cad.mechanism import (
+    Cube,
+    DeltaGeometry,
+    GeometryError,
+    UnreachableError,
+    closure_margin,
+    conditioning,
+    cube_corners,
+    cube_extremes,
+    cube_grid,
+    cube_surface,
+    direct_margin,
+    elbow_positions,
+    forearm_angle,
+    inverse_kinematics,
+    rod_lean,
+    serial_margin,
+    singular_values,
+    worst_joint_torque,
+)
+from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
+
+CUBE = Cube(BOTTOM, HALF)
+# eight good corners and a singularity inside: found by an earlier study among 9,383 random cubes
+HIDDEN = DeltaGeometry(0.016122 + 0.030, 0.030, 0.082, 0.094266)
+HIDDEN_CUBE = Cube(0.022648, 0.043363)
+
+
+def elbow_z(g, p):
+    return elbow_positions(g, inverse_kinematics(g, p))[..., 2]
+
+
+def elbow_radius(g, p):
+    """Radial coordinate in the chain's plane."""
+    elbows = elbow_positions(g, inverse_kinematics(g, p))
+    phi = np.radians([0.0, 120.0, 240.0])
+    return elbows[..., 0] * np.cos(phi) + elbows[..., 1] * np.sin(phi)
+
+
+def figures(g, p):
+    """Every figure of `CubeExtremes` at the positions, with the sign that makes its extreme a minimum."""
+    return {
+        "shoulder_min": (+1, inverse_kinematics(g, p).min(axis=-1)),
+        "shoulder_max": (-1, inverse_kinematics(g, p).max(axis=-1)),
+        "lean_max": (-1, np.abs(rod_lean(g, p)).max(axis=-1)),
+        "forearm_angle_min": (+1, forearm_angle(g, p).min(axis=-1)),
+        "forearm_angle_max": (-1, forearm_angle(g, p).max(axis=-1)),
+        "torque_max": (-1, worst_joint_torque(g, p, 3.0).max(axis=-1)),
+        "kappa_max": (-1, conditioning(g, p)),
+        "singular_value_min": (+1, singular_values(g, p)[..., -1]),
+        "singular_value_max": (-1, singular_values(g, p)[..., 0]),
+        "closure_margin_min": (+1, closure_margin(g, p).min(axis=-1)),
+        "serial_margin_min": (+1, serial_margin(g, p).min(axis=-1)),
+        "direct_margin_min": (+1, direct_margin(g, p)),
+        "elbow_z_min": (+1, elbow_z(g, p).min(axis=-1)),
+        "elbow_z_max": (-1, elbow_z(g, p).max(axis=-1)),
+        "elbow_radius_min": (+1, elbow_radius(g, p).min(axis=-1)),
+        "elbow_radius_max": (-1, elbow_radius(g, p).max(axis=-1)),
+    }
+
+
+def reachable(g, cube):
+    return (closure_margin(g, cube_grid(cube, 9)) > 0).all()
+
+
+def designs(count):
+    """Random mechanisms with a cube that a coarse grid says is reachable and free of singularities."""
+    rng = np.random.default_rng(20181)
+    while count:
+        la, lb, r = rng.uniform(0.07, 0.09), rng.uniform(0.09, 0.16), rng.uniform(0.025, 0.040)
+        g = DeltaGeometry(0.040, r, la, lb)
+        cube = Cube(rng.uniform(0.03, 0.10), rng.uniform(0.02, 0.05))
+        if reachable(g, cube) and direct_margin(g, cube_grid(cube, 9)).min() > 0.02:
+            count -= 1
+            yield g, cube
+
+
+def test_corners_grid_and_surface():
+    corners = {tuple(c) for c in cube_corners(CUBE)}
+    assert corners == {(x, y, z) for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (BOTTOM, BOTTOM + 2 * HALF)}
+    grid, surface = cube_grid(CUBE, 5), cube_surface(CUBE, 5)
+    assert grid.shape == (125, 3)
+    assert surface.shape == (6 * 25 - 12 * 5 + 8, 3)
+    assert len(np.unique(surface, axis=0)) == len(surface)
+    assert {tuple(q) for q in surface} < {tuple(q) for q in grid}
+    centred = np.abs(surface - [0, 0, BOTTOM + HALF]).max(axis=1)
+    np.testing.assert_allclose(centred, HALF, rtol=1e-15 * 8)  # exactly the points at L in the largest coordinate
+    np.testing.assert_array_equal(CUBE.lower, [-HALF, -HALF, BOTTOM])
+    np.testing.assert_array_equal(CUBE.upper, [HALF, HALF, BOTTOM + 2 * HALF])
+
+
+@pytest.mark.parametrize("function", [cube_grid, cube_surface, lambda cube, n: cube_extremes(PUBLISHED, cube, 3.0, n)])
+@pytest.mark.parametrize("n", [1, 0, -3])
+def test_a_grid_needs_two_points(function, n):
+    with pytest.raises(GeometryError, match=f"n is {n} points along an edge; it must be at least 2"):
+        function(CUBE, n)
+
+
+@pytest.mark.parametrize("height", [0.0, -0.05, math.nan, math.inf, 57.1])
+def test_impossible_bottom_height_is_refused(height):
+    with pytest.raises(GeometryError, match=r"bottom_height is .* m; it must be greater than 0 and at most 10 m"):
+        Cube(height, HALF)
+
+
+@pytest.mark.parametrize("half", [-1e-9, math.nan, math.inf, 35.0])
+def test_impossible_half_side_is_refused(half):
+    with pytest.raises(GeometryError, match=r"half_side is .* m; it must be at least 0 and at most 10 m"):
+        Cube(BOTTOM, half)
+
+
+def test_a_cube_of_no_size_is_its_point():
+    found = cube_extremes(PUBLISHED, Cube(0.09, 0.0), 3.0, n=3)
+    for name, (_, value) in figures(PUBLISHED, np.array([0.0, 0.0, 0.09])).items():
+        # elbows come from sines and cosines there and from none here: a rounding apart
+        assert getattr(found, name).value == pytest.approx(float(value), rel=1e-12), name
+
+
+def test_values_occur_where_they_are_said_to():
+    found = cube_extremes(PUBLISHED, CUBE, 3.0)
+    names = [field.name for field in dataclasses.fields(found)]
+    assert names == list(figures(PUBLISHED, CUBE.lower))
+    for name in names:
+        value, position = getattr(found, name)
+        p = np.array(position)
+        assert (p >= CUBE.lower).all(), name
+        assert (p <= CUBE.upper).all(), name
+        assert value == pytest.approx(float(figures(PUBLISHED, p)[name][1]), rel=1e-12), name
+
+
+@pytest.mark.parametrize(("g", "cube"), [(PUBLISHED, CUBE), *designs(8)])
+def test_no_point_of_the_volume_beats_the_extremes(g, cube):
+    found = cube_extremes(g, cube, 3.0, n=21)
+    rng = np.random.default_rng(3)
+    inside = cube.lower + rng.uniform(size=(20_000, 3)) * (cube.upper - cube.lower)
+    for name, (sign, values) in figures(g, np.concatenate([inside, cube_grid(cube, 24)])).items():
+        best, size = sign * getattr(found, name).value, np.abs(values).max()
+        # the last step is 2^-22 of the grid's: smooth figures are exact to rounding; kinks, where two chains
+        # change places, to the step itself
+        assert (sign * values).min() >= best - 1e-6 * size, name
+
+
+def test_another_optimiser_does_not_improve_them():
+    found = cube_extremes(PUBLISHED, CUBE, 3.0)
+    box = list(zip(CUBE.lower * 1000, CUBE.upper * 1000, strict=True))  # mm, so that the variables are near one
+    for name in figures(PUBLISHED, CUBE.lower):
+
+        def cost(p_mm, name=name):
+            sign, value = figures(PUBLISHED, np.clip(p_mm / 1000, CUBE.lower, CUBE.upper))[name]
+            return sign * float(value) / abs(getattr(found, name).value)
+
+        sign = figures(PUBLISHED, CUBE.lower)[name][0]
+        best = sign * np.sign(getattr(found, name).value)
+        for start in ([0.0, 0.0, 90.0], np.array(getattr(found, name).position) * 1000):
+            better = minimize(cost, start, method="Nelder-Mead", bounds=box, options={"xatol": 1e-9, "fatol": 1e-13})
+            assert better.fun >= best - 1e-9, name  # kinks are met to the last step, 1e-9 of the side
+
+
+def test_grid_density_does_not_matter():
+    coarse, fine = (cube_extremes(PUBLISHED, CUBE, 3.0, n=n) for n in (7, 41))
+    for field in dataclasses.fields(coarse):
+        a, b = getattr(coarse, field.name).value, getattr(fine, field.name).value
+        assert a == pytest.approx(b, rel=1e-9), field.name  # as above
+
+
+def test_every_face_is_searched():
+    # two basins on two faces, whose order a grid of 9 gets wrong: found among 400 random designs
+    g = DeltaGeometry(0.040, 0.038134098, 0.083754509, 0.172327675)
+    cube = Cube(0.096502684, 0.035508198)
+    found = cube_extremes(g, cube, 3.0, n=9)
+    dense = inverse_kinematics(g, cube_surface(cube, 161)).min()
+    assert found.shoulder_min.value <= dense  # the polished one is never above a sample
+    # rad; samples 0.44 mm apart miss a smooth minimum by (0.22 / 80)^2 / 2
+    assert found.shoulder_min.value == pytest.approx(dense, abs=1e-5)
+
+
+def test_torque_scales_with_the_force_and_kappa_does_not():
+    one, three = (cube_extremes(PUBLISHED, CUBE, force, n=9) for force in (1.0, 3.0))
+    assert three.torque_max.value == pytest.approx(3 * one.torque_max.value, rel=1e-12)
+    assert three.kappa_max == one.kappa_max
+
+
+def test_figures_of_the_published_design():
+    found = cube_extremes(PUBLISHED, CUBE, 3.0)
+    # an independent CAD study, to the digits it gives
+    assert np.degrees(found.shoulder_min.value) == pytest.approx(-39.2, abs=0.05)
+    assert np.degrees(found.shoulder_max.value) == pytest.approx(65.5, abs=0.05)
+    assert np.degrees(found.lean_max.value) == pytest.approx(27.2, abs=0.05)
+    assert np.degrees(found.forearm_angle_min.value) == pytest.approx(83, abs=0.5)
+    assert np.degrees(found.forearm_angle_max.value) == pytest.approx(151, abs=0.5)
+    assert found.torque_max.value == pytest.approx(0.316, abs=5e-4)
+    assert found.kappa_max.value == pytest.approx(2.268, abs=5e-4)
+    assert found.elbow_z_min.value * 1000 == pytest.approx(-52, abs=0.5)
+    assert found.elbow_z_max.value * 1000 == pytest.approx(75, abs=0.5)
+    assert found.elbow_radius_min.value * 1000 == pytest.approx(74, abs=0.5)
+    assert found.elbow_radius_max.value * 1000 == pytest.approx(122, abs=0.5)
+
+
+def test_a_singularity_behind_eight_good_corners_is_found():
+    corners = cube_corners(HIDDEN_CUBE)
+    assert conditioning(HIDDEN, corners).max() == pytest.approx(6.03, abs=5e-3)
+    assert (direct_margin(HIDDEN, corners) > 0).all()
+    assert direct_margin(HIDDEN, [0.0, 0.0, 0.022648]) < 0
+    found = cube_extremes(HIDDEN, HIDDEN_CUBE, 3.0)
+    assert found.direct_margin_min.value < 0
+    for extreme in (found.torque_max, found.kappa_max, found.singular_value_max):
+        assert extreme.value == math.inf
+        # the determinant is zero there to rounding
+        assert abs(direct_margin(HIDDEN, np.array(extreme.position))) < 1e-14
+    assert math.isfinite(found.singular_value_min.value)
+
+
+def test_unreachable_cubes_are_refused_by_chain_and_point():
+    with pytest.raises(UnreachableError, match=r"chain \d cannot be closed at \(-?70\.000, -?70\.000, 197\.112\) mm"):
+        cube_extremes(PUBLISHED, Cube(BOTTOM, 0.070), 3.0)
+
+
+def test_a_hole_behind_reachable_corners_is_found():
+    # bottom face 0.1 mm below the fold height L_B - L_A of R = r: only a small round of it cannot be reached
+    g = DeltaGeometry(0.04, 0.04, 0.082, 0.130)
+    cube = Cube(0.048 - 1e-4, 0.030)
+    assert (closure_margin(g, cube_corners(cube)) > 0).all()
+    with pytest.raises(UnreachableError, match=r"chain \d cannot be closed at .* mm: its wrist is 0\.100 mm out"):
+        cube_extremes(g, cube, 3.0, n=4)
+
+
+def test_unreachable_positions_show_on_the_surface():
+    rng = np.random.default_rng(5)
+    seen = 0
+    for _ in range(400):
+        g = DeltaGeometry(0.04, rng.uniform(0.02, 0.06), rng.uniform(0.05, 0.1), rng.uniform(0.05, 0.15))
+        cube = Cube(rng.uniform(0.005, 0.1), rng.uniform(0.02, 0.06))
+        inside = closure_margin(g, cube.lower + rng.uniform(size=(500, 3)) * (cube.upper - cube.lower))
+        if inside.min() < 0:
+            seen += 1
+            assert closure_margin(g, cube_surface(cube, 15)).min() < 0
+    assert seen > 100

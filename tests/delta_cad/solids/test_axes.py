@@ -1,0 +1,295 @@
+"""Axes and hole patterns measured on the solids: link lengths, coaxial seats, and every fastener in its bores."""
+
+# pyright: reportAttributeAccessIssue=false
+# The stubs of the kernel's binding declare none of its classes.
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.GeomAbs import GeomAbs_Cylinder
+from OCP.TopAbs import TopAbs_REVERSED
+
+from delta_cad import catalogue
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.solidity import bore_counts, compared_bores
+from delta_cad.dimensions import Dimensions
+from delta_cad.solids.part import Occurrence, Part
+from delta_cad.solids.primitive import bore_y, cut
+from tests.measured import EXACT_MM, axis_distance, cylinders, one_axis, placed, spheres
+
+AXIS_MM = 1e-6  # the kernel's own tolerance of coincidence is 1e-7
+
+
+def part(assembly: Assembly, number: str) -> Part:
+    (found,) = [p for p in assembly.parts if p.number == number]
+    return found
+
+
+def occurrence(assembly: Assembly, name: str) -> Occurrence:
+    (found,) = [o for o in assembly.occurrences if o.name == name]
+    return found
+
+
+def test_every_part_is_one_valid_solid_with_its_declared_bores(best_assembly: Assembly) -> None:
+    for p in best_assembly.parts:
+        assert p.solid.ShapeType() == "Solid", p.number
+        assert p.solid.isValid(), p.number
+        faults, undeclared = compared_bores(p, bore_counts(p.solid))
+        assert not faults, p.number
+        if p.make and p.number != "upper_arm":  # the arm's pockets end in concave cylinders too
+            assert not undeclared, p.number
+
+
+def test_a_wrong_hole_pattern_is_seen(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    """One bore more, one bore less (its declaration kept), one of another diameter."""
+    cheek = part(best_assembly, "motor_cheek")
+    x = best_dimensions.bracket.foot_u_mm[1] - best_dimensions.bracket.shoulder_u_mm - 12.0
+    z = best_dimensions.bracket.cheek_screw_z_mm + 19.0  # in the middle of the plate, between foot and seat
+    drilled = replace(cheek, solid=cut(cheek.solid, [bore_y(3.4, (x, z), (-50.0, 50.0))]).Solids()[0])
+    assert compared_bores(drilled, bore_counts(drilled.solid))[0] == ["it has 7 bores of 3.4 mm, 6 are declared"]
+    plate = part(best_assembly, "base_plate")
+    for hole in plate.holes:
+        fewer = tuple(replace(h, count=h.count + (h is hole)) for h in plate.holes)
+        assert compared_bores(replace(plate, holes=fewer), bore_counts(plate.solid))[0]
+
+
+def test_upper_arm_carries_its_axes_at_its_length(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    solid = part(best_assembly, "upper_arm").solid
+    shaft = one_axis(solid, best_dimensions.arm.shaft_bore_mm, concave=True)
+    bar = one_axis(solid, 6.0, concave=True)
+    distance, sine = axis_distance(shaft, bar)
+    assert distance == pytest.approx(best_dimensions.design.mechanism.upper_arm_length_mm, abs=AXIS_MM)
+    assert sine < 1e-12
+    np.testing.assert_allclose(np.abs(shaft[1]), [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(shaft[0], 0, atol=AXIS_MM)
+
+
+@pytest.mark.parametrize(("chain", "side"), [(i, j) for i in range(3) for j in range(2)])
+def test_a_rod_is_its_length_between_seats(
+    best_assembly: Assembly, best_dimensions: Dimensions, chain: int, side: int
+) -> None:
+    seats = []
+    for end in ("elbow", "wrist"):
+        o = occurrence(best_assembly, f"ball_socket_{chain}_{side}_{end}")
+        (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.seat_diameter_mm)
+        seats.append(centre)
+    asked = best_dimensions.design.mechanism.forearm_length_mm
+    assert np.linalg.norm(seats[1] - seats[0]) == pytest.approx(asked, abs=AXIS_MM)
+
+
+def test_a_rod_s_tube_fills_the_room_between_the_sockets(best_assembly: Assembly) -> None:
+    """The tube's ends touch both sockets' shoulders: what is cut by the drawing gives the seat distance in the jig."""
+    tube = placed(part(best_assembly, "rod_tube").solid, occurrence(best_assembly, "rod_tube_0_0").placement)
+    for end in ("elbow", "wrist"):
+        o = occurrence(best_assembly, f"ball_socket_0_0_{end}")
+        socket = placed(o.part.solid, o.placement)
+        assert socket.distance(tube) < 1e-7
+        assert socket.intersect(tube).Volume() < 1e-6
+
+
+def test_platform_holds_its_wrists_at_its_radius(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    solid, m = part(best_assembly, "platform").solid, best_dimensions.design.mechanism
+    threads = cylinders(solid, catalogue.screw("M3").tap_drill_mm, concave=True)
+    assert len(threads) == 3
+    angles = []
+    for point, direction in threads:
+        assert np.hypot(point[0], point[1]) == pytest.approx(m.platform_radius_mm, abs=AXIS_MM)
+        assert abs(point[2]) < EXACT_MM
+        assert abs(direction @ point) < AXIS_MM  # tangential
+        assert abs(direction[2]) < 1e-12
+        angles.append(np.degrees(np.arctan2(point[1], point[0])) % 360)
+    np.testing.assert_allclose(sorted(round(a, 9) % 360 for a in angles), [0, 120, 240], atol=1e-7)
+
+
+@pytest.mark.parametrize("end", ["elbow", "wrist"])
+def test_stud_balls_are_half_the_width_from_the_chain_s_plane(
+    best_assembly: Assembly, best_dimensions: Dimensions, end: str
+) -> None:
+    m = best_dimensions.design.mechanism
+    for i in range(3):
+        turn = np.radians(120 * i) if end == "wrist" else 0.0  # the platform's frame; the arm's own
+        across = np.array([-np.sin(turn), np.cos(turn), 0])
+        outwards = np.array([np.cos(turn), np.sin(turn), 0])
+        for j in range(2):
+            o = occurrence(best_assembly, f"ball_stud_{i}_{j}_{end}")
+            (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.ball_diameter_mm)
+            reach = m.platform_radius_mm if end == "wrist" else m.upper_arm_length_mm
+            assert centre @ across == pytest.approx((j - 0.5) * m.parallelogram_width_mm, abs=AXIS_MM)
+            assert centre @ outwards == pytest.approx(reach, abs=AXIS_MM)
+            assert abs(centre[2]) < AXIS_MM
+
+
+def test_bearings_sit_on_the_shoulder_axis(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    links = best_assembly.placement(best_assembly.home_mm)
+    for i in range(3):
+        shaft_solid = placed(part(best_assembly, "shoulder_shaft").solid, links[f"upper_arm_{i}"])
+        shaft = one_axis(shaft_solid, d.shaft.diameter_mm, concave=False)
+        radius = np.hypot(*shaft[0][:2])
+        assert radius == pytest.approx(d.design.mechanism.base_radius_mm, abs=AXIS_MM)
+        assert abs(shaft[0][2]) < AXIS_MM
+        for name, diameter in (
+            (f"encoder_cheek_{i}", d.bearing.outer_mm),
+            (f"motor_cheek_{i}", d.bearing.outer_mm),
+            (f"bearing_{i}_e", d.bearing.bore_mm),
+            (f"bearing_{i}_m", d.bearing.bore_mm),
+        ):
+            o = occurrence(best_assembly, name)
+            distance, sine = axis_distance(one_axis(placed(o.part.solid, o.placement), diameter, concave=True), shaft)
+            assert distance < AXIS_MM, name
+            assert sine < 1e-12, name
+
+
+def test_pinions_sit_on_the_motors_shafts(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    poses = best_assembly.poses(best_assembly.home_mm + np.array([10.0, -7.0, 12.0]))
+    for i in range(3):
+        sleeve = placed(part(best_assembly, "pinion").solid, poses[f"pinion_{i}"])
+        motor = placed(part(best_assembly, "motor").solid, poses[f"motor_{i}"])
+        cheek = placed(part(best_assembly, "motor_cheek").solid, poses[f"motor_cheek_{i}"])
+        shaft = one_axis(motor, d.motor.shaft_diameter_mm, concave=False)
+        for other in (
+            one_axis(sleeve, d.motor.shaft_diameter_mm, concave=True),
+            one_axis(cheek, d.motor.pilot_diameter_mm, concave=True),
+        ):
+            distance, sine = axis_distance(other, shaft)
+            assert distance < AXIS_MM
+            assert sine < 1e-12
+
+
+@dataclass(frozen=True)
+class Bore:
+    """A concave cylinder: point and direction of its axis, extent along the direction from the point."""
+
+    diameter: float
+    point: np.ndarray
+    direction: np.ndarray
+    extent: tuple[float, float]
+
+
+def bores(p: Part, frame: np.ndarray) -> list[Bore]:
+    found = []
+    for face in placed(p.solid, frame).Faces():
+        surface = BRepAdaptor_Surface(face.wrapped)
+        if surface.GetType() != GeomAbs_Cylinder:
+            continue
+        c = surface.Cylinder()
+        if c.Position().Direct() != (face.wrapped.Orientation() == TopAbs_REVERSED):
+            continue
+        a, q = c.Axis().Direction(), c.Axis().Location()
+        extent = (surface.FirstVParameter(), surface.LastVParameter())
+        found.append(Bore(2 * c.Radius(), np.array([q.X(), q.Y(), q.Z()]), np.array([a.X(), a.Y(), a.Z()]), extent))
+    return found
+
+
+def engaged(bore: Bore, origin: np.ndarray, axis: np.ndarray, shank: tuple[float, float]) -> float:
+    """Length of a fastener's shank inside a bore that is coaxial with it; 0 when it is not."""
+    if np.linalg.norm(np.cross(bore.direction, axis)) > 1e-9:
+        return 0.0
+    if np.linalg.norm(np.cross(bore.point - origin, axis)) > AXIS_MM:
+        return 0.0
+    start, sense = float((bore.point - origin) @ axis), float(bore.direction @ axis)
+    ends = sorted(start + sense * v for v in bore.extent)
+    return max(0.0, min(ends[1], shank[1]) - max(ends[0], shank[0]))
+
+
+M25, M3, M4 = (catalogue.screw(size) for size in ("M2.5", "M3", "M4"))
+SHANKS: dict[str, list[tuple[str, float, float]]] = {
+    # fastener -> part it goes through, bore, least length in it: a thread bears on most of one diameter
+    "cheek_screw": [("foot_block", M3.tap_drill_mm, 3.0), ("_cheek", M3.clearance_hole_mm, 5.9)],
+    "cheek_dowel": [("foot_block", 3.0, 3.0), ("_cheek", 3.0, 3.0)],
+    "base_screw": [("foot_block", M4.tap_drill_mm, 4.0), ("base_plate", M4.clearance_hole_mm, 3.5)],
+    "base_dowel": [("foot_block", 3.0, 3.0), ("base_plate", 3.0, 3.0)],
+    "stop_pin": [("motor_cheek", 4.0, 4.0)],
+    "motor_screw": [("motor", M3.tap_drill_mm, 2.5), ("motor_cheek", M3.clearance_hole_mm, 2.5)],
+    "board_screw": [("encoder_cheek", M25.tap_drill_mm, 2.5), ("encoder_board", 2.6, 1.5), ("board_spacer", 2.9, 4.9)],
+    "shoulder_clamp": [("upper_arm", M3.tap_drill_mm, 3.0), ("upper_arm", M3.clearance_hole_mm, 3.0)],
+    "elbow_clamp": [("upper_arm", M25.tap_drill_mm, 2.5), ("upper_arm", M25.clearance_hole_mm, 2.5)],
+    "sector_screw": [("sector", M3.tap_drill_mm, 3.0), ("upper_arm", M3.clearance_hole_mm, 3.0)],
+    "sector_dowel": [("sector", 3.0, 3.0), ("upper_arm", 3.0, 3.0)],
+    "tension_screw": [("sector", M25.tap_drill_mm, 3.0), ("nut_M2.5", M25.tap_drill_mm, 1.6 - 1e-9)],  # the whole nut
+    "foot": [("base_plate", M4.tap_drill_mm, 4.0)],
+}
+
+
+def test_every_fastener_sits_in_the_bores_of_all_parts_it_joins(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    """Mating patterns agree between parts, and each thread holds; a pattern that is wrong in one part breaks it."""
+    cache = {
+        o.name: bores(o.part, o.placement)
+        for o in best_assembly.occurrences
+        if not o.part.number.startswith(("screw_", "dowel_"))
+    }
+    seen: dict[str, int] = {}
+    for o in best_assembly.occurrences:
+        kind = next((k for k in SHANKS if o.name.startswith(k + "_") and "block" not in o.name), None)
+        if kind is None:
+            assert not o.part.number.startswith(("screw_", "dowel_")), f"{o.name} is not covered by this test"
+            continue
+        seen[kind] = seen.get(kind, 0) + 1
+        box = o.part.solid.BoundingBox()
+        dowel = o.part.number.startswith("dowel_")
+        shank = (box.zmin, box.zmax if dowel or kind == "foot" else 0.0)
+        for number, diameter, least in SHANKS[kind]:
+            lengths = [
+                engaged(bore, o.placement[:3, 3], o.placement[:3, 2], shank)
+                for other in best_assembly.occurrences
+                if other.link == o.link and number in other.part.number and other.name in cache
+                for bore in cache[other.name]
+                if abs(bore.diameter - diameter) < 1e-6
+            ]
+            assert max(lengths) >= least, f"{o.name} in {number}: {max(lengths):.3f} mm of {diameter:g}"
+    d = best_dimensions
+    assert seen == {
+        "cheek_screw": 12,
+        "cheek_dowel": 12,
+        "base_screw": 6,
+        "base_dowel": 6,
+        "stop_pin": 3,
+        "motor_screw": 3 * d.motor.mount_count,
+        "board_screw": 12,
+        "shoulder_clamp": 3,
+        "elbow_clamp": 3,
+        "sector_screw": 9,
+        "sector_dowel": 6,
+        "tension_screw": 6,
+        "foot": 3,
+    }
+
+
+@pytest.mark.parametrize(("end", "holder"), [("elbow", "cross_bar_{}"), ("wrist", "platform")])
+def test_ball_studs_are_screwed_into_their_holder(best_assembly: Assembly, end: str, holder: str) -> None:
+    thread = M3.tap_drill_mm
+    for i in range(3):
+        held = occurrence(best_assembly, holder.format(i))
+        for j in range(2):
+            stud = occurrence(best_assembly, f"ball_stud_{i}_{j}_{end}")
+            assert stud.link == held.link
+            axis, box = stud.placement[:3, 1], stud.part.solid.BoundingBox()
+            inside = [
+                engaged(b, stud.placement[:3, 3], axis, (0.0, box.ymax))
+                for b in bores(held.part, held.placement)
+                if abs(b.diameter - thread) < 1e-6
+            ]
+            assert max(inside) == pytest.approx(6.0, abs=1e-6)  # the whole thread of the stud, none of it outside
+
+
+def test_the_handle_stem_is_screwed_into_platform_and_knob(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    drill = catalogue.screw(best_dimensions.knob.thread).tap_drill_mm
+    stem = occurrence(best_assembly, "handle_stem")
+    box = stem.part.solid.BoundingBox()
+    for name in ("platform", "knob"):
+        holder = occurrence(best_assembly, name)
+        inside = [
+            engaged(b, stem.placement[:3, 3], stem.placement[:3, 2], (box.zmin, box.zmax))
+            for b in bores(holder.part, holder.placement)
+            if abs(b.diameter - drill) < 1e-6
+        ]
+        assert max(inside) >= 6.0  # one diameter of the M6 thread

@@ -1,0 +1,124 @@
+"""`python -m haptics gravity`: facts, exit codes, one-line refusals."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.common.console import with_negatives
+from delta_cad.design import Design, load_design
+from haptics.commands.cli import main
+from haptics.gravity import gravity_torque
+from haptics.model.machine import load_machine
+from haptics.model.masses import MassError, load_masses
+from tests.committed import BEST, Built, changed
+
+
+def call(*arguments: object) -> int:
+    try:
+        return main([str(argument) for argument in arguments])
+    except SystemExit as ended:
+        return int(ended.code or 0)
+
+
+@pytest.fixture(scope="module")
+def masses(built: Built) -> Path:
+    return built.folder / "mass_properties.json"
+
+
+def test_it_tells_the_torques(masses: Path, best: Design, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("gravity", "--design", BEST, "--masses", masses, "--at", "-10,5,90", "--json") == 0
+    facts = json.loads(capsys.readouterr().out)
+    known = load_masses(masses, best.geometry.forearm_length)
+    expected = gravity_torque(best.geometry, known, [-0.010, 0.005, 0.090], best.requirements.gravity_m_s2)
+    assert facts["holding_torque_N_m"] == pytest.approx(expected.tolist(), rel=1e-12)
+    assert facts["position_mm"] == [-10.0, 5.0, 90.0]
+    assert call("gravity", "--design", BEST, "--masses", masses) == 0
+    assert f"joint 2: {facts['holding_torque_N_m'][2]:9.5f}"[:7] in capsys.readouterr().out
+
+
+def test_point_masses_need_no_build(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("gravity", "--design", BEST, "--point-masses", "60,50,20", "--at", "0,0,95", "--json") == 0
+    torque = json.loads(capsys.readouterr().out)["holding_torque_N_m"]
+    assert torque == pytest.approx(np.full(3, torque[0]).tolist())
+
+
+def test_more_than_the_drive_holds_is_exit_1(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("gravity", "--design", BEST, "--point-masses", "3000,50,20") == 1
+    assert "joint 0" in capsys.readouterr().out
+
+
+def test_published(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("gravity", "--published") == 0
+    assert "Of 3 masses 2 sums show" in capsys.readouterr().out
+    assert call("gravity", "--published", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["identifiable"] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["gravity"], "--design FILE is needed"),
+        (["gravity", "--design", "none.json"], "none.json: cannot be read"),
+        (["gravity", "--design", BEST, "--at", "0,0,300", "--point-masses", "1,1,1"], "chain 0 cannot be closed"),
+        (["gravity", "--design", BEST, "--at", "0,0"], "argument --at"),
+        (["gravity", "--design", BEST, "--at", "-1,nan,2"], "argument --at"),
+        (["gravity", "--design", BEST, "--at", "0,0,1e308"], "argument --at"),
+        (["gravity", "--design", BEST, "--point-masses", "-1,1,2"], "argument --point-masses"),
+        (["gravity", "--design", BEST, "--masses", "none.json"], "none.json: cannot be read"),
+        (["weight"], "invalid choice"),
+        ([], "COMMAND"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(
+    arguments: list[Any], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(*arguments) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert message in told.err
+
+
+def test_masses_of_another_design_are_refused(tmp_path: Path, masses: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(changed(cube__half_side_mm=30.0)))
+    with pytest.raises(MassError, match="was built from another design"):
+        load_machine(other, masses)
+    data = json.loads(masses.read_text())
+    del data["input_sha256"]
+    unsaid = tmp_path / "masses.json"
+    unsaid.write_text(json.dumps(data))
+    assert load_machine(other, unsaid).design == load_design(other)  # a file that does not say: the user's word
+
+
+def test_a_full_disk_is_one_line(masses: Path) -> None:
+    command = [sys.executable, "-m", "haptics", "gravity", "--design", str(BEST), "--masses", str(masses)]
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=BEST.parent)
+    assert run.returncode == 1
+    assert run.stderr == "the output could not be written: No space left on device\n"
+
+
+def test_without_a_build_it_says_which_command_makes_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MassError, match="python -m delta_cad build --design"):
+        load_machine(BEST)
+
+
+def test_values_that_begin_with_a_minus_stay_with_their_option() -> None:
+    assert with_negatives(["--at", "-1,2,3", "--json"]) == ["--at=-1,2,3", "--json"]
+    assert with_negatives(["--at", "-.5,2,3"]) == ["--at=-.5,2,3"]
+    assert with_negatives(["--at", "1,2,3", "-h"]) == ["--at", "1,2,3", "-h"]
+
+
+def test_help_is_light() -> None:
+    code = "import sys\nfrom haptics.commands.cli import main\n"
+    code += "try: main(['gravity', '--help'])\nexcept SystemExit: pass\n"
+    code += "print({'numpy', 'numba', 'cadquery'} & set(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.rstrip().endswith("set()")

@@ -1,0 +1,237 @@
+"""`python -m haptics simulate`: files, facts, pictures, exit codes, one-line refusals, Ctrl-C."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import haptics.model.machine
+from delta_cad.design import Design
+from haptics.commands.cli import main
+from haptics.model.machine import Machine
+from haptics.model.plant import Plant
+from haptics.scenes.bench import GUIDE
+from haptics.scenes.home import home
+from haptics.scenes.record import Promise, Scene
+from haptics.simulation.assumptions import nominal_plant
+from tests.committed import BEST
+from tests.haptics.scene_machine import scene_machine
+
+
+@pytest.fixture
+def call(best: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
+    monkeypatch.setattr(haptics.model.machine, "load_machine", lambda *_: scene_machine(best))
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> int:
+        try:
+            return main(["simulate", "--design", str(BEST), *map(str, arguments)])
+        except SystemExit as ended:
+            return int(ended.code or 0)
+
+    return run
+
+
+def refused(capsys: pytest.CaptureFixture[str]) -> str:
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    return told.err
+
+
+@pytest.mark.parametrize("scene", ["home", "wall", "resistance"])
+def test_a_scene_leaves_series_facts_and_a_picture(
+    call: Callable[..., int], scene: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, best: Design
+) -> None:
+    from matplotlib.image import imread
+
+    assert call("--scene", scene, "--plot", "--json", "--seed", 3) == 0
+    facts = json.loads(capsys.readouterr().out)
+    folder = tmp_path / "out" / f"{best.name}-{scene}"
+    assert json.loads((folder / "facts.json").read_text()) == facts
+    assert facts["schema"] == "haptics-simulation/1"
+    assert facts["assumptions"]["seed"] == 3
+    assert facts["assumptions"]["delay_s"] == pytest.approx(0.5e-3)
+    there = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    assert there == sorted(facts["files"]["names"])
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [folder.name]  # nothing left beside it
+    for run in facts["runs"]:
+        with (folder / "series" / f"{run['name']}.csv").open(newline="") as file:
+            header = next(csv.reader(file))
+        assert header[0] == "time_s"
+        assert header[-1] == "supervisor_bits"
+        assert f"series/{run['name']}.parquet" in there
+    assert facts["files"]["parquet"] is True
+    image = imread(folder / f"{scene}.png")
+    assert image.shape[0] > 900
+    assert image.shape[1] > 1600
+    drawn = (image[..., :3] < 0.98).any(axis=-1)
+    assert 0.02 < drawn.mean() < 0.5  # neither blank nor black
+    rows, columns = drawn.any(axis=1), drawn.any(axis=0)
+    assert rows[:200].any()
+    assert rows[-200:].any()
+    assert columns[:200].any()
+    assert columns[-200:].any()
+    assert not drawn[:2].any()  # and nothing is cut off at the edges
+    assert not drawn[-2:].any()
+    assert not drawn[:, :2].any()
+    assert not drawn[:, -2:].any()
+
+
+def test_text_and_csv_say_what_was_simulated(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, best: Design
+) -> None:
+    from pyarrow import parquet
+
+    assert call("--scene", "home", "--out", tmp_path / "there") == 0
+    told = capsys.readouterr().out
+    assert "no parquet" not in told
+    scene = home(scene_machine(best), delay=0.5e-3)
+    for promise in scene.promises:
+        assert f"kept      {promise.text}\n" in told
+    for run in scene.runs:
+        assert run.facts["verdict"] in told
+        path = tmp_path / "there" / f"{best.name}-home" / "series" / f"{run.name}.csv"
+        read = np.genfromtxt(path, delimiter=",", names=True)
+        assert read.dtype.names == tuple(run.series)
+        for name, column in run.series.items():
+            assert np.array_equal(read[name], column)  # the shortest digits that read back
+        table = parquet.read_table(path.with_suffix(".parquet"))
+        assert table.column_names == list(run.series)
+        assert all(np.array_equal(table[name].to_numpy(), column) for name, column in run.series.items())
+    assert "limit cycle at the force limit (uncapped)" in told
+    assert not list((tmp_path / "there").rglob("*.png"))
+
+
+def test_without_pyarrow_csv_alone_is_written_and_said(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert call("--scene", "home") == 0
+    assert "; pyarrow is not installed: no parquet, CSV alone\n" in capsys.readouterr().out
+    kinds = {path.suffix for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    assert kinds == {".csv", ".json"}
+
+
+def test_a_broken_promise_is_exit_1(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def smooth(machine: Machine, _level: str) -> Plant:
+        return nominal_plant(machine)._replace(coulomb=0.0, bristle_damping=0.0)
+
+    monkeypatch.setattr("haptics.stability.wall_trial.with_friction", smooth)
+    assert call("--scene", "wall", "--hand", "light", "--delay", 5) == 1  # a light hand, a late loop, nothing sticks
+    assert "NOT KEPT  the paper's first wall, 1.1 N/mm, stands across each axis" in capsys.readouterr().out
+    assert (tmp_path / "out").is_dir()
+
+
+def test_a_handle_that_is_flung_away_is_written_and_exit_1(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("haptics.scenes.home.GUIDE", GUIDE._replace(mass=0.0, damping=0.0))  # no slide on the handle
+    assert call("--scene", "home", "--delay", 10, "--plot", "--json") == 1
+    facts = json.loads(capsys.readouterr().out)
+    flung = [run for run in facts["runs"] if run["supervisor_fault"]]
+    assert flung
+    assert all(run["swing_um"] is None and run["distance_at_end_mm"] is None for run in flung)
+    assert all(run["frequency_Hz"] is None and not run["rings"] for run in flung)
+    assert call("--scene", "home", "--delay", 10) == 1
+    assert "fault: " in capsys.readouterr().out
+
+
+def test_the_delay_is_told_as_the_loop_has_it(
+    call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[float] = []
+
+    def nothing(_: Machine, delay: float, seed: int) -> Scene:
+        asked.append(delay)
+        return Scene("home", "", [], {"seen": seed}, [Promise("", True)], [])
+
+    monkeypatch.setattr("haptics.scenes.home.home", nothing)
+    assert call("--scene", "home", "--delay", "0.33", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["assumptions"]["delay_s"] == pytest.approx(0.3e-3)
+    assert asked == pytest.approx([0.3e-3])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--scene", "door"), "invalid choice: 'door'"),
+        ((), "--scene"),
+        (("--scene", "wall", "--hand", "huge"), "invalid choice: 'huge'"),
+        (("--scene", "home", "--hand", "firm"), "--hand firm: of the scene wall only"),
+        (("--scene", "home", "--delay", "-1"), "delay in ms, 0 to 10"),
+        (("--scene", "home", "--delay", "11"), "delay in ms, 0 to 10"),
+        (("--scene", "home", "--delay", "nan"), "delay in ms, 0 to 10"),
+        (("--scene", "home", "--seed", "-1"), "whole number"),
+    ],
+)
+def test_bad_usage_is_one_line_and_exit_2(
+    call: Callable[..., int], arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(*arguments) == 2
+    assert message in refused(capsys)
+
+
+def test_files_that_are_missing_are_one_line_and_exit_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "--design", str(tmp_path / "no.json"), "--scene", "home"]) == 2
+    assert "no.json" in refused(capsys)
+    masses = tmp_path / "no_masses.json"
+    assert main(["simulate", "--design", str(BEST), "--scene", "home", "--masses", str(masses)]) == 2
+    assert "no_masses.json" in refused(capsys)
+
+
+def test_an_output_that_cannot_be_written_is_one_line_and_exit_2(
+    call: Callable[..., int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("mine")
+    assert call("--scene", "home", "--out", tmp_path / "file") == 2
+    assert "file" in refused(capsys)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_ctrl_c_leaves_nothing(
+    call: Callable[..., int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("haptics.simulation.series.write_csv", interrupted)
+    assert call("--scene", "home") == 130
+    assert refused(capsys) == "interrupted; nothing was written\n"
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_pictures_without_matplotlib_are_refused_before_anything_is_simulated(
+    call: Callable[..., int], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert call("--scene", "home", "--plot") == 2
+    assert "matplotlib is not installed" in refused(capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_labels_keep_apart_and_inside() -> None:
+    from matplotlib.figure import Figure
+
+    from haptics.scenes.pictures.style import label_ends
+
+    rng = np.random.default_rng(2)
+    for ends in ([0.5] * 6, [1.0] * 6, [2.0, -1.0, 0.9, float("nan")], rng.uniform(0.0, 1.0, 7).tolist(), []):
+        ax = Figure().subplots()
+        ax.set_ylim(0.0, 1.0)
+        label_ends(ax, [(end, f"{k}", "k") for k, end in enumerate(ends)], gap=0.1)
+        places = sorted((float(text.get_position()[1]), ends[int(text.get_text())]) for text in ax.texts)
+        assert len(places) == sum(np.isfinite(ends)) if ends else not places
+        heights = [place for place, _ in places]
+        assert all(b - a > 0.0999 for a, b in pairwise(heights))
+        assert all(0.0 <= height <= 0.95 + 1e-12 for height in heights)
+        assert [end for _, end in places] == sorted(end for _, end in places)  # in the order of the lines

@@ -1,0 +1,143 @@
+"""`python -m haptics stiffness`: table, file, exit codes, one-line refusals."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import haptics.stability.stiffness
+from haptics.commands.cli import main
+from haptics.commands.stiffness import NAME
+from haptics.stability.stiffness import Corner
+from haptics.stability.wall_limit import Predicate
+from tests.committed import BEST, Built
+
+
+def call(*arguments: object) -> int:
+    try:
+        return main([str(argument) for argument in arguments])
+    except SystemExit as ended:
+        return int(ended.code or 0)
+
+
+@pytest.fixture(scope="module")
+def masses(built: Built) -> Path:
+    return built.folder / "mass_properties.json"
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
+    """The simulation's place taken by limits of the hands, N/m."""
+    limits = {"light": 2000.0, "medium": 4400.0, "firm": 9000.0}
+
+    def answers(*_: Any) -> Any:
+        def ask(_axis: str, case: Corner, _seed: int) -> Predicate:
+            return lambda stiffness: stiffness <= limits[case.hand]
+
+        return ask
+
+    monkeypatch.setattr(haptics.stability.stiffness, "_simulation", answers)
+    return limits
+
+
+def test_table_and_file(
+    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert quick
+    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 0
+    told = capsys.readouterr()
+    assert "largest stable wall, N/mm" in told.out
+    assert told.err == ""
+    (file,) = (tmp_path / "new").iterdir()
+    assert file.name == "dashboard-joystick-stiffness.json"
+    facts = json.loads(file.read_text())
+    assert facts["axes"]["x"]["simulated_N_per_mm"]["protocol"] == pytest.approx(4.3)
+    assert facts["default_wall_oscillates_with"] == []
+    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == facts
+
+
+def test_a_default_wall_that_oscillates_is_exit_1_and_says_with_whom(
+    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick["light"] = 900.0
+    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path, "--json") == 1
+    told = capsys.readouterr()
+    says = "the default wall oscillates: x with the light hand, y with the light hand, z with the light hand\n"
+    assert told.err == says
+    assert json.loads(told.out)["default_wall_oscillates_with"][0] == {"axis": "x", "hand": "light"}
+
+
+def test_options_reach_the_search(
+    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert quick
+    more = ["--period", 0.5, "--delay", 0.25, "--damping", 7, "--json", "--out", tmp_path]
+    assert call(NAME, "--design", BEST, "--masses", masses, *more) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["period_ms"] == 0.5
+    assert facts["delay_ms"] == [0.25, 0.25, 0.25]
+    assert facts["damping_applied_N_s_per_m"] == 7.0
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--damping", "-1"], "argument --damping"),
+        (["--damping", "nan"], "argument --damping"),
+        (["--period", "0"], "argument --period"),
+        (["--delay", "x"], "argument --delay"),
+        (["--delay", "30"], "--delay 30 ms: must be at most 20 periods"),
+        (["--masses", "none.json"], "none.json: cannot be read"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(
+    more: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(NAME, "--design", BEST, "--out", tmp_path / "new", *more) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert message in told.err
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_design_is_needed_and_read(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(NAME) == 2
+    assert "--design" in capsys.readouterr().err
+    assert call(NAME, "--design", "none.json") == 2
+    assert "none.json: cannot be read" in capsys.readouterr().err
+
+
+def test_a_place_that_cannot_be_written(
+    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert quick
+    (tmp_path / "file").write_text("")
+    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "file") == 2
+    assert "--out" in capsys.readouterr().err
+
+
+def test_what_the_search_refuses_is_exit_2(
+    masses: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise ValueError("a point of the cube cannot be reached")
+
+    monkeypatch.setattr(haptics.stability.stiffness, "largest_walls", refused)
+    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 2
+    assert capsys.readouterr().err == f"{BEST}: a point of the cube cannot be reached\n"
+    assert not (tmp_path / "new").exists()
+
+
+def test_help_is_light() -> None:
+    code = "import sys\nfrom haptics.commands.cli import main\n"
+    code += "try: main(['stiffness', '--help'])\nexcept SystemExit: pass\n"
+    code += "print({'numpy', 'numba', 'scipy'} & set(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.rstrip().endswith("set()")

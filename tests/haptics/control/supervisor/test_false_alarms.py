@@ -1,0 +1,79 @@
+"""A healthy device in a hand is not stopped: strokes and drawing with friction, counts and a trembling hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.drive import drive_torque
+from haptics.control.supervisor.faults import LATCHING, Fault
+from haptics.model.hands import HANDS
+from haptics.model.machine import Machine
+from haptics.model.masses import Masses
+from haptics.rendering.laws import constant_row, law_table
+from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
+from haptics.simulation.loop import simulate, timing
+
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+NOTHING = law_table(constant_row([0.0, 0.0, 0.0]))
+PERIOD = 1e-3
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return Machine(best, MASSES, drive_torque(best))
+
+
+def latched(machine: Machine, anchor: np.ndarray, hand: str, place: int, seed: int, **limits: float) -> int:
+    """What the supervisor latched while a hand led the handle along a path, no force but gravity's asked for."""
+    par = joint_friction(machine).of(nominal_plant(machine), place)
+    record = simulate(
+        par,
+        default_controller(machine, **limits),
+        NOTHING,
+        timing(PERIOD, 0.5e-3),
+        anchor[0],
+        hand=HANDS[hand],
+        anchor=anchor,
+        push=np.zeros(anchor.shape),
+        count=encoder_count(machine),
+        seed=seed,
+    )
+    return int(np.bitwise_or.reduce(record.bits)) & LATCHING
+
+
+def drawing(machine: Machine, seconds: float, rng: np.random.Generator) -> np.ndarray:
+    """(n, 3) a wandering path that fills the cube, with a tremor of 50 um at 9 Hz, m."""
+    half, bottom = machine.design.cube.half_side_mm / 1000.0, machine.design.cube.bottom_height_mm / 1000.0
+    t = np.arange(round(seconds / PERIOD)) * PERIOD
+    path = np.zeros((len(t), 3))
+    for j in range(3):
+        f, phase, a = rng.uniform(0.1, 0.6, 4), rng.uniform(0.0, 2.0 * np.pi, 4), rng.uniform(0.3, 1.0, 4)
+        path[:, j] = 1.3 * half * (a / a.sum() * np.sin(2.0 * np.pi * f * t[:, None] + phase)).sum(axis=1)
+    path = np.clip(path, -0.9 * half, 0.9 * half)
+    path[:, 2] += bottom + half
+    return path + 5e-5 * np.sin(2.0 * np.pi * 9.0 * t)[:, None] * [1.0, 0.7, -0.5]
+
+
+@pytest.mark.parametrize("hand", ["light", "medium", "firm"])
+def test_drawing_is_never_stopped(machine: Machine, hand: str) -> None:
+    rng = np.random.default_rng(11)
+    for place in range(3):
+        assert latched(machine, drawing(machine, 20.0, rng), hand, place, place) == 0
+
+
+def test_the_path_is_one_that_a_narrower_threshold_would_stop(machine: Machine) -> None:
+    rng = np.random.default_rng(11)
+    stopped = [latched(machine, drawing(machine, 20.0, rng), "medium", 2, k, frozen_turn=0.2) for k in range(4)]
+    assert any(found & Fault.ANGLE_FROZEN.bit for found in stopped)
+
+
+def test_straight_strokes_are_never_stopped(machine: Machine) -> None:
+    rng = np.random.default_rng(12)
+    half, bottom = machine.design.cube.half_side_mm / 1000.0, machine.design.cube.bottom_height_mm / 1000.0
+    share = np.clip(np.arange(2000) * PERIOD - 0.7, 0.0, 1.0)[:, None]
+    for k in range(40):
+        ends = rng.uniform(-0.95, 0.95, (2, 3)) * half + [0.0, 0.0, bottom + half]
+        anchor = ends[0] + share**3 * (10.0 + share * (6.0 * share - 15.0)) * (ends[1] - ends[0])
+        assert latched(machine, anchor, "medium", 1, k) == 0

@@ -1,0 +1,307 @@
+"""Devices and their runner: nothing is left with torque on, whatever goes wrong; recordings come back bit by bit."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.mechanism import inverse_kinematics
+from haptics.control.supervisor.faults import Fault
+from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Sample, run, three_torques
+from haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
+from haptics.devices.recorded import RecordedDevice, difference
+from haptics.devices.recording import COLUMNS, Recorder, Recording, RecordingError, load_recording, save_recording
+from haptics.devices.simulated import SimulatedDevice
+from haptics.model.plant import FREE, STATES, Hand, advance
+from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, PLANT
+
+ANGLES = np.array([[0.1, 0.2, 0.3], [0.11, 0.21, np.nan], [0.12, 0.22, 0.31]])
+PULL = np.array([0.01, -0.02, 0.03])
+
+
+def holding(_sample: Sample) -> np.ndarray:
+    return PULL
+
+
+def simulated(**more: Any) -> SimulatedDevice:
+    return SimulatedDevice(PLANT, HOME, **more)
+
+
+# ---- the runner ----
+
+
+def test_it_reads_thinks_writes_records_and_leaves_without_torque() -> None:
+    device = FakeDevice(ANGLES)
+    seen: list[Sample] = []
+    recording = run(device, lambda sample: (seen.append(sample), PULL)[1])
+    np.testing.assert_array_equal(recording.angles, ANGLES)
+    np.testing.assert_array_equal(recording.torques, np.tile(PULL, (3, 1)))
+    np.testing.assert_allclose(recording.time, [0.0, 1e-3, 2e-3])
+    assert len(seen) == 3
+    np.testing.assert_array_equal(device.written, [PULL, PULL, PULL, np.zeros(3)])
+    assert device.closed == 1
+
+
+@pytest.mark.parametrize("ticks", [0, 1, 2])
+def test_it_stops_after_so_many_ticks(ticks: int) -> None:
+    device = FakeDevice(ANGLES)
+    assert len(run(device, holding, ticks=ticks).time) == ticks
+    assert len(device.written) == ticks + 1
+    assert device.closed == 1
+
+
+def test_it_stops_when_told() -> None:
+    device = FakeDevice(ANGLES)
+    assert len(run(device, holding, until=lambda sample: sample.time > 0.0).time) == 2
+    assert device.closed == 1
+
+
+def fail(error: BaseException) -> Any:
+    def tick(sample: Sample) -> np.ndarray:
+        if sample.time > 0.0:
+            raise error
+        return PULL
+
+    return tick
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError(), SystemExit(3)], ids=repr)
+def test_whatever_the_controller_raises_the_torque_goes(error: BaseException) -> None:
+    device, recorder = FakeDevice(ANGLES), Recorder()
+    with pytest.raises(type(error)):
+        run(device, fail(error), recorder=recorder)
+    np.testing.assert_array_equal(device.written, [PULL, np.zeros(3)])
+    assert device.closed == 1
+    assert len(recorder.recording().time) == 1
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), DeviceError("cable out"), OSError("bus")], ids=repr)
+def test_whatever_the_device_raises_the_torque_goes(error: BaseException) -> None:
+    device = FakeDevice([ANGLES[0], error])
+    with pytest.raises(type(error)):
+        run(device, holding)
+    np.testing.assert_array_equal(device.written, [PULL, np.zeros(3)])
+    assert device.closed == 1
+    refusing = FakeDevice(ANGLES, refusals={1: error})
+    with pytest.raises(type(error)):
+        run(refusing, holding)
+    np.testing.assert_array_equal(refusing.written, [PULL, np.zeros(3)])
+    assert refusing.closed == 1
+
+
+def test_a_device_that_refuses_zero_torque_is_closed_all_the_same_and_the_first_error_stays() -> None:
+    device = FakeDevice(ANGLES, refusals={1: DeviceError("no power")})
+    with pytest.raises(ZeroDivisionError) as caught:
+        run(device, fail(ZeroDivisionError()))
+    assert device.closed == 1
+    assert caught.value.__notes__ == ["while leaving the device: no power"]
+    at_the_end = FakeDevice(ANGLES, refusals={3: DeviceError("no power")})
+    with pytest.raises(DeviceError, match="no power"):
+        run(at_the_end, holding)
+    assert at_the_end.closed == 1
+
+
+@pytest.mark.parametrize("wrong", [[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0], 1.0, [[0.0, 0.0, 0.0]]])
+def test_torques_that_are_none_never_reach_a_device(wrong: Any) -> None:
+    with pytest.raises(ValueError, match="a device takes three finite numbers in N m"):
+        three_torques(wrong)
+    device = FakeDevice(ANGLES)
+    with pytest.raises(ValueError, match="a device takes three finite numbers"):
+        run(device, lambda _sample: wrong)
+    np.testing.assert_array_equal(device.written, [np.zeros(3)])
+    assert device.closed == 1
+
+
+def test_a_negative_number_of_ticks_is_refused_and_the_device_closed() -> None:
+    device = FakeDevice(ANGLES)
+    with pytest.raises(ValueError, match="ticks is -1; it must not be negative"):
+        run(device, holding, ticks=-1)
+    assert device.closed == 1
+
+
+# ---- the simulated device ----
+
+
+def test_the_simulated_device_is_the_plant() -> None:
+    hand = Hand(0.1, 3.0, 200.0)
+    device = simulated(hand=hand)
+    device.anchor = HOME + np.array([0.005, 0.0, 0.0])
+    recording = run(device, holding, ticks=51)
+    state, room = np.zeros(STATES), np.zeros((13, STATES))
+    state[:3] = HOME
+    for k in range(51):
+        expected = inverse_kinematics(GEOMETRY, state[:3])
+        np.testing.assert_allclose(recording.angles[k], expected, atol=1e-13)  # rounding
+        advance(PLANT, hand, device.anchor, np.zeros(3), PULL, 1e-3, 4, state, room)
+    np.testing.assert_allclose(recording.time, np.arange(51) * 1e-3, atol=1e-15)
+    assert np.abs(recording.angles[-1] - recording.angles[0]).max() > 0.01
+
+
+def test_its_encoders_have_counts() -> None:
+    device, count = simulated(count=LIMITS.encoder_count), LIMITS.encoder_count
+    for _ in range(20):
+        read = device.read().angles
+        np.testing.assert_allclose(read / count, np.round(read / count), atol=1e-9)
+        assert np.abs(read - device.true_angles).max() <= 0.5 * count + 1e-15
+        device.write(PULL)
+
+
+def test_the_force_on_the_handle_is_felt() -> None:
+    device = simulated(hand=FREE)
+    device.force = np.array([0.0, 0.0, 20.0])
+    run(device, lambda _sample: np.zeros(3), ticks=10)
+    assert device.state[2] > HOME[2] + 1e-3
+
+
+def test_what_cannot_be_simulated_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"the handle cannot be at \[1.0, 0.0, 0.0\] m"):
+        SimulatedDevice(PLANT, [1.0, 0.0, 0.0])
+    for wrong in ({"period": 0.0}, {"steps": 0}, {"count": -1.0}, {"period": np.nan}):
+        with pytest.raises(ValueError, match="must be positive"):
+            simulated(**wrong)
+
+
+# ---- what all have in common ----
+
+
+def devices() -> list[Device]:
+    recording = Recording(np.arange(3.0), ANGLES, np.zeros((3, 3)))
+    return [simulated(), FakeDevice(ANGLES), RecordedDevice(recording), DisturbedDevice(FakeDevice(ANGLES), {})]
+
+
+@pytest.mark.parametrize("device", devices(), ids=lambda d: type(d).__name__)
+def test_a_closed_device_neither_reads_nor_writes(device: Device) -> None:
+    before = device.time
+    device.read()
+    assert device.time >= before
+    device.close()
+    device.close()
+    with pytest.raises(DeviceError, match="is closed"):
+        device.read()
+    with pytest.raises(DeviceError, match="is closed"):
+        device.write(np.zeros(3))
+
+
+# ---- recordings ----
+
+
+def recorded() -> Recording:
+    rng = np.random.default_rng(3)
+    angles = rng.normal(size=(7, 3))
+    angles[4, 1] = np.nan
+    return Recording(np.cumsum(rng.uniform(1e-3, 2e-3, 7)), angles, rng.normal(size=(7, 3)))
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.npz"])
+def test_a_recording_comes_back_bit_by_bit(tmp_path: Path, name: str) -> None:
+    save_recording(recorded(), tmp_path / name)
+    for kept, back in zip(recorded(), load_recording(tmp_path / name), strict=True):
+        np.testing.assert_array_equal(kept, back)
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.npz"])
+def test_an_empty_recording_does_too(tmp_path: Path, name: str) -> None:
+    save_recording(Recorder().recording(), tmp_path / name)
+    assert len(load_recording(tmp_path / name).time) == 0
+
+
+def test_a_recording_is_replayed_and_what_is_written_logged(tmp_path: Path) -> None:
+    save_recording(recorded(), tmp_path / "first.csv")
+    device = RecordedDevice(tmp_path / "first.csv", tmp_path / "second.npz")
+    assert device.time == recorded().time[0]
+    run(device, lambda sample: 2.0 * np.nan_to_num(sample.angles))
+    again = load_recording(tmp_path / "second.npz")
+    np.testing.assert_array_equal(again.angles, recorded().angles)
+    np.testing.assert_array_equal(again.torques, 2.0 * np.nan_to_num(recorded().angles))
+    np.testing.assert_array_equal(difference(recorded(), again), again.torques - recorded().torques)
+
+
+def test_a_replay_takes_one_write_for_each_reading() -> None:
+    device = RecordedDevice(recorded())
+    with pytest.raises(DeviceError, match="one write after each reading"):
+        device.write(PULL)
+    device.read()
+    device.write(PULL)
+    with pytest.raises(DeviceError, match="one write after each reading"):
+        device.write(PULL)
+    device.write(np.zeros(3))
+    for _ in range(6):
+        device.read()
+    with pytest.raises(EndOfRecordingError, match="no more than 7 ticks"):
+        device.read()
+
+
+def test_an_empty_replay_ends_at_once() -> None:
+    device = RecordedDevice(Recorder().recording())
+    assert device.time == 0.0
+    assert len(run(device, holding).time) == 0
+
+
+HEAD = ",".join(COLUMNS) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "is not a recording: it is empty"),
+        ("time,angle\n1,2\n", "its columns must be time_s, shoulder_angle_0_rad"),
+        (HEAD + "0,1,2,3,4,5\n", "its columns must be"),
+        (HEAD + "0,1,2,3,4,5,x\n", "is not a recording"),
+        (HEAD + "0,1,2,3,4,5,6\n1,2\n", "is not a recording"),
+        (HEAD + "0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "time_s must be finite and grow"),
+        (HEAD + "nan,1,2,3,4,5,6\n", "time_s must be finite and grow"),
+    ],
+)
+def test_a_table_that_is_no_recording_is_refused(tmp_path: Path, text: str, says: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RecordingError, match=f"log.csv: {says}"):
+        load_recording(path)
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"log.txt: a recording ends in .csv or .npz"):
+        load_recording(tmp_path / "log.txt")
+    with pytest.raises(RecordingError, match=r"log.txt: a recording ends in .csv or .npz"):
+        save_recording(recorded(), tmp_path / "log.txt")
+    with pytest.raises(RecordingError, match=r"gone.csv: cannot be read"):
+        load_recording(tmp_path / "gone.csv")
+    for content in (b"nonsense", b"PK\x03\x04nonsense", b""):
+        (tmp_path / "bad.npz").write_bytes(content)
+        with pytest.raises(RecordingError, match=r"bad.npz: is not a recording"):
+            load_recording(tmp_path / "bad.npz")
+    np.savez(tmp_path / "other.npz", values=np.zeros(3))
+    with pytest.raises(RecordingError, match=r"other.npz: is not a recording"):
+        load_recording(tmp_path / "other.npz")
+
+
+# ---- disturbances ----
+
+
+def test_disturbances_come_when_they_are_told_to() -> None:
+    disturbances = {
+        1: invalid(0),
+        2: jumped(1, 0.5),
+        3: stuck(2, 9.0),
+        4: late(0.02),
+        5: signalling(Fault.WATCHDOG.bit),
+    }
+    device = DisturbedDevice(FakeDevice([ANGLES[0]] * 7), disturbances)
+    samples: list[Sample] = []
+    run(device, lambda sample: (samples.append(sample), PULL)[1])
+    np.testing.assert_array_equal(samples[0].angles, ANGLES[0])
+    assert np.isnan(samples[1].angles[0])
+    assert samples[2].angles[1] == ANGLES[0, 1] + 0.5
+    assert samples[3].angles[2] == 9.0
+    assert samples[4].time == pytest.approx(0.024)
+    assert samples[5].flags == Fault.WATCHDOG.bit
+    np.testing.assert_array_equal(samples[6].angles, ANGLES[0])
+    assert samples[6].flags == 0
+
+
+def test_a_script_may_hold_whole_samples() -> None:
+    device = FakeDevice([Sample(ANGLES[0], 5.0, 3)])
+    assert device.read().time == 5.0
+    with pytest.raises(EndOfRecordingError, match="no more than 1 readings"):
+        device.read()

@@ -1,0 +1,316 @@
+"""Host and board in two processes on loopback; the server with clocks of the test; the command."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.common.console import Parser
+from haptics.commands import board as command
+from haptics.devices.board import Board
+from haptics.devices.device import DeviceLostError, Sample, run
+from haptics.devices.fake import FakeDevice
+from haptics.devices.link import UdpLink, readable, udp_socket
+from haptics.devices.protocol import Kind, Packet, decode, encode
+from haptics.devices.remote import RemoteDevice
+from haptics.devices.server import listen, serve
+from haptics.devices.simulated import SimulatedDevice
+from tests.committed import BEST, ROOT
+from tests.haptics.control.supervisor.rig import HOME, LIMITS, PLANT
+
+PULL = np.array([0.02, -0.03, 0.04])
+PATIENT = 5.0
+"""Seconds that a board in a test waits for its host: longer than any pause of a busy machine."""
+
+
+def wavy(sample: Sample) -> np.ndarray:
+    return PULL * np.cos(100.0 * sample.time)
+
+
+@pytest.fixture
+def process(request: pytest.FixtureRequest) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    patience = getattr(request, "param", PATIENT)
+    started = subprocess.Popen(
+        [sys.executable, "-m", "tests.haptics.devices.board_process", str(patience)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    assert started.stdout is not None
+    try:
+        yield started, int(started.stdout.readline())
+    finally:
+        started.kill()
+        started.wait()
+        started.stdout.close()
+
+
+def test_the_plant_at_the_other_end_of_a_socket_is_the_plant(process: tuple[subprocess.Popen[str], int]) -> None:
+    board, port = process
+    device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=PATIENT)
+    far = run(device, wavy, ticks=500)
+    near = run(SimulatedDevice(PLANT, HOME, count=LIMITS.encoder_count), wavy, ticks=500)
+    np.testing.assert_array_equal(far.angles, near.angles)
+    np.testing.assert_allclose(far.torques, near.torques, rtol=1e-12)  # whole nanoseconds against sums of periods
+    assert sum(device.counts.values()) == 0
+    # the zero torque at the end is a second answer to the last STATE, and may come after the next one
+    assert board.communicate(timeout=30)[0] in ("1 {}\n", "1 {'LATE': 1}\n")
+    assert board.returncode == 0
+
+
+def test_a_board_that_dies_is_lost(process: tuple[subprocess.Popen[str], int]) -> None:
+    board, port = process
+    device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=PATIENT)
+    done = []
+
+    def tick(sample: Sample) -> np.ndarray:
+        done.append(sample)
+        if len(done) == 20:
+            board.kill()
+            board.wait()
+        return PULL
+
+    with pytest.raises(DeviceLostError, match="the board is gone: Connection refused"):
+        run(device, tick, ticks=100)
+    assert 20 <= len(done) <= 21
+
+
+@pytest.mark.parametrize("process", [1e-3], indirect=True)
+def test_noise_on_the_boards_port_does_no_harm(process: tuple[subprocess.Popen[str], int]) -> None:
+    board, port = process
+    device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=PATIENT)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.connect(("127.0.0.1", port))
+
+        def tick(sample: Sample) -> np.ndarray:
+            stranger.send(os.urandom(50))
+            stranger.send(encode(Packet(Kind.COMMAND, 1, 1, 1, 0, (0.8, 0.8, 0.8))))
+            return wavy(sample)
+
+        recording = run(device, tick, ticks=50)
+    assert np.abs(recording.angles - recording.angles[0]).max() < 0.5
+    assert "STRANGER" in board.communicate(timeout=30)[0]
+
+
+def test_a_port_without_a_board() -> None:
+    with listen() as free:
+        port = free.getsockname()[1]
+    with pytest.raises(DeviceLostError, match="the board is gone: Connection refused"):
+        RemoteDevice(UdpLink("127.0.0.1", port))
+
+
+@pytest.mark.parametrize("host", ["192.0.2.1", "0.0.0.0", "::"])
+def test_other_machines_must_be_allowed(host: str) -> None:
+    with pytest.raises(ValueError, match="is not a loopback address; other machines must be allowed expressly"):
+        UdpLink(host, 1)
+    with pytest.raises(ValueError, match="is not a loopback address"):
+        listen(host)
+    udp_socket(host, allow_remote=True).close()
+
+
+def test_names_are_no_addresses() -> None:
+    with pytest.raises(ValueError, match=r"'localhost' is not a numeric address, such as 127.0.0.1"):
+        UdpLink("localhost", 1)
+
+
+def test_a_port_that_is_taken() -> None:
+    with listen() as first, pytest.raises(OSError, match="in use"):
+        listen(port=first.getsockname()[1])
+
+
+# ---- the server, with clocks of the test ----
+
+
+class Clock:
+    """Goes on only while somebody waits, and by a hundredth of a millisecond when it is looked at."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        self.now += 1e-5
+        return self.now
+
+    def ready(self, waiting: socket.socket, seconds: float) -> bool:
+        """Never waits really."""
+        if readable(waiting, 0.0):
+            return True
+        self.now += seconds
+        return False
+
+
+def served(messages: list[bytes], **more: Any) -> tuple[Board, FakeDevice, list[Packet], int]:
+    """Serves what is waiting on the socket already."""
+    motors, clock = FakeDevice([[0.1, 0.2, 0.3]] * 10_000), Clock()
+    board = Board(motors, 1e-3, 0.8, 16384)
+    with listen() as listening, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as host:
+        host.connect(listening.getsockname())
+        for message in messages:
+            host.send(message)
+        sessions = serve(board, listening, clock=clock, ready=clock.ready, **more)
+        host.setblocking(False)
+        replies = []
+        try:
+            while True:
+                replies.append(decode(host.recv(2048)))
+        except BlockingIOError:
+            return board, motors, replies, sessions
+
+
+HELLO = encode(Packet(Kind.HELLO, 7, 1, 0, 0, (0.02,)))
+BYE = encode(Packet(Kind.BYE, 7, 2, 0, 0))
+
+
+def test_a_server_without_a_host_ends_when_it_is_idle() -> None:
+    _, motors, replies, sessions = served([], patience=0.01, idle=0.5)
+    assert (sessions, replies, motors.written) == (0, [], [])
+
+
+def test_a_session_from_hello_to_bye() -> None:
+    _, _, replies, sessions = served([HELLO, BYE], patience=1.0, once=True)
+    assert [r.kind for r in replies] == [Kind.WELCOME, Kind.STATE, Kind.BYE]
+    assert sessions == 1
+
+
+def test_a_host_that_falls_silent_loses_the_torque_and_then_the_session() -> None:
+    command_packet = encode(Packet(Kind.COMMAND, 7, 2, 1, 0, (0.1, 0.1, 0.1)))
+    board, motors, replies, sessions = served([HELLO, command_packet], patience=0.01, idle=1.0)
+    kinds = [r.kind for r in replies]
+    assert kinds[0] is Kind.WELCOME
+    assert kinds[-1] is Kind.BYE
+    assert kinds.count(Kind.STATE) > 25
+    states = [r for r in replies if r.kind is Kind.STATE]
+    assert not states[15].flags
+    assert states[24].flags
+    assert sum(torque[0] == 0.1 for torque in motors.written) == 21  # one tick, and 20 ms of watchdog
+    assert not np.any(motors.written[-1])
+    assert not board.connected
+    assert sessions == 1
+
+
+def test_a_paced_server_ticks_by_the_clock() -> None:
+    _, motors, _, _ = served([HELLO], patience=1e-3, paced=True, idle=0.2)
+    assert len(motors.written) == pytest.approx(0.2 / 1e-3, abs=2)  # the first and the last may be cut
+
+
+def test_it_can_be_stopped_and_says_bye() -> None:
+    asked = iter([False] * 5 + [True] * 100)
+    _, _, replies, _ = served([HELLO], patience=1.0, stop=lambda: next(asked))
+    assert replies[0].kind is Kind.WELCOME
+    assert replies[-1].kind is Kind.BYE
+
+
+# ---- the command ----
+
+
+@pytest.fixture
+def masses(tmp_path: Path) -> Path:
+    def body(mass: float, centre: list[float], *inertia: float) -> dict[str, Any]:
+        return {"mass_kg": mass, "centre_m": centre, "inertia_kg_m2": np.diag(inertia).tolist()}
+
+    bodies: dict[str, Any] = {"platform": body(0.07, [0.0, 0.0, 0.0], 1e-5, 1e-5, 1e-5)}
+    for i in range(3):
+        bodies[f"upper_arm_{i}"] = body(0.04, [0.03, 0.0, 0.0], 1e-6, 2e-5, 2e-5)
+        bodies[f"pinion_{i}"] = body(0.005, [0.0, 0.0, 0.0], 1e-7, 1e-7, 1e-7)
+        for j in range(2):
+            bodies[f"rod_{i}_{j}"] = body(0.005, [0.056, 0.0, 0.0], 1e-8, 5e-6, 5e-6)
+    path = tmp_path / "mass_properties.json"
+    path.write_text(json.dumps({"schema": "delta-mass-properties/1", "bodies": bodies}), encoding="utf-8")
+    return path
+
+
+def call(*arguments: object) -> int:
+    parser = Parser(prog="board")
+    command.arguments(parser)
+    return command.run(parser.parse_args([str(argument) for argument in arguments]))
+
+
+def test_the_command_serves_the_design(masses: Path) -> None:
+    code = (
+        "import sys; from delta_cad.common.console import Parser; from haptics.commands import board\n"
+        "parser = Parser(prog='board'); board.arguments(parser); sys.exit(board.run(parser.parse_args()))"
+    )
+    arguments = ["--design", str(BEST), "--masses", str(masses), "--once"]
+    with subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, text=True, cwd=ROOT
+    ) as process:
+        assert process.stdout is not None
+        words = process.stdout.readline().split()
+        assert words[:3] == ["listening", "on", "127.0.0.1"]
+        device = RemoteDevice(UdpLink(words[2], int(words[3])), timeout=PATIENT)
+        assert (device.torque_limit, device.counts_per_turn) == (0.8, 16384)
+        recording = run(device, wavy, ticks=20)
+        assert len(recording.time) == 20
+        # the zero torque at the end is one more, or two; a busy machine may make a COMMAND late
+        told = re.fullmatch(r"1 sessions, (\d+) commands served; dropped: .+\n", process.stdout.read())
+        assert told
+        assert 20 <= int(told[1]) <= 22
+    assert process.returncode == 0
+
+
+def test_ctrl_c_on_the_command_says_what_it_did(masses: Path) -> None:
+    arguments = ["-m", "haptics", "board", "--design", str(BEST), "--masses", str(masses)]
+    with subprocess.Popen(
+        [sys.executable, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        port = int(process.stdout.readline().split()[-1])
+        link = UdpLink("127.0.0.1", port)
+        device = RemoteDevice(link, timeout=PATIENT)
+        link.send(b"noise")
+        run(device, wavy, ticks=20)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert out == ""
+    told = re.fullmatch(r"interrupted; 1 sessions, (\d+) commands served; dropped: .*\b1 SHORT\b.*\n", err)
+    assert told, err
+    assert 20 <= int(told[1]) <= 22
+
+
+def test_ctrl_c_before_any_host(
+    masses: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("haptics.devices.server.serve", interrupted)
+    assert call("--design", BEST, "--masses", masses) == 130
+    assert capsys.readouterr().err == "interrupted; 0 sessions, 0 commands served; dropped: nothing\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--port", "70000"], "--port 70000: must be 0 to 65535"),
+        (["--idle", "0"], "--idle 0: must be more than 0 s"),
+        (["--idle", "nan"], "--idle nan: must be more than 0 s"),
+        (["--host", "192.0.2.1"], "--host 192.0.2.1 --port 0: 192.0.2.1 is not a loopback address"),
+        (["--host", "here"], "'here' is not a numeric address"),
+        (["--design", "gone.json"], "gone.json"),
+        (["--masses", "gone.json"], "gone.json: cannot be read"),
+    ],
+)
+def test_wrong_arguments_are_refused_in_one_line(
+    arguments: list[str], says: str, masses: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call("--design", BEST, "--masses", masses, *arguments) == 2
+    told = capsys.readouterr().err
+    assert says in told
+    assert told.count("\n") == 1

@@ -1,0 +1,164 @@
+"""Figures of the feel sheet against independent ways: a linear program, sampling, energy, the plant, symmetry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from delta_cad.design import Design
+from delta_cad.drive import drive_torque
+from delta_cad.mechanism import (
+    DeltaGeometry,
+    forward_kinematics,
+    inverse_jacobian,
+    inverse_kinematics,
+    jacobian,
+)
+from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
+from haptics.gravity import gravity_torque
+from haptics.model.machine import Machine
+from haptics.model.masses import Masses
+from haptics.model.plant import energy, plant
+from haptics.stability.linear import linearise
+
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3)
+GRAVITY = (0.0, 0.0, -9.81)
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return Machine(best, MASSES, drive_torque(best))
+
+
+@pytest.fixture(scope="module")
+def positions(best: Design) -> np.ndarray:
+    half = best.cube.half_side_mm / 1000.0
+    low = np.array([-half, -half, best.cube.bottom_height_mm / 1000.0])
+    corners = low + 2.0 * half * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+    return np.vstack([corners, low + 2.0 * half * np.random.default_rng(3).uniform(size=(8, 3))])
+
+
+@pytest.fixture(scope="module")
+def field(machine: Machine, positions: np.ndarray) -> FeelField:
+    return feel_at(machine, DRIVE, positions)
+
+
+def directions(count: int = 4000) -> np.ndarray:
+    n = np.random.default_rng(5).normal(size=(count, 3))
+    return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+def test_force_along_directions_by_a_linear_program(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    """`max t` with `-l - h <= J^T (t n) <= l - h`: never below the ball, and the ball is reached along J_i."""
+    for k, p in enumerate(positions):
+        j = jacobian(machine.geometry, p)
+        held = gravity_torque(machine.geometry, MASSES, p, GRAVITY)
+        # along J_i and against it, the faces' normals, and a few of any kind
+        normals = np.vstack([j.T, -j.T])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        balls = (field.force_continuous[k], field.force_peak[k], field.force_motor[k])
+        for limit, ball in zip((DRIVE.continuous, DRIVE.peak, DRIVE.motor), balls, strict=True):
+            reached = []
+            for n in (*normals, *directions(6)):
+                torque = (j.T @ n)[:, None]
+                bounds = np.concatenate([limit - held, limit + held])
+                found = linprog([-1.0], np.vstack([torque, -torque]), bounds, bounds=[(0.0, None)])
+                assert found.success
+                reached.append(-found.fun)
+            assert min(reached) == pytest.approx(ball, rel=1e-7)
+            assert min(reached) == min(reached[:6])
+
+
+def test_best_force_by_linear_programs(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    """The farthest corner, from supporting planes: no direction's support is beyond it, some come near."""
+    k = 9
+    j = jacobian(machine.geometry, positions[k])
+    held = gravity_torque(machine.geometry, MASSES, positions[k], GRAVITY)
+    bounds = np.concatenate([DRIVE.peak - held, DRIVE.peak + held])
+    support = [-linprog(-n, np.vstack([j.T, -j.T]), bounds, bounds=[(None, None)] * 3).fun for n in directions(400)]
+    best = field.force_peak_best[k]
+    assert max(support) <= best * (1.0 + 1e-9)
+    assert max(support) == pytest.approx(best, rel=0.02)  # 400 directions lie within 0.2 rad of any: cos 0.2 = 0.98
+
+
+def test_a_joint_that_cannot_hold_the_weight_leaves_nothing() -> None:
+    columns = np.eye(3) * 0.08
+    assert inscribed_ball(columns, np.array([0.1, -0.3, 0.0]), 0.2) == pytest.approx(-0.1 / 0.08)
+    assert inscribed_ball(columns, np.array([0.1, -0.15, 0.0]), 0.2) == pytest.approx(0.05 / 0.08)
+
+
+def test_mass_is_that_of_the_plant_and_of_its_energy(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    par = plant(machine.geometry, MASSES, GRAVITY)
+    for k, p in enumerate(positions):
+        here = linearise(par, p)
+        assert mass_matrix(machine.geometry, MASSES, p) == pytest.approx(here.mass, rel=1e-9, abs=1e-12)
+        assert field.mass_min[k] == pytest.approx(here.smallest_mass, rel=1e-9)
+        for axis, n in enumerate(np.eye(3)):
+            assert field.mass_axes[k, axis] == pytest.approx(here.effective_mass(n), rel=1e-9)
+        # kinetic energy, summed body by body, of unit speeds lies between the eigenvalues and comes near them
+        twice = []
+        for n in directions(300):
+            state = np.zeros(12)
+            state[:3], state[3:6] = p, n
+            twice.append(2.0 * energy(par, 0.0, state)[0])
+        assert field.mass_min[k] <= min(twice) * (1.0 + 1e-12)
+        assert max(twice) <= field.mass_max[k] * (1.0 + 1e-12)
+        assert max(twice) == pytest.approx(field.mass_max[k], rel=0.03)
+        assert min(twice) == pytest.approx(field.mass_min[k], rel=0.1)
+
+
+def test_friction_is_what_a_motion_dissipates(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    """Power over speed, with joint rates by finite differences of the joint angles."""
+    g, step = machine.geometry, 1e-7
+    for k, p in enumerate(positions):
+        n = directions()
+        turn = (inverse_kinematics(g, p + step * n) - inverse_kinematics(g, p - step * n)) / (2.0 * step)
+        friction = DRIVE.coulomb * np.abs(turn).sum(axis=1)
+        assert field.friction_min[k] <= friction.min() * (1.0 + 1e-6)
+        assert friction.max() <= field.friction_max[k] * (1.0 + 1e-6)
+        assert friction.min() == pytest.approx(field.friction_min[k], rel=0.08)  # a sharp cusp: 4000 directions
+        assert friction.max() == pytest.approx(field.friction_max[k], rel=0.01)
+
+
+def test_worst_friction_of_a_flat_device_is_not_upwards() -> None:
+    """In the cube of the committed design the joints always add up; here two of them work against the third."""
+    rows = inverse_jacobian(DeltaGeometry(0.12, 0.02, 0.06, 0.15), [[0.0, 0.01, 0.06], [0.02, 0.01, 0.06]])
+    sampled = np.abs(rows @ directions().T).sum(axis=1).max(axis=1)
+    worst = worst_friction(rows, 1.0)
+    assert (np.linalg.norm(rows.sum(axis=1), axis=1) < 0.5 * worst).all()
+    assert (sampled <= worst).all()
+    assert sampled == pytest.approx(worst, rel=0.01)
+
+
+def test_no_smaller_force_moves_a_resting_handle(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    for k, p in enumerate(positions):
+        torque = np.abs(directions() @ jacobian(machine.geometry, p)).max(axis=1)
+        assert (field.friction_min[k] * torque <= DRIVE.coulomb * (1.0 + 1e-12)).all()
+        assert (1.01 * field.friction_min[k] * torque > DRIVE.coulomb).any()
+
+
+def test_steps_of_count_and_command(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    g = machine.geometry
+    for k, p in enumerate(positions):
+        theta = inverse_kinematics(g, p)
+        moved = [np.linalg.norm(forward_kinematics(g, theta + DRIVE.count * n) - p) for n in np.eye(3)]
+        assert max(moved) == pytest.approx(field.position_step[k], rel=5e-3)  # of second order in the count
+        changed = np.linalg.solve(jacobian(g, p).T, DRIVE.step * np.eye(3))
+        assert np.linalg.norm(changed, axis=0).max() == pytest.approx(field.force_step[k], rel=1e-9)
+
+
+def test_gravity_is_the_largest_of_the_joints(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    for k, p in enumerate(positions):
+        held = gravity_torque(machine.geometry, MASSES, p, machine.design.requirements.gravity_m_s2)
+        assert field.gravity[k] == pytest.approx(np.abs(held).max(), rel=1e-12)
+
+
+def test_a_third_of_a_turn_changes_nothing(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+    third = 2.0 * np.pi / 3.0
+    turn = np.array([[np.cos(third), -np.sin(third), 0.0], [np.sin(third), np.cos(third), 0.0], [0.0, 0.0, 1.0]])
+    turned = feel_at(machine, DRIVE, positions @ turn.T)
+    for name, values in field.named().items():
+        if name not in ("mass_x", "mass_y"):
+            assert turned.named()[name] == pytest.approx(values, rel=1e-9), name

@@ -1,0 +1,367 @@
+"""The feel sheet: summary, answers, page, files, exit codes, and the figures of other devices with their sources."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import haptics.feel.sheet
+from delta_cad.design import Design
+from delta_cad.drive import drive_torque
+from delta_cad.mechanism import SingularError
+from haptics.commands.cli import main
+from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
+from haptics.feel.reference_devices import FILE, LABELS, ReferenceDeviceError, reference_devices
+from haptics.feel.sheet import (
+    MASS_ERROR,
+    QUANTITIES,
+    Feel,
+    buzzes,
+    cube_points,
+    feel,
+    hard,
+    joint_drive,
+    stays,
+    summarise,
+)
+from haptics.model.machine import Machine
+from haptics.model.masses import Masses
+from haptics.simulation.assumptions import joint_friction
+from haptics.stability.stiffness import Corner, Stiffness, centre, largest_walls
+from haptics.stability.wall_limit import Predicate
+from tests.committed import BEST, Built, changed
+
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return Machine(best, MASSES, drive_torque(best))
+
+
+def quick_walls(machine: Machine, limits: dict[str, float] | None = None) -> Stiffness:
+    """The simulation's place taken by limits of the hands, N/m."""
+    known = {"light": 1500.0, "medium": 4400.0, "firm": 9000.0} if limits is None else limits
+
+    def ask(_axis: str, case: Corner, _seed: int) -> Predicate:
+        return lambda stiffness: stiffness <= known[case.hand]
+
+    return largest_walls(machine, axes=("x",), ask=ask)
+
+
+@pytest.fixture(scope="module")
+def found(machine: Machine) -> Feel:
+    return feel(machine, walls=quick_walls)
+
+
+def test_summary_is_of_the_cube(machine: Machine, found: Feel) -> None:
+    half = machine.design.cube.half_side_mm / 1000.0
+    for summary in found.summaries:
+        low, high = sorted((summary.best[0], summary.worst[0]))
+        assert low <= summary.centre * (1.0 + 1e-9)
+        assert summary.centre <= high * (1.0 + 1e-9)
+        assert (summary.best[0] <= summary.worst[0]) == summary.quantity.small
+        for _, place in (summary.best, summary.worst):
+            assert np.abs(place - centre(machine)).max() <= half * (1.0 + 1e-12)
+    assert [summary.quantity for summary in found.summaries] == list(QUANTITIES)
+    heaviest, lightest = found.summary("mass_max"), found.summary("mass_min")
+    for axis in "xyz":
+        assert lightest.best[0] <= found.summary(f"mass_{axis}").best[0]
+        assert found.summary(f"mass_{axis}").worst[0] <= heaviest.worst[0]
+
+
+def test_best_and_worst_with_their_places() -> None:
+    values = np.array([[3.0, 1.0], [2.0, 5.0]])
+    positions = np.arange(12.0).reshape(2, 2, 3)
+    small, large = QUANTITIES[0], replace(QUANTITIES[0], small=False)
+    one = summarise(small, 2.5, values, positions)
+    assert (one.best[0], one.worst[0], one.centre) == (1.0, 5.0, 2.5)
+    assert one.best[1].tolist() == [3.0, 4.0, 5.0]
+    assert summarise(large, 2.5, values, positions).best[1].tolist() == [9.0, 10.0, 11.0]
+
+
+def test_points_fill_the_cube(machine: Machine) -> None:
+    p = cube_points(machine, 3, 4, 2)
+    assert p.shape == (2, 4, 3, 3)
+    half, low = machine.design.cube.half_side_mm, machine.design.cube.bottom_height_mm
+    assert p.reshape(-1, 3).min(axis=0) * 1e3 == pytest.approx([-half, -half, low])
+    assert p.reshape(-1, 3).max(axis=0) * 1e3 == pytest.approx([half, half, low + 2.0 * half])
+    assert (np.ptp(p[0, 0], axis=0) > 0.0).tolist() == [True, False, False]  # the last index runs along x
+
+
+def test_linear_walls_over_the_cube_hold_the_centre(found: Feel) -> None:
+    nz, ny, nx = found.walls.shape
+    middle = found.walls[nz // 2, ny // 2, nx // 2]
+    assert found.summary("wall").centre == pytest.approx(middle, rel=1e-9)
+    assert middle == pytest.approx(found.stiffness.axes[0].linear_nominal, rel=0.01)  # x there, the worst axis here
+
+
+def test_whether_the_handle_stays(machine: Machine, found: Feel) -> None:
+    """A joint is held up to its friction: the answer changes where 5 % of the weight's torque crosses it."""
+    least, usual = joint_friction(machine).coulomb[:2]
+    gravity = found.summary("gravity")
+    for missed, short in ((0.99 * least, "Yes."), (1.01 * least, "Unless"), (1.01 * usual, "No.")):
+        heavy = replace(gravity, worst=(missed / MASS_ERROR, gravity.worst[1]))
+        answer = stays(machine, joint_drive(machine), [heavy])
+        assert answer.short.startswith(short)
+        assert answer.good == (short == "Yes.")
+        assert f"{1e3 * missed:.1f} mN m of" in answer.text
+
+
+@pytest.mark.parametrize(
+    ("limit", "short", "says"),
+    [(1500.0, "No.", "feels soft"), (4400.0, "Yes.", "feels hard"), (16e3, "Yes.", "nobody tells it from rigid")],
+)
+def test_whether_the_wall_is_hard(machine: Machine, limit: float, short: str, says: str) -> None:
+    answer = hard(quick_walls(machine, {"light": 1200.0, "medium": limit, "firm": 20e3}))
+    assert (answer.short, answer.good) == (short, short == "Yes.")
+    assert says in answer.text
+    assert "light hand" in answer.text
+
+
+def test_whether_it_buzzes(machine: Machine, found: Feel) -> None:
+    summaries = list(found.summaries)
+    steady = buzzes(quick_walls(machine), summaries)
+    assert (steady.short, steady.good) == ("No.", True)
+    shaken = buzzes(quick_walls(machine, {"light": 800.0, "medium": 4400.0, "firm": 9000.0}), summaries)
+    assert (shaken.short, shaken.good) == ("Yes.", False)
+    assert "x with the light hand" in shaken.text
+
+    def at_corners(_axis: str, case: Corner, _seed: int) -> Predicate:
+        return lambda stiffness: stiffness <= (2000.0 if case.friction == "nominal" else 500.0)
+
+    doubtful = buzzes(largest_walls(machine, axes=("x",), ask=at_corners), summaries)
+    assert doubtful.short == "Not with nominal friction and delay."
+    assert "may swing" in doubtful.text
+    step = found.summary("position_step")
+    for way, says in ((1e-6, "too little to be felt"), (1e-4, "while moving"), (1e-3, "felt as grain")):
+        coarse = [replace(step, worst=(way, step.worst[1])) if s is step else s for s in summaries]
+        assert says in buzzes(quick_walls(machine), coarse).text
+
+
+def test_page_and_facts_tell_the_same(found: Feel) -> None:
+    page, facts, text = feel_markdown(found), feel_facts(found), feel_text(found)
+    json.dumps(facts, allow_nan=False)
+    assert len(facts["summary"]) == len(QUANTITIES)
+    for summary in found.summaries:
+        quantity = summary.quantity
+        worst = f"{facts['summary'][quantity.key]['worst']:.{quantity.digits}f}"
+        row = next(line for line in page.splitlines() if line.startswith(f"| {quantity.label} |"))
+        assert row.split("|")[5].strip() == worst
+        assert worst in next(line for line in text.splitlines() if line.startswith(quantity.label))
+    for answer in found.answers:
+        assert f"**{answer.question} {answer.short}** {answer.text}" in page
+        assert answer.question in text
+    assert {line.split("(")[1][:-5] for line in page.splitlines() if line.startswith("![")} == set(MAPS)
+    for row in reference_devices():
+        assert row.source in page
+        assert row.told in page
+
+
+def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: Machine, found: Feel) -> None:
+    """The supervisor's limit of this design decides, not the motors'."""
+    from haptics.simulation.assumptions import default_controller
+
+    stop = default_controller(machine).limits.torque
+    assert found.drive.continuous == found.drive.peak == stop < found.drive.motor == machine.drive.peak_torque_N_m
+    given, motor = found.summary("force_peak").worst[0], found.summary("force_motor").worst[0]
+    assert given < 0.5 * motor
+    page = feel_markdown(found).splitlines()
+    compared = next(line for line in page if line.startswith("| force, peak, N |"))
+    assert f"| {given:.1f} likewise, as the controller gives it |" in compared
+    own = page[page.index(compared) + 1]
+    assert own.startswith(
+        f"| the same at the motor's own limit, N | {motor:.1f} likewise, which the controller does not"
+    )
+    assert own.count("|") == compared.count("|")
+    said = f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives {given:.1f} N"
+    assert sum(said in line for line in page) == 2
+    assert not any(f"{motor:.1f}" in line and line.startswith("| force, peak") for line in page)
+
+
+def test_motors_below_the_designs_limit_decide(machine: Machine) -> None:
+    weak = replace(machine, drive=replace(machine.drive, peak_torque_N_m=0.5, continuous_torque_N_m=0.4))
+    drive = joint_drive(weak)
+    assert (drive.continuous, drive.peak, drive.motor) == (0.4, 0.5, 0.5)
+    page = feel_markdown(feel(weak, walls=quick_walls))
+    assert "The motors' own limit, 0.50 N m at a joint, is below the design's 0.8 N m." in page
+    assert "motor's own limit, N |" not in page
+
+
+def test_maps_are_of_the_slices(found: Feel) -> None:
+    quantity = next(q for q in QUANTITIES if q.name == "force_continuous")
+    x, y, z, values = map_values(found, quantity)
+    assert values.shape == (3, len(y), len(x))
+    half, low = found.machine.design.cube.half_side_mm, found.machine.design.cube.bottom_height_mm
+    assert z == pytest.approx([low, low + half, low + 2.0 * half])
+    assert values[1, len(y) // 2, len(x) // 2] == pytest.approx(found.summary("force_continuous").centre, rel=1e-9)
+    assert np.abs(values[:, ::-1] - values).max() < 1e-9  # the mechanism is its own mirror image in y
+
+
+def test_figures_of_other_devices_have_sources() -> None:
+    rows = reference_devices()
+    assert {row.device for row in rows} == {"Force Dimension omega.3", "Novint Falcon", "3D Systems Touch"}
+    for row in rows:
+        assert row.quantity in LABELS
+        assert ("from memory" in row.source) != row.confirmed or row.confirmed
+        assert row.confirmed or row.source.startswith("from memory")
+        assert row.told.endswith("(?)") == (not row.confirmed)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("A,weight_kg,1,,,yes,s", "quantity is 'weight_kg'"),
+        ("A,friction_N,1,>>,,yes,s", "bound is '>>'"),
+        ("A,friction_N,1,,,maybe,s", "confirmed 'maybe'"),
+        ("A,friction_N,x,,,yes,s", "value is 'x'"),
+        ("A,friction_N,,,,yes,s", "either a value or a text"),
+        ("A,friction_N,1,,,yes,", "a source"),
+    ],
+)
+def test_a_data_file_that_is_refused(line: str, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "devices.csv"
+    file.write_text(FILE.read_text().splitlines()[0] + "\n" + line + "\n")
+    with pytest.raises(ReferenceDeviceError, match=f"line 2.*{message}"):
+        reference_devices(file)
+
+
+@pytest.fixture(scope="module")
+def masses(built: Built) -> Path:
+    return built.folder / "mass_properties.json"
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
+    limits = {"light": 1500.0, "medium": 4400.0, "firm": 9000.0}
+    real = feel
+    monkeypatch.setattr(
+        haptics.feel.sheet,
+        "feel",
+        lambda machine, **more: real(machine, walls=lambda m: quick_walls(m, limits), **more),
+    )
+    return limits
+
+
+def call(*arguments: object) -> int:
+    try:
+        return main([str(argument) for argument in arguments])
+    except SystemExit as ended:
+        return int(ended.code or 0)
+
+
+def test_files_and_table(
+    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert quick
+    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 0
+    told = capsys.readouterr()
+    assert told.out.startswith("dashboard-joystick: what it will feel like")
+    (folder,) = tmp_path.iterdir()
+    assert folder.name == "dashboard-joystick-feel"
+    assert {file.name for file in folder.iterdir()} == {"feel.md", "feel.json", *(f"{name}.png" for name in MAPS)}
+    for name in MAPS:
+        assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    facts = json.loads((folder / "feel.json").read_text())
+    assert facts["schema"] == "delta-feel/1"
+    (folder / "stray").write_text("of a run before")
+    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path, "--json") == 0
+    assert json.loads(capsys.readouterr().out) == facts
+    assert not (folder / "stray").exists()
+
+
+def test_a_run_that_fails_leaves_the_folder_before(
+    masses: Path, tmp_path: Path, quick: dict[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert quick
+    (tmp_path / "dashboard-joystick-feel").mkdir()
+    (tmp_path / "dashboard-joystick-feel" / "feel.md").write_text("before")
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("haptics.scenes.pictures.style.save", full)
+    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["dashboard-joystick-feel"]
+    assert (tmp_path / "dashboard-joystick-feel" / "feel.md").read_text() == "before"
+
+
+def test_exit_1_says_what_is_not_met(
+    masses: Path,
+    tmp_path: Path,
+    quick: dict[str, float],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # the pictures are another test's
+    monkeypatch.setattr(haptics.feel.sheet, "WALL_GRID", (3, 3, 3))
+    quick["light"] = 900.0
+    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 1
+    assert capsys.readouterr().err == "the default wall oscillates: x with the light hand\n"
+    weak = tmp_path / "weak.json"
+    weak.write_text(json.dumps(changed(requirements__force_N=9.0)))
+    copy = tmp_path / "masses.json"
+    known = json.loads(masses.read_text())
+    del known["input_sha256"]  # of another design: the masses are the user's word
+    copy.write_text(json.dumps(known))
+    assert call("feel", "--design", weak, "--masses", copy, "--out", tmp_path) == 1
+    assert "9 N are asked for" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--design", "none.json"], "none.json: cannot be read"),
+        (["--design", BEST, "--masses", "none.json"], "none.json: cannot be read"),
+        ([], "--design"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(
+    more: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call("feel", *more, "--out", tmp_path / "new") == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert message in told.err
+    assert not (tmp_path / "new").exists()
+
+
+def test_what_the_mechanism_refuses_is_exit_2(
+    masses: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise SingularError("the three forearms lie in one plane")
+
+    monkeypatch.setattr(haptics.feel.sheet, "feel", refused)
+    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 2
+    told = capsys.readouterr()
+    assert told.err == f"{BEST}: cube: the three forearms lie in one plane\n"
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.0], [1.0, 1.2], [1.0, 40.0], [-3.0, 40.0], [0.0, 0.0]])
+@pytest.mark.parametrize("small", [True, False])
+def test_a_map_is_drawn_whatever_its_range(values: list[float], small: bool) -> None:
+    from haptics.feel.maps import feel_map
+
+    places = np.linspace(-10.0, 10.0, 5)
+    field = np.linspace(*values, 75).reshape(3, 5, 5)
+    figure = feel_map("what it is", "figure, N", places, places, np.array([50.0, 60.0, 70.0]), field, small)
+    figure.canvas.draw()
+    *panels, bar = figure.axes
+    assert [panel.get_title().split("\n")[0] for panel in panels] == [
+        "bottom, z = 50.0 mm",
+        "middle, z = 60.0 mm",
+        "top, z = 70.0 mm",
+    ]
+    assert panels[2].get_title().endswith(f"to {values[1]:.4g}")
+    assert bar.get_ylabel() == "figure, N"
+    assert bar.yaxis_inverted() == small  # good is up
+    low, high = sorted(bar.get_ylim())
+    assert low <= values[0] <= values[1] <= high

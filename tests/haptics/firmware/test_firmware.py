@@ -1,0 +1,331 @@
+"""The C controller: compiled, and double for double the Python tick over good and bad readings."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import float64, int64, njit, typeof
+
+from delta_cad.design import Design
+from delta_cad.drive import drive_torque
+from delta_cad.mechanism import inverse_kinematics
+from haptics.commands.cli import main
+from haptics.control.controller import Controller, fresh, tick
+from haptics.control.filters import foaw
+from haptics.control.supervisor.faults import EXTERNAL, Fault, findings
+from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
+from haptics.devices.device import Sample
+from haptics.devices.host import Host
+from haptics.firmware.generate import sources, write_firmware
+from haptics.firmware.layout import LayoutError, c_type
+from haptics.firmware.translate import Translation, TranslationError, literal
+from haptics.model.machine import Machine
+from haptics.model.masses import Masses
+from haptics.rendering.laws import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
+from haptics.simulation.assumptions import default_controller
+from tests.committed import BEST, Built
+
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+HOME = np.array([0.0, 0.0, 0.0946])
+LAWS = law_table(
+    PAPER_SETTINGS["k0.4"].row(HOME, damping=20.0),
+    spring_row(stiffness=50.0, damping=1.0, point=HOME),
+    constant_row([0.1, -0.2, 0.3]),
+    home_row(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
+    axis_wall_row("+x", 0.005, stiffness=1500.0, damping=3.0),
+)
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return Machine(best, MASSES, drive_torque(best))
+
+
+def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
+    """The C controller as a library; warnings are errors."""
+    write_firmware(sources(controller, "under-test"), folder)
+    library, code = folder.with_suffix(".so"), folder / "delta_controller.c"
+    flags = [
+        "-std=c99",
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-ffp-contract=off",
+        "-fPIC",
+        "-shared",
+        *macros,
+    ]
+    compiler = shutil.which("cc")
+    assert compiler is not None, "a C compiler is needed"
+    subprocess.run([compiler, *flags, str(code), "-o", str(library), "-lm"], check=True)
+    loaded = ctypes.CDLL(str(library))
+    double = ctypes.POINTER(ctypes.c_double)
+    loaded.delta_tick.restype = ctypes.c_longlong
+    loaded.delta_tick.argtypes = [double, double, ctypes.c_long, ctypes.c_double, double, double]
+    loaded.delta_signal.argtypes = [double, ctypes.c_longlong]
+    loaded.delta_heard.argtypes = [double, ctypes.c_double]
+    return loaded
+
+
+def pointer(array: np.ndarray) -> Any:
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def readings(machine: Machine, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and angles of a handle that wanders, with jumps, numbers that are none, and late ticks in between."""
+    rng = np.random.default_rng(seed)
+    way = np.cumsum(rng.normal(0.0, 1.0, (ticks, 3)), axis=0)
+    way -= np.linspace(0.0, 1.0, ticks)[:, None] * way[-1]
+    p = HOME + 0.035 * way / np.abs(way).max()
+    theta = inverse_kinematics(machine.geometry, p)
+    count = 2.0 * np.pi / 16384
+    theta = np.round(theta / count) * count
+    time = np.cumsum(np.full(ticks, 1e-3))
+    for k in rng.integers(ticks // 3, ticks, 12):
+        theta[k, rng.integers(3)] = rng.choice([np.nan, np.inf, 3.0, -9.0])
+        time[k:] += rng.choice([0.0, 2e-3, 0.05])
+    return time, theta
+
+
+@pytest.mark.parametrize("estimator", ["low-pass", "foaw"])
+def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Path, estimator: str) -> None:
+    chosen = foaw(1e-3, 3.8e-4, 8) if estimator == "foaw" else None
+    controller = default_controller(machine, estimator=chosen, joint_speed=60.0)
+    library = compiled(controller, tmp_path / "controller")
+    ours = fresh(controller)
+    theirs = np.concatenate([ours.filters.ravel(), ours.supervisor, ours.work.ravel()])
+    theirs[:] = 77.0
+    library.delta_start(pointer(theirs))
+    at = ours.filters.size
+    assert np.array_equal(theirs[:at], ours.filters.ravel())
+    assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor)
+    time, theta = readings(machine, 6000, 4)
+    out, c_out = np.zeros(3), np.zeros(3)
+    seen, rendered = 0, 0
+    for k in range(len(time)):
+        if k % 500 == 0:  # the operator tries again and again
+            request = RESET if k % 1000 else ENABLE
+            ours.supervisor[REQUEST] = request
+            (library.delta_reset if request == RESET else library.delta_enable)(pointer(theirs))
+        bits = tick(controller, ours, LAWS, time[k], theta[k], out)
+        c_bits = library.delta_tick(
+            pointer(theirs), pointer(LAWS), len(LAWS), time[k], pointer(np.ascontiguousarray(theta[k])), pointer(c_out)
+        )
+        assert bits == c_bits, f"tick {k}"
+        assert np.array_equal(out, c_out), f"tick {k}"
+        seen |= bits
+        rendered += bool(np.abs(out).max() > 0.06)
+    assert np.array_equal(theirs[at : at + ours.supervisor.size], ours.supervisor, equal_nan=True)
+    assert seen.bit_count() >= 5  # the run met faults
+    assert rendered > 500  # and rendered force
+
+
+class Twins:
+    """The host in Python and the C controller, told the same; the handle trembles at its home, and ticks must agree."""
+
+    def __init__(self, machine: Machine, folder: Path, stale: float = math.inf, *macros: str) -> None:
+        controller = default_controller(machine, stale=stale)
+        given = default_controller(machine, stale=math.inf) if macros else controller
+        self.library = compiled(given, folder / "controller", *macros)
+        self.host, self.now = Host(controller, LAWS), 0.0
+        memory = self.host.memory
+        self.memory = np.zeros(memory.filters.size + memory.supervisor.size + memory.work.size)
+        self.supervisor = self.memory[memory.filters.size :][: memory.supervisor.size]
+        self.library.delta_start(pointer(self.memory))
+        self.theta = inverse_kinematics(machine.geometry, HOME)
+
+    def press(self, button: str) -> None:
+        """enable, disable or reset on both."""
+        getattr(self.host, button)()
+        getattr(self.library, f"delta_{button}")(pointer(self.memory))
+
+    def signal(self, bits: int) -> None:
+        """To C; the host has it from the sample."""
+        self.flags = bits
+        self.library.delta_signal(pointer(self.memory), bits)
+
+    flags = 0
+
+    def tick(self, ticks: int = 1) -> np.ndarray:
+        """Some ticks; the last torques."""
+        out = np.full(3, np.nan)
+        for _ in range(ticks):
+            self.now += 1e-3
+            theta = self.theta + 4e-4 * math.sin(60.0 * self.now)
+            ours = self.host(Sample(theta, self.now, self.flags))
+            bits = self.library.delta_tick(
+                pointer(self.memory), pointer(LAWS), len(LAWS), self.now, pointer(theta), pointer(out)
+            )
+            assert bits == self.host.bits
+            assert np.array_equal(out, ours)
+            assert np.array_equal(self.supervisor, self.host.memory.supervisor)
+        return out
+
+    @property
+    def latched(self) -> int:
+        """In C."""
+        return int(self.supervisor[LATCHED])
+
+
+@pytest.mark.parametrize("fault", findings(EXTERNAL))
+def test_what_comes_from_outside_latches_in_c_as_in_python(machine: Machine, tmp_path: Path, fault: Fault) -> None:
+    twins = Twins(machine, tmp_path)
+    twins.signal(fault.bit)  # while nothing is enabled, only the emergency stop latches
+    twins.tick()
+    assert twins.latched == (fault.bit if fault is Fault.EMERGENCY_STOP else 0)
+    twins.signal(0)
+    twins.press("reset")
+    twins.tick()
+    twins.press("enable")
+    torque = twins.tick(700)
+    assert np.abs(torque).max() > 0.02
+    twins.signal(fault.bit)
+    assert np.abs(twins.tick()).max() > 0.0  # along the slew
+    assert twins.latched == fault.bit == 1 << int(fault)
+    twins.signal(0)
+    assert not np.any(twins.tick(60))
+    assert twins.latched == fault.bit  # released, and yet latched
+    twins.press("reset")
+    twins.tick()
+    assert twins.latched == 0
+    twins.press("enable")
+    assert np.abs(twins.tick(700)).max() > 0.02
+
+
+def test_other_bits_cannot_be_signalled_in_c(machine: Machine, tmp_path: Path) -> None:
+    twins = Twins(machine, tmp_path)
+    twins.signal(-1)
+    assert int(twins.supervisor[SIGNALS]) == EXTERNAL
+    twins.signal(~EXTERNAL)
+    assert twins.supervisor[SIGNALS] == 0.0
+
+
+@pytest.mark.parametrize("macros", [(), ("-DDELTA_STALE_S=0.1",)], ids=["from the design", "by the macro"])
+def test_a_host_that_falls_silent_is_noticed_in_c(machine: Machine, tmp_path: Path, macros: tuple[str, ...]) -> None:
+    twins = Twins(machine, tmp_path, 0.1, *macros)
+    stale = Fault.COMMAND_STALE.bit
+    twins.press("enable")
+    twins.tick(100)
+    assert not twins.host.bits & stale
+    twins.tick(2)
+    assert twins.host.bits & stale
+    twins.host.heard()
+    twins.library.delta_heard(pointer(twins.memory), twins.now + 7.0)  # from the future: as the last tick
+    twins.tick(99)
+    assert not twins.host.bits & stale
+    for wrong in (math.nan, math.inf):
+        twins.library.delta_heard(pointer(twins.memory), wrong)
+    twins.tick(3)
+    assert twins.host.bits & stale
+    twins.library.delta_heard(pointer(twins.memory), twins.now - 0.05)
+    assert twins.supervisor[HEARD] == twins.now - 0.05
+
+
+def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(machine: Machine, tmp_path: Path) -> None:
+    twins = Twins(machine, tmp_path)
+    twins.press("enable")
+    twins.tick(700)
+    assert not twins.host.bits & Fault.COMMAND_STALE.bit
+    guide = (tmp_path / "controller" / "README.md").read_text()
+    assert "that age is INFINITY, which switches code 17 off" in guide
+    limited = sources(default_controller(machine, stale=0.25), "limited")
+    assert "that age is 0.25, which code 17 waits for" in limited["README.md"]
+    assert "#define DELTA_STALE_S 0.25" in limited["delta_controller.c"]
+
+
+def test_header_and_guide_have_what_can_be_raised(machine: Machine) -> None:
+    files = sources(default_controller(machine), "a")
+    rows = [
+        line.split(" | ") for line in files["README.md"].splitlines() if line.startswith("| ") and line[2].isdigit()
+    ]
+    by = {int(row[0].strip("| ")): row[2] for row in rows}
+    assert set(by) == {int(fault) for fault in Fault} - {Fault.ORDER}  # a tick keeps its own order
+    assert {code for code, text in by.items() if "delta_signal" in text} == {int(f) for f in findings(EXTERNAL)}
+    assert by[int(Fault.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
+    for fault in findings(EXTERNAL):
+        assert f"#define DELTA_{fault.name} (1LL << {int(fault)})" in files["delta_controller.h"]
+
+
+def test_what_is_written_does_not_depend_on_the_day(machine: Machine) -> None:
+    controller = default_controller(machine)
+    written = sources(controller, "a")
+    assert written == sources(controller, "a")
+    assert "malloc" not in written["delta_controller.c"]
+
+
+def test_numbers_read_back_to_the_last_bit() -> None:
+    for value in (0.1, -1e-300, 1.0 / 3.0, 5e-324, 3.0):
+        assert float(literal(value).strip("()")) == value
+    assert (literal(math.inf), literal(-math.inf), literal(math.nan)) == ("INFINITY", "(-INFINITY)", "NAN")
+    assert literal(3) == "3LL"
+
+
+@njit
+def _power(x):
+    return x**4
+
+
+@njit
+def _named(x):
+    return max(x, 2.0) + sum((x, x))
+
+
+@njit
+def _with_else(x):
+    for _ in range(3):
+        x += 1.0
+    else:
+        x += 2.0
+    return x
+
+
+@njit
+def _slice(a):
+    return a[:2][0]
+
+
+@njit
+def _chosen(x):
+    a, b = divmod(x, 2.0) if x > 0.0 else (x, x)
+    return a + b
+
+
+@pytest.mark.parametrize("function", [_power, _named, _with_else, _chosen])
+def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None:
+    with pytest.raises(TranslationError, match=rf"test_haptics_firmware\.{function.py_func.__name__}, line \d+"):
+        Translation().add(function, (float64,))
+
+
+def test_slices_need_both_ends() -> None:
+    with pytest.raises(TranslationError, match="both ends"):
+        Translation().add(_slice, (typeof(np.zeros(3)),))
+
+
+def test_types_without_a_counterpart_are_refused() -> None:
+    assert c_type(int64) == "long long"
+    with pytest.raises(LayoutError, match="no C type"):
+        c_type(typeof("text"))
+
+
+def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    masses, folder = built.folder / "mass_properties.json", tmp_path / "board"
+    command = ["firmware", "--design", str(BEST), "--masses", str(masses), "--out", str(folder)]
+    assert main(command) == 0
+    assert main([*command, "--json"]) == 0  # again: replaced
+    assert sorted(path.name for path in folder.iterdir()) == ["README.md", "delta_controller.c", "delta_controller.h"]
+    assert "| 1 | an encoder reads no number |" in (folder / "README.md").read_text()
+    (folder / "mine.txt").write_text("keep")
+    assert main(command) == 2
+    assert "holds other files" in capsys.readouterr().err
+    assert (folder / "mine.txt").read_text() == "keep"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["board"]
+    assert main(["firmware", "--design", "none.json", "--out", str(folder)]) == 2

@@ -1,0 +1,212 @@
+"""The sampled loop: torque by the book, held, late and quantised; and stable exactly where the eigenvalues say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.drive import drive_torque
+from delta_cad.mechanism import inverse_kinematics, jacobian
+from haptics.control.controller import FACTOR, FORCE, VELOCITY, Controller, fresh, tick
+from haptics.control.filters import backward_difference
+from haptics.control.pose import POSITION
+from haptics.control.supervisor.memory import ENABLE, REQUEST
+from haptics.gravity import gravity_torque
+from haptics.model.machine import Machine
+from haptics.model.masses import Masses
+from haptics.model.plant import FREE, Hand
+from haptics.rendering.laws import axis_wall_row, constant_row, law_table, spring_row
+from haptics.simulation.assumptions import (
+    default_controller,
+    default_estimator,
+    encoder_count,
+    joint_friction,
+    nominal_plant,
+)
+from haptics.simulation.loop import simulate, timing
+from haptics.stability.discrete import Timing as LinearTiming
+from haptics.stability.estimator_models import linear_models
+from haptics.stability.linear import linearise
+
+HOME = np.array([0.0, 0.0, 0.0946])
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+NOTHING = law_table(constant_row([0.0, 0.0, 0.0]))
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return Machine(best, MASSES, drive_torque(best))
+
+
+@pytest.fixture(scope="module")
+def controller(machine: Machine) -> Controller:
+    return default_controller(machine)
+
+
+def still(ticks: int, at: Any = HOME) -> dict[str, Any]:
+    return {"hand": FREE, "anchor": np.tile(at, (ticks, 1)), "push": np.zeros((ticks, 3)), "count": 0.0}
+
+
+def settled(controller: Controller, laws: np.ndarray, p: Any, ticks: int = 800) -> tuple[np.ndarray, Any]:
+    """Torque and memory after the ramp, the handle not moving."""
+    memory, out = fresh(controller), np.zeros(3)
+    memory.supervisor[REQUEST] = ENABLE
+    theta = inverse_kinematics(_geometry(controller), p)
+    for k in range(ticks):
+        assert tick(controller, memory, laws, k * 1e-3, theta, out) & ~(1 << 19) == 0  # all but the ramp's own bit
+    return out, memory
+
+
+def _geometry(controller: Controller) -> Any:
+    from delta_cad.mechanism import DeltaGeometry
+
+    m = controller.model
+    return DeltaGeometry(0.030 + m.radius_difference, 0.030, m.upper_arm_length, m.forearm_length)
+
+
+def test_the_torque_is_that_of_force_and_weight(machine: Machine, controller: Controller) -> None:
+    p, point = np.array([0.01, -0.02, 0.1]), np.array([0.012, -0.02, 0.099])
+    laws = law_table(spring_row(stiffness=300.0, damping=3.0, point=point), constant_row([0.1, 0.2, -0.3]))
+    out, memory = settled(controller, laws, p)
+    force = 300.0 * (point - p) + [0.1, 0.2, -0.3]
+    expected = jacobian(machine.geometry, p).T @ force
+    expected += gravity_torque(machine.geometry, MASSES, p, machine.design.requirements.gravity_m_s2)
+    assert out == pytest.approx(expected, rel=1e-9)
+    assert memory.work[FORCE] == pytest.approx(force, rel=1e-9)
+    assert memory.work[POSITION] == pytest.approx(p, abs=1e-12)
+    assert memory.work[VELOCITY] == pytest.approx(np.zeros(3), abs=1e-12)
+    assert memory.work[FACTOR] == 1.0
+
+
+def test_a_force_above_its_limit_keeps_its_direction(machine: Machine, controller: Controller) -> None:
+    wanted = np.array([3.0, -4.0, 12.0])
+    _, memory = settled(controller._replace(force=2.6), law_table(constant_row(wanted)), HOME)
+    assert memory.work[FORCE] == pytest.approx(0.2 * wanted, rel=1e-12)
+    out, memory = settled(controller, law_table(constant_row(3.0 * wanted)), HOME)  # more than the joints can give
+    factor = memory.work[FACTOR]
+    assert 0.0 < factor < 1.0
+    held = gravity_torque(machine.geometry, MASSES, HOME, machine.design.requirements.gravity_m_s2)
+    assert out - held == pytest.approx(factor * jacobian(machine.geometry, HOME).T @ (3.0 * wanted), rel=1e-9)
+    assert np.abs(out).max() == pytest.approx(controller.limits.torque, rel=1e-12)
+
+
+def test_gravity_alone_keeps_a_handle_where_it_is(machine: Machine, controller: Controller) -> None:
+    start = np.array([0.01, 0.0, 0.0946])
+    record = simulate(nominal_plant(machine), controller, NOTHING, timing(), start, **still(4000))
+    assert np.abs(record.position - start).max() < 2e-3  # it sinks while gravity's torque comes in
+    before, after = record.position[2000:3000].mean(axis=0), record.position[3000:].mean(axis=0)
+    assert np.abs(after - before).max() < 5e-6  # swings on the bristles, held where friction caught it
+    assert np.ptp(record.position[3000:], axis=0).max() < 0.3e-3
+    assert (record.bits == 0).all()
+
+
+def test_the_same_seed_gives_the_same_doubles(machine: Machine, controller: Controller) -> None:
+    laws = law_table(spring_row(stiffness=500.0, damping=2.0, point=HOME))
+
+    def run(seed: int) -> np.ndarray:
+        more = still(300) | {"count": encoder_count(machine), "seed": seed}
+        return simulate(
+            nominal_plant(machine), controller, laws, timing(), np.array([0.003, 0.0, 0.0946]), **more
+        ).position
+
+    assert np.array_equal(run(1), run(1))
+    assert not np.array_equal(run(1), run(2))
+
+
+def test_readings_are_counts_and_half_a_count_off_at_most(machine: Machine, controller: Controller) -> None:
+    count, more = encoder_count(machine), still(200)
+    more["push"][:, 0] = 0.8
+    record = simulate(nominal_plant(machine), controller, NOTHING, timing(), HOME, **(more | {"count": count}))
+    read, true = (inverse_kinematics(machine.geometry, p) for p in (record.measured, record.position))
+    assert np.abs(read - true).max() <= 0.5 * count * (1.0 + 1e-6)
+    turns = np.diff(read, axis=0) / count
+    assert turns == pytest.approx(np.round(turns), abs=1e-6)
+    assert np.abs(turns).max() >= 1.0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 2.7e-3])
+def test_a_torque_arrives_after_its_delay(machine: Machine, delay: float) -> None:
+    """Without weight and friction only the late torques move the handle: no motion before, motion after."""
+    design = machine.design
+    floating = replace(
+        machine,
+        design=design.model_copy(
+            update={"requirements": design.requirements.model_copy(update={"gravity_m_s2": (0.0, 0.0, 0.0)})}
+        ),
+    )
+    bare = nominal_plant(floating)._replace(coulomb=0.0, viscous=0.0, current_lag=0.0)
+    laws = law_table(constant_row([1.0, 0.0, 0.0]))
+    record = simulate(bare, default_controller(floating), laws, timing(1e-3, delay), HOME, **still(12))
+    assert np.abs(record.torque[1]).max() > 0.0
+    first = int(np.argmax(np.abs(record.torque).max(axis=1) > 0.0))
+    moved = np.abs(record.velocity).max(axis=1) > 1e-12  # seen at the tick after
+    arrived = int(np.argmax(moved))
+    assert arrived == first + 1 + int(np.floor(delay / 1e-3 + 1e-9))
+
+
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_it_is_stable_where_the_eigenvalues_are(machine: Machine, axis: str) -> None:
+    """The whole nonlinear loop in the small against the exact linear one: no count, no Coulomb friction, in a wall."""
+    hand, damping, delay, lag = Hand(0.2, 5.0, 300.0), 8.0, 0.5e-3, 0.2e-3
+    par = nominal_plant(machine)._replace(coulomb=0.0, viscous=1e-3, current_lag=lag)
+    estimator = backward_difference(1e-3)
+    normal = np.eye(3)["xyz".index(axis)]
+    (model,) = linear_models(estimator)
+    loop = linearise(par, HOME).joint_loop(normal, hand, LinearTiming(1e-3, delay, lag), model)
+    limit = loop.stiffness_limit(damping).value
+    # pressed into the wall once it is there, so that it is not left
+    unbounded = {"energy": 1e3, "energy_start": 1e3, "ramp_power": 1e3, "frozen_torque": np.inf}
+    controller = default_controller(machine, estimator=estimator, **unbounded)
+    growth = []
+    depth = 0.2e-3
+    for share in (0.95, 1.05):
+        stiffness = share * limit
+        face = float(HOME @ normal) - depth
+        wall = axis_wall_row(f"+{axis}", face, stiffness=stiffness, damping=damping, blend=1e-6)
+        more = still(3000) | {"hand": hand}
+        more["push"][:] = np.clip((np.arange(3000) - 1000) / 500.0, 0.0, 1.0)[:, None] * normal * stiffness * depth
+        more["push"][2000] += 0.02 * normal
+        record = simulate(par, controller, law_table(wall), timing(1e-3, delay), HOME, **more)
+        along = record.position @ normal
+        early, late = np.ptp(along[2050:2250]), np.ptp(along[2750:2950])
+        growth.append(late / early)
+    assert growth[0] < 0.9
+    assert growth[1] > 1.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"period": 0.0}, "period is"),
+        ({"period": float("nan")}, "period is"),
+        ({"delay": -1e-3}, "delay is"),
+        ({"delay": 1.0}, "delay is"),
+        ({"substeps": 0}, "substeps is"),
+    ],
+)
+def test_clocks_that_are_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        timing(**arguments)
+
+
+def test_runs_that_are_refused(machine: Machine, controller: Controller) -> None:
+    par = nominal_plant(machine)
+    with pytest.raises(ValueError, match="must both be"):
+        simulate(par, controller, NOTHING, timing(), HOME, **(still(5) | {"push": np.zeros((4, 3))}))
+    with pytest.raises(ValueError, match="count is"):
+        simulate(par, controller, NOTHING, timing(), HOME, **(still(5) | {"count": -1.0}))
+
+
+def test_friction_comes_from_the_idle_torque(machine: Machine) -> None:
+    friction = joint_friction(machine)
+    idle = 0.16 * 25.9e-3  # A times N m/A, RE 30
+    assert friction.coulomb[2] == pytest.approx(machine.drive.ratio * idle, rel=0.01)
+    assert friction.coulomb[1] + friction.viscous[1] * 900.0 / machine.drive.ratio == pytest.approx(
+        friction.coulomb[2], rel=1e-9
+    )
+    assert sorted(friction.viscous) == list(friction.viscous)
+    assert default_estimator(2e-3).pole == pytest.approx(np.exp(-2.0 * np.pi * 100.0 * 2e-3))

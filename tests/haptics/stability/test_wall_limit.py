@@ -1,0 +1,130 @@
+"""The search for the stiffest wall on known predicates, and the analytic interval."""
+
+import numpy as np
+import pytest
+
+from delta_cad.mechanism import DeltaGeometry
+from haptics.control.filters import backward_difference, foaw
+from haptics.model.hands import HAND_MODELS, HANDS
+from haptics.model.masses import Masses
+from haptics.model.plant import Hand, plant
+from haptics.stability.discrete import Timing
+from haptics.stability.estimator_models import linear_models
+from haptics.stability.linear import linearise
+from haptics.stability.wall_limit import AXES, search, wall_interval, wall_predicate
+
+PLANT = plant(
+    DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
+)
+POSE = [0.01, 0.0, 0.09]
+T = 1e-3
+DIFFERENCE = linear_models(backward_difference(T))
+
+
+@pytest.mark.parametrize(
+    ("limit", "protocol"), [(4950.0, 4900.0), (1100.0, 1100.0), (1299.0, 1100.0), (4499.0, 4300.0)]
+)
+def test_protocol_and_bisection(limit: float, protocol: float) -> None:
+    asked: list[float] = []
+
+    def stable(K: float) -> bool:
+        asked.append(K)
+        return limit >= K
+
+    found = search(stable, tolerance=1.0)
+    assert found.protocol == protocol
+    assert limit - 1.0 <= found.bisection <= limit
+    assert [K for K, _ in found.history] == asked
+    assert all(answer == (limit >= K) for K, answer in found.history)
+    assert asked[:2] == [1100.0, 1300.0]
+    assert len(set(asked)) == len(asked)
+    assert not found.ceiling_reached
+
+
+def test_first_step_that_oscillates_leaves_the_bisection_below_it() -> None:
+    found = search(lambda K: K <= 700.0, tolerance=5.0)
+    assert found.protocol is None
+    assert 695.0 <= found.bisection <= 700.0
+
+
+def test_ceiling() -> None:
+    found = search(lambda _: True, ceiling=2000.0)
+    assert (found.protocol, found.bisection, found.ceiling_reached) == (1900.0, 1900.0, True)
+    assert search(lambda _: True, ceiling=1900.0).protocol == 1900.0
+    assert search(lambda _: True, ceiling=1100.0).history == ((1100.0, True),)
+
+
+@pytest.mark.parametrize("name", ["start", "step", "tolerance"])
+def test_parameters_that_cannot_be_are_refused(name: str) -> None:
+    for value in (0.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match=name):
+            search(lambda _: True, **{name: value})
+
+
+def test_ceiling_below_the_start_is_refused() -> None:
+    for ceiling in (1000.0, float("inf")):
+        with pytest.raises(ValueError, match="ceiling"):
+            search(lambda _: True, ceiling=ceiling)
+
+
+def test_interval_is_that_of_its_cases() -> None:
+    found = wall_interval(
+        PLANT, POSE, AXES["x"], hands=HANDS, viscous=(0.0, 4e-4), delays=(0.0, T), estimators=DIFFERENCE, damping=1.0
+    )
+    assert len(found.cases) == 3 * 2 * 2
+    limits = [case.device for case in found.cases]
+    assert (found.lowest.device, found.highest.device) == (min(limits), max(limits))
+    assert (found.lowest.hand, found.lowest.viscous, found.lowest.delay) == ("light", 0.0, T)
+    assert (found.highest.hand, found.highest.viscous, found.highest.delay) == ("firm", 4e-4, 0.0)
+    assert all(case.monotone for case in found.cases)
+    for case in found.cases:
+        here = linearise(PLANT._replace(viscous=case.viscous), POSE)
+        # light damping: K < 2 b / T / (1 + 2 delay / T) of all damping there is, to first order; 15 % covers 28 N s/m
+        hand = HANDS[case.hand]
+        damping = here.effective_friction(AXES["x"]) + hand.damping + 1.0
+        late = 1.0 if case.delay == 0.0 else 3.0
+        assert case.along == pytest.approx(2.0 * damping / T / late, rel=0.15)
+        stable = wall_predicate(here, AXES["x"], hand, Timing(T, case.delay), DIFFERENCE[0], damping=1.0)
+        assert stable(0.999 * case.device)
+        assert not stable(1.001 * case.device)
+        assert search(stable, ceiling=1e5, tolerance=1.0).bisection == pytest.approx(case.device, abs=1.0)
+
+
+def test_every_window_of_an_adaptive_estimator_is_a_case() -> None:
+    models = linear_models(foaw(T, 1.0, 8))
+    found = wall_interval(
+        PLANT,
+        POSE,
+        AXES["z"],
+        hands={"one": Hand(0.1, 2.0, 100.0)},
+        viscous=(0.0,),
+        delays=(0.0,),
+        estimators=models,
+        damping=30.0,
+    )
+    assert [case.estimator for case in found.cases] == [model.name for model in models]
+    assert found.lowest.device < 0.8 * found.highest.device
+
+
+def test_empty_sets_are_refused() -> None:
+    full = {"hands": HANDS, "viscous": (0.0,), "delays": (0.0,), "estimators": DIFFERENCE}
+    for name, empty in (("hands", {}), ("viscous", ()), ("delays", ()), ("estimators", ())):
+        with pytest.raises(ValueError, match="at least one"):
+            wall_interval(PLANT, POSE, AXES["x"], **{**full, name: empty})
+
+
+def test_axes_are_unit_vectors_of_the_base_frame() -> None:
+    np.testing.assert_array_equal([AXES[name] for name in "xyz"], np.eye(3))
+
+
+def test_hands_grow_from_light_to_firm_and_say_where_they_come_from() -> None:
+    assert list(HANDS) == ["light", "medium", "firm"]
+    for field in ("mass", "damping"):
+        values = [getattr(hand, field) for hand in HANDS.values()]
+        assert values == sorted(values)
+        assert values[0] > 0.0
+    for name, model in HAND_MODELS.items():
+        assert model.hand is HANDS[name]
+        assert model.meaning
+        assert "2012" in model.source
+        assert model.confirmed.startswith(("yes: ", "partly: ", "no, "))

@@ -1,0 +1,130 @@
+"""One push against one wall: what is refused, what friction and a soft wall do, and against the linear loop's limit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.mechanism import forward_kinematics, inverse_kinematics
+from haptics.model.hands import HANDS
+from haptics.model.machine import Machine
+from haptics.model.plant import FREE
+from haptics.rendering.laws import LawError
+from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, encoder_count, joint_friction
+from haptics.stability.discrete import Timing
+from haptics.stability.estimator_models import linear_models
+from haptics.stability.linear import linearise
+from haptics.stability.wall_limit import wall_predicate
+from haptics.stability.wall_trial import LEVELS, simulated_predicate, wall_trial, with_friction
+from tests.haptics.scene_machine import scene_machine
+
+MEDIUM = HANDS["medium"]
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> Machine:
+    return scene_machine(best)
+
+
+@pytest.mark.parametrize("met", ["x", "-x", "+y", "-z"])
+def test_the_hand_leans_on_the_wall(machine: Machine, met: str) -> None:
+    trial = wall_trial(machine, met, MEDIUM, 2000.0)
+    assert trial.stable
+    assert trial.faults == 0
+    start, end = trial.recording.position[0], trial.recording.position[-1]
+    k, sign = "xyz".index(met[-1]), -1.0 if met[0] == "-" else 1.0
+    assert trial.depth[0] == pytest.approx(-2e-3, abs=1e-12)
+    assert sign * (end - start)[k] > 2e-3
+    assert trial.push[-1] == pytest.approx(2000.0 * trial.depth[-1], abs=2000.0 * trial.resolution)
+    assert trial.push.min() >= 0.0
+    assert trial.push[trial.depth < -trial.resolution].max() == 0.0
+
+
+def test_the_resolution_is_a_count_at_the_handle(machine: Machine) -> None:
+    trial = wall_trial(machine, "z", MEDIUM, 2000.0)
+    g, p = machine.geometry, trial.recording.position[0] + [0.0, 0.0, 2e-3]
+    theta, count = inverse_kinematics(g, p), encoder_count(machine)
+    moved = [abs((forward_kinematics(g, theta + count * e) - p)[2]) for e in np.eye(3)]
+    assert trial.resolution == pytest.approx(max(moved), rel=0.01)  # a count is small, yet finite
+
+
+def test_the_predicate_is_the_trial(machine: Machine) -> None:
+    stable = simulated_predicate(machine, "y", MEDIUM, seed=5)
+    for stiffness in (1100.0, 30e3):
+        assert stable(stiffness) == wall_trial(machine, "y", MEDIUM, stiffness, seed=5).stable
+    assert [stable(1100.0), stable(30e3)] == [True, False]
+
+
+def test_a_soft_wall_is_leaned_on_with_less(machine: Machine) -> None:
+    for stiffness in (1e-3, 50.0, 150.0):
+        trial = wall_trial(machine, "x", MEDIUM, stiffness)
+        assert trial.depth.max() < 0.014  # ten millimetres and the swing of arriving
+        assert trial.stable
+    assert not wall_trial(machine, "x", MEDIUM, 0.0).stable  # there is no wall to judge
+
+
+def test_friction_holds_a_wall_that_would_swing(machine: Machine) -> None:
+    """Frictionless in the linear loop, with all of it in the simulation: the latter bears more."""
+    delay, stiffness = 0.5e-3, 3000.0
+    here = linearise(with_friction(machine, "least"), wall_trial(machine, "x", MEDIUM, 0.0).recording.position[0])
+    (estimator,) = linear_models(default_estimator())
+    timing = Timing(1e-3, delay, CURRENT_LAG)
+    linear = wall_predicate(here, np.eye(3)[0], HANDS["light"], timing, estimator)
+    assert not linear(stiffness)
+    swings = {}
+    for level in LEVELS:
+        verdict = wall_trial(machine, "x", HANDS["light"], stiffness, friction=level).verdict
+        assert verdict is not None
+        swings[level] = verdict.swing
+    assert swings["least"] > swings["nominal"] > swings["largest"]
+
+
+def test_friction_is_that_of_the_place_in_the_range(machine: Machine) -> None:
+    friction = joint_friction(machine)
+    for k, level in enumerate(LEVELS):
+        par = with_friction(machine, level)
+        assert (par.coulomb, par.viscous) == (friction.coulomb[k], friction.viscous[k])
+
+
+def test_a_fault_is_no_stable_wall(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A supervisor that takes every speed for too fast."""
+    import haptics.stability.wall_trial as module
+
+    def timid(*given: Any, **named: Any) -> Any:
+        return default(*given, **named, speed=1e-4)
+
+    default = module.default_controller
+    monkeypatch.setattr(module, "default_controller", timid)
+    trial = wall_trial(machine, "x", MEDIUM, 1100.0)
+    assert trial.faults
+    assert trial.verdict is None
+    assert not trial.stable
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"met": "w"}, LawError, "met is"),
+        ({"met": ""}, LawError, "met is"),
+        ({"damping": -1.0}, LawError, "damping is"),
+        ({"friction": "some"}, ValueError, "friction is 'some'"),
+        ({"hand": FREE}, ValueError, "must be positive to lean"),
+        ({"delay": -1e-3}, ValueError, "delay is"),
+        ({"period": 0.0}, ValueError, "period is"),
+    ],
+)
+def test_trials_that_are_refused(machine: Machine, change: dict[str, Any], error: type, message: str) -> None:
+    given: dict[str, Any] = {"met": "x", "hand": MEDIUM, **change}
+    met, hand = given.pop("met"), given.pop("hand")
+    with pytest.raises(error, match=message):
+        simulated_predicate(machine, met, hand, **given)
+    with pytest.raises(error, match=message):
+        wall_trial(machine, met, hand, 1100.0, **given)
+
+
+def test_a_negative_stiffness_is_refused(machine: Machine) -> None:
+    with pytest.raises(LawError, match="stiffness is"):
+        wall_trial(machine, "x", MEDIUM, -1.0)

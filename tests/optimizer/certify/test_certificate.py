@@ -1,0 +1,320 @@
+"""Certificates: made, written, read, replayed; and what is done to them is noticed."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from delta_cad.design import design_from_dict
+from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
+from delta_cad.mechanism.proof.findings import limit_of
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.certify.certificate import CertificateError, UnreadableError, certify, cube_of, laxer, limits_of, verify
+from optimizer.certify.file import (
+    certificate_from_dict,
+    certificate_to_dict,
+    read_certificate,
+    write_certificate,
+)
+
+PUBLISHED = {
+    "schema": "delta-design/1",
+    "name": "published",
+    "mechanism": {
+        "base_radius_mm": 40.0,
+        "platform_radius_mm": 30.0,
+        "upper_arm_length_mm": 82.0,
+        "forearm_length_mm": 112.079,
+        "parallelogram_width_mm": 48.0,
+    },
+    "cube": {"bottom_height_mm": 57.112, "half_side_mm": 37.5},
+    "requirements": {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 3.0, "joint_torque_N_m": 0.8},
+}
+
+
+def design_of(mechanism=None, cube=None, **requirements):
+    data = json.loads(json.dumps(PUBLISHED))
+    data["mechanism"] |= mechanism or {}
+    data["cube"] |= cube or {}
+    data["requirements"] |= requirements
+    return design_from_dict(data)
+
+
+@pytest.fixture(scope="module")
+def design():
+    return design_of()
+
+
+@pytest.fixture(scope="module")
+def tight(design):
+    """All six conditions a thousandth above the extremes."""
+    e = cube_extremes(design.geometry, cube_of(design), 3.0)
+    return Limits(
+        elbow_arm_min=float(np.sqrt(e.closure_margin_min.value)) / 1.001,
+        force=3.0,
+        torque_max=e.torque_max.value * 1.001,
+        kappa_max=e.kappa_max.value * 1.001,
+        shoulder=(e.shoulder_min.value - 0.001, e.shoulder_max.value + 0.001),
+        lean_max=e.lean_max.value * 1.001,
+    )
+
+
+@pytest.fixture(scope="module")
+def proved(design, tight):
+    return certify(design, tight)
+
+
+@pytest.fixture(scope="module")
+def refuted(design, tight):
+    return certify(design, replace(tight, kappa_max=2.2, torque_max=0.3, lean_max=0.4, shoulder=(-0.5, 1.0)))
+
+
+def test_a_proved_certificate_is_proved_again(design, proved, tight):
+    assert proved.verdict == "proved"
+    replay = verify(proved, design)
+    assert replay.proved == tight.asked
+    assert replay.refuted == replay.undecided == ()
+    assert replay.leaves == len(proved.leaves)
+    assert replay.boxes >= replay.leaves
+
+
+def test_the_points_of_a_refuted_certificate_are_confirmed(design, refuted):
+    assert refuted.verdict == "refuted"
+    replay = verify(refuted, design)
+    assert replay.refuted == ("torque", "kappa", "shoulder", "lean")
+    assert replay.proved == ("reach", "singularity")
+    points = {f.condition: f.point for f in refuted.findings if f.point}
+    assert conditioning(design.geometry, points["kappa"]) > 2.2
+    assert worst_joint_torque(design.geometry, points["torque"], 3.0).max() > 0.3
+
+
+def test_reach_refuted(design, tight):
+    certificate = certify(design, replace(tight, elbow_arm_min=0.06))
+    replay = verify(certificate, design)
+    assert replay.refuted[0] == "reach"
+    assert set(replay.refuted + replay.undecided) == set(tight.asked)
+    assert len(certificate.leaves) == 0
+
+
+def test_the_hidden_singularity():
+    mechanism = {"base_radius_mm": 46.122, "platform_radius_mm": 30.0, "forearm_length_mm": 94.266}
+    hidden = design_of(mechanism, {"bottom_height_mm": 22.648, "half_side_mm": 43.363})
+    certificate = certify(hidden, Limits(force=3.0, torque_max=0.8, kappa_max=7.0))
+    replay = verify(certificate, hidden)
+    assert replay.refuted == ("singularity", "torque", "kappa")
+    assert replay.proved == ("reach",)
+    other = replace(certificate, sign=-1.0)
+    with pytest.raises(CertificateError, match=r"the sign -1 of det S at .* is not confirmed"):
+        verify(other)
+
+
+def test_undecided_is_neither(design, tight):
+    seen = []
+    certificate = certify(design, tight, max_boxes=40, progress=lambda n, share: seen.append((n, share)))
+    assert certificate.verdict == "undecided"
+    assert seen
+    replay = verify(certificate, design)
+    assert replay.undecided
+    assert not set(replay.proved) & set(replay.undecided)
+
+
+def test_limits_of_the_requirements(design):
+    assert limits_of(design) == Limits(force=3.0, torque_max=0.8)
+    asked = design_of(kappa_max=3.0, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
+    limits = limits_of(asked)
+    assert limits.kappa_max == 3.0
+    assert np.radians(28.0) * (1 - 1e-15) < limits.lean_max < np.radians(28.0)
+    assert np.radians(-45.0) < limits.shoulder[0] < np.radians(-45.0) * (1 - 1e-15)
+    assert np.radians(80.0) * (1 - 1e-15) < limits.shoulder[1] < np.radians(80.0)
+    assert limits_of(design_of(shoulder_min_deg=-180.0)).shoulder == pytest.approx((-np.pi, np.pi), abs=1e-15)
+    assert limits_of(design_of(shoulder_max_deg=80.0)).shoulder[0] == -np.pi
+    certificate = certify(asked)
+    assert certificate.verdict == "proved"
+    assert verify(certificate, asked).proved == limits.asked
+
+
+def test_written_and_read_back(tmp_path, design, proved, refuted):
+    seen = []
+    for certificate in (proved, refuted):
+        path = tmp_path / "certificate.json"
+        write_certificate(certificate, path)
+        assert list(tmp_path.iterdir()) == [path]
+        read = read_certificate(path)
+        assert certificate_to_dict(read) == json.loads(
+            json.dumps(certificate_to_dict(certificate)), object_hook=_tuples
+        )
+        np.testing.assert_array_equal(read.leaves, certificate.leaves)
+        assert (read.limits, read.geometry, read.cube) == (certificate.limits, certificate.geometry, certificate.cube)
+        verify(read, design, progress=lambda *now: seen.append(now))
+    assert seen[-1][1] == 1.0  # of the leaves are done
+
+
+def _tuples(data):
+    """Points and pairs as the records hold them."""
+    for key in ("point_m", "reference_m", "shoulder_rad", "limit", "box_m"):
+        if isinstance(data.get(key), list):
+            data[key] = tuple(tuple(v) if isinstance(v, list) else v for v in data[key])
+    return data
+
+
+def about(certificate, limits):
+    """A forgery that says it is about other limits, and is consistent in that."""
+    findings = tuple(replace(f, limit=limit_of(limits, f.condition)) for f in certificate.findings)
+    return replace(certificate, limits=limits, findings=findings)
+
+
+def test_a_changed_threshold_is_noticed(proved, refuted, tight):
+    e = proved.limits
+    for limits, name in (
+        (replace(e, kappa_max=e.kappa_max * 0.997), "kappa"),
+        (replace(e, torque_max=e.torque_max * 0.997), "torque"),
+        (replace(e, lean_max=e.lean_max * 0.997), "lean"),
+        (replace(e, shoulder=(e.shoulder[0], e.shoulder[1] - 0.003)), "shoulder"),
+        (replace(e, elbow_arm_min=e.elbow_arm_min * 1.003), "reach"),
+    ):
+        with pytest.raises(CertificateError, match=f"{name}: it could not be proved again in the box"):
+            verify(about(proved, limits))
+    for limits, name in (
+        (replace(refuted.limits, kappa_max=2.5), "kappa"),
+        (replace(refuted.limits, torque_max=0.8), "torque"),
+        (replace(refuted.limits, lean_max=0.6), "lean"),
+        (replace(refuted.limits, shoulder=(-1.0, 1.4)), "shoulder"),
+    ):
+        with pytest.raises(CertificateError, match=f"{name}: the point .* does not break it"):
+            verify(about(refuted, limits))
+    with pytest.raises(CertificateError, match="its limits ask reach, singularity, torque, shoulder, lean"):
+        verify(replace(proved, limits=replace(tight, kappa_max=None)))
+
+
+def test_missing_overlapping_and_moved_leaves_are_noticed(proved):
+    leaves = proved.leaves
+    with pytest.raises(CertificateError, match="boxes are missing"):
+        verify(replace(proved, leaves=leaves[1:]))
+    with pytest.raises(CertificateError, match="some overlap"):
+        verify(replace(proved, leaves=np.concatenate([leaves, leaves[:1]])))
+    twins = next(n for n in range(len(leaves)) if (leaves[n, ::2] == leaves[0, ::2]).all() and n)
+    moved = leaves.copy()
+    moved[0] = leaves[twins]
+    with pytest.raises(CertificateError, match=r"overlap|in no box"):
+        verify(replace(proved, leaves=moved))
+    with pytest.raises(CertificateError, match="outside the cube"):
+        verify(replace(proved, leaves=np.add(leaves, [0, 64, 0, 0, 0, 0])))
+
+
+def test_coarser_leaves_are_still_proved_and_only_cost_time(proved):
+    replay = verify(replace(proved, leaves=np.zeros((1, 6), dtype=np.int64)))
+    assert replay.boxes > 100
+
+
+def test_another_design_is_noticed(proved):
+    longer = design_of({"forearm_length_mm": 112.08})
+    with pytest.raises(CertificateError, match='other dimensions than those of design "published"'):
+        verify(proved, longer)
+    with pytest.raises(CertificateError, match="other dimensions"):
+        verify(proved, design_of(cube={"half_side_mm": 37.6}))
+    with pytest.raises(CertificateError, match="it is about the design of hash"):
+        verify(proved, design_of(force_N=4.0))
+
+
+def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
+    strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
+    asked = limits_of(strict)
+    verify(certify(strict, replace(asked, kappa_max=2.4, force=6.0, torque_max=1.6)), strict)
+    for less, name in (
+        (replace(asked, singularity=False), "singularity"),
+        (replace(asked, force=None, torque_max=None), "torque"),
+        (replace(asked, force=3.0 - 1e-15), "torque"),
+        (replace(asked, torque_max=0.8 + 1e-15), "torque"),
+        (replace(asked, kappa_max=None), "kappa"),
+        (replace(asked, kappa_max=2.5 + 1e-15), "kappa"),
+        (replace(asked, shoulder=None), "shoulder"),
+        (replace(asked, shoulder=(asked.shoulder[0] - 1e-15, asked.shoulder[1])), "shoulder"),
+        (replace(asked, shoulder=(asked.shoulder[0], asked.shoulder[1] + 1e-15)), "shoulder"),
+        (replace(asked, lean_max=None), "lean"),
+        (replace(asked, lean_max=asked.lean_max + 1e-15), "lean"),
+    ):
+        certificate = certify(strict, less)
+        assert certificate.verdict == "proved"
+        verify(certificate)
+        with pytest.raises(CertificateError, match=f'^{name}: design "published" asks for more'):
+            verify(certificate, strict)
+    assert laxer(asked, replace(asked, elbow_arm_min=1e-3)) == "reach"
+    assert laxer(replace(asked, elbow_arm_min=1e-3), asked) is None
+
+
+def test_a_wrong_verdict_is_noticed(proved, refuted):
+    flipped = tuple(replace(f, verdict="proved") if f.condition == "kappa" else f for f in refuted.findings)
+    with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
+        verify(replace(refuted, findings=flipped))
+    pointless = tuple(replace(f, point=None) for f in refuted.findings)
+    with pytest.raises(CertificateError, match="torque: it is refuted, but without a point"):
+        verify(replace(refuted, findings=pointless))
+    outside = tuple(replace(f, point=(0.2, 0.0, 0.1)) if f.point else f for f in refuted.findings)
+    with pytest.raises(CertificateError, match="lies outside the cube"):
+        verify(replace(refuted, findings=outside))
+    with pytest.raises(CertificateError, match="its findings are reach"):
+        verify(replace(proved, findings=proved.findings[:1]))
+
+
+def test_a_file_that_was_changed_is_refused(tmp_path, proved):
+    data = json.loads(json.dumps(certificate_to_dict(proved)))
+    cases = [
+        (data | {"limits": data["limits"] | {"kappa_max": 9.0}}, "its content was changed: the digest"),
+        (data | {"leaves": data["leaves"][1:]}, "its content was changed: the digest"),
+        (data | {"schema": "delta-certificate/2"}, "schema: Input should be"),
+        (data | {"note": 1}, "note: Extra inputs are not permitted"),
+        ({k: v for k, v in data.items() if k != "cube"}, "cube: Field required"),
+        (data | {"leaves": [[0, 0, 0, 0, 0, 2**70]]}, "leaves.0.5: Input should be less than"),
+        (data | {"leaves": [[0, 0, 0]]}, "leaves.0.3: Field required"),
+        ([], "the file: Input should be"),
+    ]
+    for case, message in cases:
+        with pytest.raises(CertificateError, match=message) as caught:
+            certificate_from_dict(case)
+        assert isinstance(caught.value, UnreadableError) == ("digest" not in message)
+    for change, message in (
+        ({"verdict": "refuted"}, "verdict is refuted; its findings make it proved"),
+        ({"cube": data["cube"] | {"top_height_m": 0.2}}, "top_height_m is not bottom_height_m plus twice"),
+        ({"geometry": data["geometry"] | {"forearm_length_m": -1.0}}, "forearm_length is -1.0 m"),
+    ):
+        with pytest.raises(CertificateError, match=message):
+            certificate_from_dict(redigested(data | change))
+    path = tmp_path / "c.json"
+    path.write_text("{")
+    with pytest.raises(UnreadableError, match=r"c\.json: is not JSON we can read"):
+        read_certificate(path)
+    with pytest.raises(UnreadableError, match=r"none\.json: cannot be read: No such file"):
+        read_certificate(tmp_path / "none.json")
+
+
+def redigested(data):
+    """What a forger does who knows the format: a digest that fits."""
+    import hashlib
+
+    rest = {key: value for key, value in data.items() if key != "digest"}
+    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
+    return rest | {"digest": hashlib.sha256(text.encode()).hexdigest()}
+
+
+def test_a_forged_file_with_a_fitting_digest_is_read_but_does_not_verify(proved):
+    data = json.loads(json.dumps(certificate_to_dict(proved)))
+    limits = data | {"limits": data["limits"] | {"kappa_max": 2.2}}
+    with pytest.raises(CertificateError, match="kappa: the limit of its finding is not the one proved"):
+        verify(certificate_from_dict(redigested(limits)))
+    findings = [f | {"limit": 2.2} if f["condition"] == "kappa" else f for f in data["findings"]]
+    forged = certificate_from_dict(redigested(limits | {"findings": findings}))
+    with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
+        verify(forged)
+
+
+def test_impossible_limits_are_refused(design):
+    with pytest.raises(GeometryError, match=r"kappa_max is 0\.5"):
+        certify(design, Limits(kappa_max=0.5))
+
+
+def test_verifying_does_not_load_the_compiler():
+    code = "import sys, optimizer.certify.file; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

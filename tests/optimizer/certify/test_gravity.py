@@ -1,0 +1,281 @@
+"""Gravity's share: an upper bound of the potential energy's gradient, whatever masses, tilt and pose."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.range.holding import holding_torque
+from delta_cad.design import Design, design_from_dict
+from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, forearm_vectors, jacobian, worst_joint_torque
+from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
+from optimizer.certify.file import certificate_from_dict, certificate_to_dict
+from optimizer.certify.gravity import (
+    KNOWN,
+    NEEDED,
+    GravityError,
+    GravityShare,
+    given_share,
+    read_masses,
+    share_of_masses,
+)
+
+NUMERIC_N_M = 2e-9
+"""Of the oracle: central differences over 0.01 mm of an energy of some 0.3 J, see tests/test_holding.py."""
+
+
+def design_with(drive: str = "capstan", gravity: tuple[float, ...] = (0.0, 0.0, -9.81), **requirements: Any) -> Design:
+    hardware = {"drive": drive, "motor": "maxon-re30-310007" if drive == "capstan" else "maxon-ec60flat-408057"}
+    return design_from_dict(
+        {
+            "schema": "delta-design/1",
+            "name": "published",
+            "mechanism": {
+                "base_radius_mm": 40.0,
+                "platform_radius_mm": 30.0,
+                "upper_arm_length_mm": 82.0,
+                "forearm_length_mm": 112.079,
+                "parallelogram_width_mm": 48.0,
+            },
+            "cube": {"bottom_height_mm": 57.112, "half_side_mm": 37.5},
+            "requirements": {
+                "envelope_width_mm": 270.0,
+                "envelope_depth_mm": 220.0,
+                "force_N": 3.0,
+                "joint_torque_N_m": 0.8,
+                "gravity_m_s2": list(gravity),
+            }
+            | requirements,
+            "hardware": hardware,
+        }
+    )
+
+
+def masses_file(path: Path, bodies: dict[str, Any], home: Any = (0.0, 0.0, 94.612), **more: Any) -> Path:
+    data = {"schema": "delta-mass-properties/1", "home_mm": list(home), "bodies": bodies} | more
+    path.write_text(json.dumps(data))
+    return path
+
+
+def random_bodies(rng: np.random.Generator) -> dict[str, Any]:
+    """Masses anywhere, each chain's its own, rods on their line; some bodies without mass."""
+    found = {}
+    for name in KNOWN:
+        centre = rng.normal(0.0, 0.03, 3)
+        if name.startswith("rod"):
+            centre = np.array([rng.uniform(-0.01, 0.12), 0.0, 0.0])
+        if name.startswith("pinion"):
+            centre = rng.normal(0.0, 1e-3, 3)
+        found[name] = {"mass_kg": float(rng.choice([0.0, 0.003, 0.1]) * rng.random()), "centre_m": centre.tolist()}
+    return found
+
+
+def oracle(design: Design, bodies: dict[str, Any], points: np.ndarray) -> np.ndarray:
+    """(n, 3) holding torque by the gradient of the potential energy of the placed links."""
+    ratio = design.hardware.capstan_ratio if design.hardware.drive == "capstan" else 1.0
+    placement = LinkPlacement(design.geometry, 48.0, (14.5, -36.4), ratio)
+    stand_in = Assembly("stand-in", (), (), (), placement, np.array([0.0, 0.0, 94.612]))
+    moving = {n: (b["mass_kg"], 1e3 * np.array(b["centre_m"])) for n, b in bodies.items() if n != "base"}
+    return holding_torque(stand_in, moving, points * 1e3, np.array(design.requirements.gravity_m_s2))
+
+
+def points_of(n: int, rng: np.random.Generator) -> np.ndarray:
+    """Adversarial: half of them on the surface of the cube, a few in its corners."""
+    p = rng.uniform(-1.0, 1.0, (n, 3))
+    p[np.arange(n // 2), rng.integers(0, 3, n // 2)] = rng.choice([-1.0, 1.0], n // 2)
+    p[:16] = rng.choice([-1.0, 1.0], (16, 3))
+    return np.array([0.0, 0.0, 0.094612]) + 0.0375 * p
+
+
+@pytest.mark.parametrize("drive", ["capstan", "direct"])
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (3.0, -5.0, -7.0), (9.81, 0.0, 0.0)])
+def test_bound_is_above_the_gradient_of_the_potential_energy(
+    tmp_path: Path, drive: str, gravity: tuple[float, ...]
+) -> None:
+    rng = np.random.default_rng(5)
+    design = design_with(drive, gravity)
+    for _ in range(12):
+        bodies = random_bodies(rng)
+        points = points_of(120, rng)
+        share = share_of_masses(design, read_masses(masses_file(tmp_path / "m.json", bodies), design))
+        unit = worst_joint_torque(design.geometry, points, 1.0)  # |J_i|
+        torque = oracle(design, bodies, points)
+        assert (np.abs(torque) <= share.weight * unit + share.reserve + NUMERIC_N_M).all()
+
+
+def test_bound_holds_for_a_rod_whose_centre_is_beside_its_line(tmp_path: Path) -> None:
+    """Free to turn, it hangs (or stands) so that its energy is least (or most): -+ m e |g x s| / L_B more."""
+    rng, design = np.random.default_rng(4), design_with(gravity=(3.0, -5.0, -7.0))
+    g, points, nothing = np.array([3.0, -5.0, -7.0]), points_of(200, rng), {"mass_kg": 0.0, "centre_m": [0.0, 0.0, 0.0]}
+    mass, along, beside = 0.1, 0.05, np.array([0.006, 0.008])
+    rod = {"mass_kg": mass, "centre_m": [along, *beside]}
+    bodies = dict.fromkeys(NEEDED, nothing) | {"rod_1_0": rod}
+    share = share_of_masses(design, read_masses(masses_file(tmp_path / "m.json", bodies), design))
+    size, off = float(np.linalg.norm(g)) * mass, 0.01 / 0.112079  # |(0.006, 0.008)| = 0.01 m
+    assert share.weight == pytest.approx(size * (0.05 / 0.112079 + off), rel=1e-11)
+    assert share.reserve == pytest.approx(size * (1.0 - 0.05 / 0.112079 + off) * 0.082, rel=1e-11)
+    bound = share.weight * worst_joint_torque(design.geometry, points, 1.0) + share.reserve
+    on_line = oracle(design, bodies | {"rod_1_0": rod | {"centre_m": [along, 0.0, 0.0]}}, points)
+
+    def energy(p: np.ndarray) -> np.ndarray:
+        s = forearm_vectors(design.geometry, p)[..., 1, :]
+        return mass * float(np.hypot(*beside)) * np.linalg.norm(np.cross(g, s), axis=-1) / 0.112079
+
+    h = 1e-6
+    gradient = np.stack([energy(points + h * e) - energy(points - h * e) for e in np.eye(3)], axis=-1) / (2.0 * h)
+    more = np.einsum("nij,ni->nj", jacobian(design.geometry, points), gradient)
+    assert np.abs(more).max() > 1e-3  # it matters here
+    for sign in (-1.0, 1.0):
+        # rounding of the energy, 1e-2 J times 1e-16, over 2 h, is below the oracle's error
+        assert (np.abs(on_line + sign * more) <= bound + NUMERIC_N_M).all()
+
+
+def test_bound_is_attained_where_it_can_be(tmp_path: Path) -> None:
+    """One body at a time, gravity turned to its worst: the bound is no looser than the pose makes it."""
+    rng = np.random.default_rng(1)
+    p = np.array([[0.012, -0.02, 0.1]])
+    nothing = {name: {"mass_kg": 0.0, "centre_m": [0.0, 0.0, 0.0]} for name in NEEDED}
+    columns = jacobian(DeltaGeometry(0.040, 0.030, 0.082, 0.112079), p)[0].T  # one a joint
+    along = -9.81 * columns[0] / np.linalg.norm(columns[0])
+    design = design_with(gravity=tuple(along))
+    bodies = nothing | {"platform": {"mass_kg": 0.1, "centre_m": rng.normal(size=3).tolist()}}
+    share = share_of_masses(design, read_masses(masses_file(tmp_path / "m.json", bodies), design))
+    assert share.reserve == 0.0
+    bound = share.weight * worst_joint_torque(design.geometry, p, 1.0)[0, 0]
+    assert oracle(design, bodies, p)[0, 0] == pytest.approx(bound, rel=1e-7)
+    bodies = nothing | {"rod_0_1": {"mass_kg": 0.1, "centre_m": [0.0, 0.0, 0.0]}}  # all of it at the elbow
+    share = share_of_masses(design_with(), read_masses(masses_file(tmp_path / "m.json", bodies), design_with()))
+    assert (share.weight, share.reserve) == (0.0, pytest.approx(0.1 * 9.81 * 0.082, rel=1e-11))
+    bodies = nothing | {"pinion_1": {"mass_kg": 0.1, "centre_m": [0.0, 5.0, 0.003]}}
+    share = share_of_masses(design_with(), read_masses(masses_file(tmp_path / "m.json", bodies), design_with()))
+    assert share.reserve == pytest.approx(9.85 * 0.1 * 9.81 * 0.003, rel=1e-11)
+
+
+def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_path: Path) -> None:
+    """The certificate's meaning, sampled: force of 3 N in the direction that adds to gravity, at 4000 points."""
+    rng = np.random.default_rng(8)
+    design = design_with()
+    bodies = random_bodies(rng)
+    share = share_of_masses(design, read_masses(masses_file(tmp_path / "m.json", bodies), design))
+    points = points_of(4000, rng)
+    total = np.abs(oracle(design, bodies, points)) + worst_joint_torque(design.geometry, points, 3.0)
+    # the least torque for which the prover finds room for gravity
+    low, high = share.reserve + 0.01, 5.0
+    for _ in range(25):
+        middle = (low + high) / 2.0
+        enough = certify(design, replace(share, torque=middle).limits(limits_of(design))).verdict == "proved"
+        low, high = (low, middle) if enough else (middle, high)
+    assert total.max() <= high + NUMERIC_N_M
+    assert high <= 2.0 * total.max()  # and no nonsense of a bound either
+
+
+def shares() -> tuple[Design, GravityShare]:
+    design = design_with()
+    return design, given_share(design, 0.11)
+
+
+def test_a_share_given_by_hand_is_taken_off_and_replayed() -> None:
+    design, share = shares()
+    certificate = certify(design, gravity=share)
+    assert certificate.limits.force == pytest.approx(3.0, rel=1e-15)
+    assert 0.69 - 1e-15 < (certificate.limits.torque_max or 0.0) <= 0.69
+    assert certificate.verdict == "proved"
+    assert verify(certificate, design).proved == ("reach", "singularity", "torque")
+    data = json.loads(json.dumps(certificate_to_dict(certificate)))
+    assert data["gravity"]["reserve_N_m"] == 0.11
+    assert certificate_from_dict(data).gravity == share
+
+
+def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
+    design = design_with()
+    bodies = random_bodies(np.random.default_rng(2))
+    share = share_of_masses(design, read_masses(masses_file(tmp_path / "m.json", bodies), design))
+    certificate = certify(design, gravity=share)
+    verify(certificate, design)
+    assert certificate_from_dict(json.loads(json.dumps(certificate_to_dict(certificate)))).gravity == share
+    assert share.masses is not None
+    for forged, words in (
+        (replace(share, weight=share.weight * (1 - 1e-9)), "weight of .* is less than that of the"),
+        (replace(share, reserve=share.reserve * (1 - 1e-9)), "reserve of .* is less than the arms' moment"),
+        (replace(share, weight=share.weight * 2.0), r"force of .* is less than 3 N and the weight"),
+        (replace(share, reserve=share.reserve * 2.0), r"more than gravity's .* N m leave"),
+        (replace(share, reserve=float("nan")), "negative or not finite"),
+        (replace(share, weight=-1.0), "negative or not finite"),
+        (replace(share, masses=replace(share.masses, carried_mass=-0.1)), "a negative mass"),
+    ):
+        with pytest.raises(CertificateError, match=f"^torque: .*{words}"):
+            verify(replace(certificate, gravity=forged))
+    for forged, words in (
+        (replace(share, force=2.0), "another force or torque than the design's"),
+        (replace(share, torque=0.9), "another force or torque than the design's"),
+        (replace(share, masses=replace(share.masses, acceleration=(0.0, 0.0, -1.0))), "another than the design's grav"),
+    ):
+        verify(replace(certificate, gravity=forged))
+        with pytest.raises(CertificateError, match=f"^torque: .*{words}"):
+            verify(replace(certificate, gravity=forged), design)
+    without = certify(design, Limits())
+    with pytest.raises(CertificateError, match="no torque is asked"):
+        verify(replace(without, gravity=share))
+
+
+def test_gravity_that_takes_all_of_the_torque_is_refused() -> None:
+    design, share = shares()
+    for reserve in (0.8, -0.1, float("nan"), float("inf")):
+        with pytest.raises(GravityError, match=r"must be >= 0 and < requirements\.joint_torque_N_m = 0\.8 N m"):
+            given_share(design, reserve)
+    with pytest.raises(GravityError, match=r"gravity takes 0\.9 N m of each joint's 0\.8 N m: none is left"):
+        certify(design, gravity=replace(share, reserve=0.9))
+
+
+BODIES = {name: {"mass_kg": 0.01, "centre_m": [0.01, 0.0, 0.0]} for name in KNOWN}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"schema": "other/1"}, r'schema: must be "delta-mass-properties/1"'),
+        ({"home_mm": [0.0, 0.0, 99.0]}, r"home_mm = \[0\.0, 0\.0, 99\.0\]: is not the centre"),
+        ({"home_mm": "there"}, "home_mm = there: is not the centre"),
+        ({"bodies": None}, "bodies: is missing"),
+        ({"bodies": BODIES | {"tail": BODIES["base"]}}, "bodies.tail: is no body that the bound knows"),
+        ({"bodies": {n: b for n, b in BODIES.items() if n != "platform"}}, "bodies.platform: is missing"),
+        ({"bodies": {n: b for n, b in BODIES.items() if n != "rod_2_1"}}, "bodies.rod_2_1: is missing"),
+        ({"bodies": BODIES | {"platform": {"mass_kg": -1.0, "centre_m": [0, 0, 0]}}}, r"mass_kg = -1\.0: must be"),
+        ({"bodies": BODIES | {"platform": {"mass_kg": True, "centre_m": [0, 0, 0]}}}, "mass_kg = True: must be"),
+        ({"bodies": BODIES | {"platform": {"mass_kg": 1.0, "centre_m": [0, 0]}}}, r"centre_m = \[0, 0\]: must be"),
+    ],
+)
+def test_mass_properties_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+    path = masses_file(tmp_path / "m.json", **({"bodies": BODIES} | change))
+    with pytest.raises(GravityError, match=rf"^m\.json: (bodies\.platform\.)?{words}"):
+        read_masses(path, design_with())
+
+
+def test_mass_properties_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(GravityError, match=r"none\.json: cannot be read: No such file"):
+        read_masses(tmp_path / "none.json", design_with())
+    (tmp_path / "m.json").write_text("{")
+    with pytest.raises(GravityError, match=r"m\.json: is not JSON we can read"):
+        read_masses(tmp_path / "m.json", design_with())
+
+
+def test_a_pinion_is_not_needed(tmp_path: Path) -> None:
+    design = design_with("direct")
+    few = {name: BODIES[name] for name in NEEDED}
+    assert read_masses(masses_file(tmp_path / "m.json", few), design).carried_mass > 0.0
+
+
+def test_sampled_points_are_in_reach() -> None:
+    design, cube = design_with(), Cube(0.057112, 0.0375)
+    points = points_of(100, np.random.default_rng(0))
+    assert (points >= cube.lower - 1e-12).all()
+    assert (points <= cube.upper + 1e-12).all()
+    assert (closure_margin(design.geometry, points) > 0.0).all()

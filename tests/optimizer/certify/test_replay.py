@@ -1,0 +1,136 @@
+"""The second arithmetic: bounds hold for samples of the boxes, nothing false is proved, nothing true is broken."""
+
+import numpy as np
+import pytest
+
+from delta_cad.mechanism import (
+    DeltaGeometry,
+    closure_margin,
+    conditioning,
+    direct_margin,
+    joint_angles,
+    rod_lean,
+    worst_joint_torque,
+)
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.certify.interval import Interval, exactly
+from optimizer.certify.replay import _definite, breaks, linear_margins, pose, proves, replay
+
+LIMITS = Limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)
+PUBLISHED = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
+
+
+def boxes(size, n):
+    """Mechanisms, lower and upper corners, and samples of the boxes, corners among them."""
+    rng = np.random.default_rng(23)
+    while n:
+        g = DeltaGeometry(*rng.uniform([0.01, 0.01, 0.04, 0.05], [0.08, 0.08, 0.1, 0.2]))
+        centre = rng.uniform([-0.05, -0.05, 0.01], [0.05, 0.05, 0.2])
+        half = size * rng.uniform(0.1, 1.0, 3)
+        unit = rng.uniform(-1.0, 1.0, (60, 3))
+        unit[:30] = np.sign(unit[:30])
+        if (closure_margin(g, centre) > 1e-4).all() and conditioning(g, centre) < 100.0:
+            n -= 1
+            low, high = centre - half, centre + half
+            yield g, low, high, np.clip(centre + half * unit, low, high)
+
+
+def sampled(g, condition, p):
+    """(samples, margins) by the NumPy functions; the order is that of `linear_margins`."""
+    la, lb, w2 = g.upper_arm_length, g.forearm_length, closure_margin(g, p)
+    det, torque = direct_margin(g, p) * lb**3, worst_joint_torque(g, p, LIMITS.force)
+    theta = joint_angles(g, p)
+    low, high = LIMITS.shoulder
+    sides = np.stack([np.sin(rod_lean(g, p)), -np.sin(rod_lean(g, p))], axis=-1).reshape(len(p), 6)
+    return {
+        "reach": w2 - LIMITS.elbow_arm_min**2,
+        "singularity": -det[:, None],
+        "torque": (LIMITS.torque_max**2 - torque**2) * (det / (LIMITS.force * la))[:, None] ** 2,
+        "shoulder": np.cos(theta - (low + high) / 2) - np.cos((high - low) / 2),
+        "lean": lb * (np.sin(LIMITS.lean_max) + sides),
+    }[condition]
+
+
+@pytest.mark.parametrize("condition", ["reach", "singularity", "torque", "shoulder", "lean"])
+@pytest.mark.parametrize("size", [0.0, 1e-5, 1e-3, 5e-3])
+def test_margins_bound_the_samples_and_are_nearly_reached(size, condition):
+    told = 0
+    for g, low, high, p in boxes(size, 30):
+        found = linear_margins(g, LIMITS, -1.0, pose(g, low[None], high[None]), condition)
+        exact = sampled(g, condition, p)
+        for k, margin in enumerate(found):
+            below, above, values = margin.box.lo[0], margin.box.hi[0], exact[:, k]
+            if np.isnan(below):
+                continue
+            told += 1
+            room = 1e-12 * np.abs(values).max() + 1e-15  # the NumPy figures round too
+            assert (values >= below - room).all()
+            assert (values <= above + room).all()
+            if 0.0 < size <= 1e-5:
+                # boxes of 0.01 mm are linear, and the corners are among the samples
+                assert values.min() - below <= 0.05 * (above - below) + room
+    assert told > 10
+
+
+@pytest.mark.parametrize("size", [1e-5, 1e-4, 1e-3])
+def test_kappa_is_proved_above_the_samples_and_never_below(size):
+    proved = 0
+    axis = [(PUBLISHED, np.array([0.0, 0.0, z])) for z in np.linspace(0.06, 0.13, 8)]
+    rng = np.random.default_rng(3)
+    more = [(g, c - size, c + size, c + size * rng.uniform(-1.0, 1.0, (100, 3))) for g, c in axis]
+    for g, low, high, p in [*boxes(size, 40), *more]:
+        kappa = conditioning(g, p)
+        if not np.isfinite(kappa).all():
+            continue
+        p_box = pose(g, low[None], high[None])
+        short = Limits(kappa_max=max(1.0, float(kappa.max()) * (1 - 1e-12 * float(kappa.max()))))
+        assert not proves(g, short, 1.0, p_box, "kappa")[0]
+        proved += bool(proves(g, Limits(kappa_max=float(kappa.max()) * 1.2), 1.0, p_box, "kappa")[0])
+    assert proved > 30
+
+
+def test_definite_matrices():
+    rng = np.random.default_rng(2)
+    m = rng.uniform(-1.0, 1.0, (400, 3, 3))
+    m = m + m.transpose(0, 2, 1) + 1.5 * np.eye(3)
+    entries = {(i, j): exactly(m[:, i, j]) for i in range(3) for j in range(i, 3)}
+    smallest = np.linalg.eigvalsh(m)[:, 0]
+    assert 50 < (smallest > 0.0).sum() < 350
+    for order in ((0, 1, 2), (2, 1, 0), (1, 2, 0)):
+        np.testing.assert_array_equal(_definite(entries, order), smallest > 0.0)
+    wide = {key: Interval(x.lo - 0.05, x.hi + 0.05) for key, x in entries.items()}
+    sure = _definite(wide, (0, 1, 2))
+    # a symmetric change of at most 0.05 an entry moves an eigenvalue by at most 0.15
+    assert (smallest[sure] > 0.0).all()
+    for _ in range(50):
+        change = rng.choice([-0.05, 0.05], (400, 3, 3))
+        change = np.triu(change) + np.triu(change, 1).transpose(0, 2, 1)
+        assert (np.linalg.eigvalsh(m + change)[sure, 0] > 0.0).all()
+    assert sure.any()
+
+
+def test_points_break_a_condition_just_below_its_figure_and_not_just_above():
+    for g, low, _, _ in boxes(0.0, 20):
+        sign = float(np.sign(direct_margin(g, low)))
+        kappa, torque = float(conditioning(g, low)), float(worst_joint_torque(g, low, 3.0).max())
+        for factor, broken in ((1 - 1e-8, True), (1 + 1e-8, False)):
+            limits = Limits(force=3.0, torque_max=torque * factor, kappa_max=max(1.0, kappa * factor))
+            assert breaks(g, limits, sign, low, "torque") is broken
+            assert breaks(g, limits, sign, low, "kappa") is (broken and limits.kappa_max > 1.0)
+        assert breaks(g, LIMITS, -sign, low, "singularity")
+        assert not breaks(g, LIMITS, sign, low, "singularity")
+
+
+def test_what_cannot_be_proved_is_named():
+    low, high = np.array([[-0.01, 0.0, 0.08]]), np.array([[0.01, 0.01, 0.09]])
+    worst = float(conditioning(PUBLISHED, [[x, 0.01, 0.09] for x in (-0.01, 0.01)]).max())
+    examined, failed = replay(PUBLISHED, Limits(kappa_max=worst * 0.9), 1.0, ("reach", "kappa"), low, high)
+    assert failed is not None
+    assert failed.condition == "kappa"
+    assert (np.array(failed.lower) >= low[0]).all()
+    assert (np.array(failed.upper) <= high[0]).all()
+    limits = Limits(kappa_max=worst * 1.0001)
+    assert replay(PUBLISHED, limits, 1.0, ("reach", "kappa"), low, high)[1] is None
+    examined, failed = replay(PUBLISHED, limits, 1.0, ("kappa",), low, high, max_boxes=3)
+    assert failed is not None
+    assert 3 <= examined <= 6

@@ -1,0 +1,441 @@
+"""`python -m optimizer certify` and `verify`: what they write, tell and refuse."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.common import console
+from delta_cad.design import design_hash, load_design
+from delta_cad.mechanism import Extreme, conditioning, cube_extremes, reach_excess, rod_lean, worst_joint_torque
+from optimizer.certify.bounds import bounds
+from optimizer.certify.certificate import cube_of, limits_of
+from optimizer.certify.report import rounded
+from tests.optimizer.designs_to_certify import BEST, call, changed, masses, redigested
+from tests.terminal import shown_on_a_terminal
+
+
+def test_the_committed_design_is_proved_and_its_certificate_holds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "new" / "certificate.json"
+    assert call("certify", "--design", BEST, "--out", out) == 0
+    told, err = capsys.readouterr()
+    assert err == ""
+    assert told.startswith("dashboard-joystick: proved at every point of the cube of ")
+    assert "gravity is NOT taken off the torque: give --mass-properties" in told
+    assert [f.name for f in out.parent.iterdir()] == ["certificate.json"]
+    assert call("verify", out, "--design", BEST) == 0
+    told, err = capsys.readouterr()
+    assert err == ""
+    proved = "reach, singularity, torque, kappa, shoulder, lean"  # all that best.json asks
+    assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
+    assert "covers all that best.json asks" in told
+    torque = load_design(BEST).requirements.joint_torque_N_m
+    assert (
+        f"every elbow arm >= 0 mm; det S of one sign; torque <= {torque:g} N m for 3 N in any direction; kappa <= 2.27"
+        in told
+    )
+    assert "GRAVITY is NOT taken off the torque, NOTHING GIVEN TO COMPARE THAT WITH" in told.splitlines()[0]
+    assert call("verify", out, "--design", BEST, "--gravity-torque", "0") == 0
+    assert "GRAVITY is NOT taken off the torque, as asked\n" in capsys.readouterr().out
+    assert call("verify", out, "--design", BEST, "--gravity-torque", "0.08") == 1
+    assert "torque: nothing is left for gravity, not 0.08 N m; the certificate" in capsys.readouterr().err
+
+
+def test_proved_bounds_hold_and_are_a_hundred_thousandth_from_what_is_attained(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Adversarial: 200,000 points inside, on faces, on edges; and the attained value is attained at its point."""
+    path = changed(tmp_path)
+    assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    design = load_design(path)
+    g, rng = design.geometry, np.random.default_rng(0)
+    p = rng.uniform(-1.0, 1.0, (200_000, 3))
+    k = np.arange(len(p))
+    for _ in range(2):
+        p[k[: len(p) // 2], rng.integers(0, 3, len(p) // 2)] = rng.choice([-1.0, 1.0], len(p) // 2)
+    p = np.array([0.0, 0.0, 0.094612]) + 0.0375 * p
+    rows = {row["figure"]: row for row in told["conditions"]}
+    figures = {
+        "kappa": (conditioning(g, p), lambda q: conditioning(g, q)),
+        "torque, no gravity": (worst_joint_torque(g, p, 3.0).max(-1), lambda q: worst_joint_torque(g, q, 3.0).max(-1)),
+        "lean": (np.degrees(np.abs(rod_lean(g, p)).max(-1)), lambda q: np.degrees(np.abs(rod_lean(g, q)).max(-1))),
+    }
+    for name, (values, figure) in figures.items():
+        row = rows[name]
+        # a thousandth of a degree beside a few digits of rounding; else the bound's own distance of 1e-5
+        assert values.max() <= row["proved"]
+        assert row["attained"] <= row["proved"] <= row["attained"] * (1.0 + 1.0001e-5) + 1e-3 * (name == "lean")
+        assert float(figure(np.array(row["at_mm"]) / 1e3)) == pytest.approx(row["attained"], rel=1e-9)
+    assert rows["kappa"]["verdict"] == "not asked"
+    assert rows["kappa"]["limit"] is None
+    assert rows["torque, no gravity"]["room"] == pytest.approx(0.8 - rows["torque, no gravity"]["attained"], rel=1e-12)
+
+
+def test_weight_of_a_build_is_taken_off_and_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = changed(tmp_path, kappa_max=2.3)
+    file, out = masses(tmp_path, load_design(path)), tmp_path / "c.json"
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    gravity = told["gravity"]
+    assert gravity["source"] == "mass properties"
+    assert gravity["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    carried = 0.01 + 6 * 0.01 * 0.02 / 0.112079
+    assert gravity["carried_mass_kg"] == pytest.approx(carried, rel=1e-11)
+    assert gravity["weight_N"] == pytest.approx(9.81 * carried, rel=1e-11)
+    row = next(row for row in told["conditions"] if row["condition"] == "torque")
+    assert row["limit"] == 0.8
+    alone = gravity["torque_max_N_m"]
+    assert 0.0 < alone < row["attained"]
+    # force and weight act on the same bound of the Jacobian: their sum is what is compared with the limit
+    assert row["proved"] == pytest.approx(alone + (row["proved"] - gravity["reserve_N_m"]) * 3 / (3 + 9.81 * carried))
+    assert call("verify", out, "--design", path, "--mass-properties", file) == 0
+    assert re.search(
+        r"kg at the wrists and \S+ N m, of the mass file of SHA-256 [0-9a-f]{12}, checked\n", capsys.readouterr().out
+    )
+    assert call("verify", out) == 0
+    assert "AS RECORDED, its file not given: --mass-properties" in capsys.readouterr().out.splitlines()[0]
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.01") == 1
+    assert "torque: gravity's share comes from a mass file: compare it with that" in capsys.readouterr().err
+    assert call("verify", out, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["gravity_weight_N"] == gravity["weight_N"]
+    assert told["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    lighter = json.loads(out.read_text())
+    lighter["gravity"]["masses"] = None
+    (tmp_path / "by_hand.json").write_text(json.dumps(redigested(lighter)))
+    assert call("verify", tmp_path / "by_hand.json", "--design", path) == 0
+    told = capsys.readouterr().out
+    assert "taken off by hand" in told
+    assert "NOTHING GIVEN TO COMPARE THAT WITH" in told
+    assert call("verify", tmp_path / "by_hand.json", "--design", path, "--mass-properties", file) == 1
+    assert "gravity's share does not come from" in capsys.readouterr().err
+    file.write_text(file.read_text() + "\n")
+    assert call("verify", out, "--design", path, "--mass-properties", file) == 1
+    assert "torque: gravity's share does not come from mass_properties.json" in capsys.readouterr().err
+
+
+def test_gravity_by_hand_decides_the_verdict(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.48") == 0
+    assert "gravity is taken off: 0.48 N m of every joint's 0.8 N m, as given by hand" in capsys.readouterr().out
+    assert call("verify", out, "--design", path) == 0
+    words = capsys.readouterr().out.splitlines()[0]
+    assert "GRAVITY is taken off by hand, 0.48 N m of every joint's 0.8 N m, NOTHING GIVEN TO COMPARE THAT" in words
+    for reserve in ("0.48", "0.1", "0"):
+        assert call("verify", out, "--design", path, "--gravity-torque", reserve) == 0
+        assert f"at least the {reserve} N m given\n" in capsys.readouterr().out
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.4801") == 1
+    assert "torque: only 0.48 N m are left for gravity, not 0.4801 N m; the cert" in capsys.readouterr().err
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.48", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["gravity_torque_checked"] is True
+    none = json.loads(out.read_text())
+    for forged in (none | {"gravity": none["gravity"] | {"reserve_N_m": 0.0}}, none | {"gravity": None}):
+        (tmp_path / "less.json").write_text(json.dumps(redigested(forged)))
+        assert call("verify", tmp_path / "less.json", "--design", path, "--gravity-torque", "0.48") == 1
+        capsys.readouterr()
+    assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.49") == 1
+    err = capsys.readouterr().err
+    assert err.startswith("design.json: torque is refuted: torque with gravity is 0.805971 N m at (")
+    assert "0.00597 N m above the limit of 0.8 N m" in err
+
+
+def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The bounds beside a proof keep some distance from the extreme: 1e-5, or a thousandth of a degree."""
+    loose, out = changed(tmp_path), tmp_path / "c.json"
+    assert call("certify", "--design", loose, "--out", out, "--json") == 0
+    free = {row["figure"]: row["attained"] for row in json.loads(capsys.readouterr().out)["conditions"]}
+    near = {
+        "kappa_max": free["kappa"] * (1.0 + 3e-6),
+        "lean_max_deg": free["lean"] + 3e-4,
+        "shoulder_min_deg": free["shoulder, smallest"] - 3e-4,
+        "shoulder_max_deg": free["shoulder, largest"] + 3e-4,
+    }
+    path = changed(tmp_path, **near)
+    assert call("certify", "--design", path, "--out", out, "--json") == 0
+    rows = {row["figure"]: row for row in json.loads(capsys.readouterr().out)["conditions"]}
+    for figure in ("kappa", "lean", "shoulder, smallest", "shoulder, largest"):
+        assert rows[figure]["verdict"] == "proved"
+        assert rows[figure]["proved"] == rows[figure]["limit"], figure
+    assert call("verify", out, "--design", path) == 0
+
+
+@pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])
+def test_a_limit_in_degrees_is_told_as_it_was_given(degrees: float) -> None:
+    """It is rounded to its strict side in radians by two doubles at least: never to more than was given."""
+    design = load_design(BEST)
+    asked = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
+    limits = limits_of(design.model_copy(update={"requirements": asked}))
+    assert limits.lean_max is not None
+    assert limits.shoulder is not None
+    assert rounded(np.degrees(limits.lean_max), True) == f"{degrees:g}"
+    assert rounded(limits.shoulder[0] * 180.0 / np.pi, False) == f"{-degrees:g}"
+
+
+def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    assert call("certify", "--design", path, "--out", out, "--tight", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["tight"]
+    assert call("verify", out, "--design", path, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["proved"] == [
+        "reach", "singularity", "torque", "kappa", "shoulder", "lean",
+    ]  # fmt: skip
+    limits = json.loads(out.read_text())["limits"]
+    assert call("verify", out, "--json") == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["limits"] == limits
+    assert again["cube"]["half_side_m"] == 0.0375
+    assert call("verify", out) == 0
+    words = capsys.readouterr().out
+    assert "; kappa <= 2.26772; shoulder angle -39.241 to 65.5047 deg; lean <= 27.1977 deg\n" in words
+    assert "dashboard-joystick: L_A 82, L_B 112.079, R 40, r 30, cube of 75 from 57.112 mm up\n" in words
+    rows = {row["figure"]: row for row in told["conditions"]}
+    assert limits["kappa_max"] == rows["kappa"]["proved"]
+    assert limits["elbow_arm_min_m"] == pytest.approx(rows["elbow arm"]["proved"] / 1e3, rel=1e-14)
+    assert call("certify", "--design", path, "--out", out, "--tight", "--gravity-torque", "0.1") == 0
+    assert "is about the column `proved`" in capsys.readouterr().out
+    assert call("verify", out, "--design", path) == 0
+
+
+def test_refuted_design_exits_1_with_each_condition_its_excess_and_its_point(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = (
+        changed(tmp_path, kappa_max=2.2, lean_max_deg=27.0, shoulder_min_deg=-30, shoulder_max_deg=80),
+        (tmp_path / "c.json"),
+    )
+    assert call("certify", "--design", path, "--out", out) == 1
+    told, err = capsys.readouterr()
+    assert err.count("\n") == 1
+    assert "kappa is refuted: kappa is 2.26769 at (-37.500, -37.500, 132.112) mm, 0.0677 above the limit of 2.2" in err
+    assert "shoulder is refuted: shoulder, smallest is -39.2403 deg" in err
+    assert "9.24 deg below the limit of -30 deg" in err
+    assert "shoulder, largest is" not in err
+    assert "lean is refuted: lean is 27.1971 deg" in err
+    words = {line.split("  ")[0]: line for line in told.splitlines()}
+    assert "proved" in words["shoulder, largest"]
+    assert "refuted" in words["shoulder, smallest"]
+    assert call("verify", out, "--design", path) == 1
+    told, err = capsys.readouterr()
+    assert told == ""
+    assert err.startswith("c.json: it does not prove the design: kappa is refuted at (")
+    assert err.count("confirmed") == 3
+    assert call("verify", out, "--json") == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told["holds"] is False
+    assert told["refuted"] == ["kappa", "shoulder", "lean"]
+
+
+def test_a_cube_out_of_reach(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Chain 0 and all corners are in order; chain 1 folds on the edge of the bottom face, at u = R - r, by 0.25 mm."""
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    data = json.loads(path.read_text())
+    data["mechanism"] |= {"base_radius_mm": 65.0, "platform_radius_mm": 40.0, "forearm_length_mm": 113.0}
+    path.write_text(json.dumps(data | {"cube": {"bottom_height_mm": 30.7, "half_side_mm": 20.0}}))
+    assert call("certify", "--design", path, "--out", out) == 1
+    told, err = capsys.readouterr()
+    found = re.match(r"design\.json: reach is refuted: a chain is (\S+) mm out of reach at \((.*)\) mm; sing", err)
+    assert found is not None
+    excess, point = float(found[1]), np.array([float(x) for x in found[2].split(",")])
+    assert excess == pytest.approx(float(reach_excess(load_design(path).geometry, point / 1e3).max()) * 1e3, abs=1e-3)
+    assert 0.0 < excess <= 0.26
+    assert "torque is undecided" in err
+    assert "elbow arm" in told
+    assert call("verify", out, "--design", path) == 1
+    assert "reach is refuted at (" in capsys.readouterr().err
+    data["mechanism"] |= {"base_radius_mm": 40.0, "platform_radius_mm": 40.0}
+    path.write_text(json.dumps(data | {"cube": {"bottom_height_mm": 31.0, "half_side_mm": 20.0}}))
+    # exactly on the fold: neither, however many boxes
+    assert call("certify", "--design", path, "--out", out, "--json", "--max-boxes", "20000") == 1
+    told, err = capsys.readouterr()
+    assert "reach is undecided in the box (" in err
+    assert json.loads(told)["verdict"] == "undecided"
+
+
+def test_a_hidden_singularity(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = changed(tmp_path, {"bottom_height_mm": 22.648, "half_side_mm": 43.363}, kappa_max=7.0)
+    data = json.loads(path.read_text())
+    data["mechanism"] |= {"base_radius_mm": 46.122, "forearm_length_mm": 94.266}
+    path.write_text(json.dumps(data))
+    assert call("certify", "--design", path, "--out", tmp_path / "c.json") == 1
+    assert "singularity is refuted: the determinant has the other sign at (" in capsys.readouterr().err
+
+
+def test_undecided_is_told_with_its_box(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = changed(tmp_path, kappa_max=2.26770, shoulder_max_deg=90), tmp_path / "c.json"
+    assert call("certify", "--design", path, "--out", out, "--max-boxes", "20", "--tight") == 1
+    err = capsys.readouterr().err
+    assert "kappa is undecided in the box (" in err
+    assert err.count("shoulder is undecided") == 1
+    assert call("verify", out) == 1
+    assert "kappa is undecided" in capsys.readouterr().err
+
+
+def refused(tmp_path: Path, *arguments: str | Path) -> tuple[int, set[str]]:
+    before = {f.name for f in tmp_path.iterdir()}
+    try:
+        code = call(*arguments)
+    except SystemExit as error:
+        code = int(error.code or 0)
+    return code, {f.name for f in tmp_path.iterdir()} - before
+
+
+def test_bad_input_exits_2_in_one_line_and_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = changed(tmp_path)
+    (tmp_path / "dir").mkdir()
+    (tmp_path / "text.json").write_text("{")
+    (tmp_path / "list.json").write_text("[1]")
+    assert call("certify", "--design", path, "--out", "right.json") == 0
+    capsys.readouterr()
+    weak = changed(tmp_path, force_N=1e-9).rename(tmp_path / "weak.json")
+    faint = changed(tmp_path, joint_torque_N_m=1e-9).rename(tmp_path / "faint.json")
+    changed(tmp_path)
+    cases = (
+        (("certify",), "required: --design"),
+        (("certify", "--design", "none.json"), "none.json: cannot be read"),
+        (("certify", "--design", "text.json"), "text.json: is not JSON"),
+        (("certify", "--design", weak), "weak.json: requirements.force_N = 1e-09: must be within 1e-06 and 1e+06 N"),
+        (("certify", "--design", faint), "faint.json: requirements.joint_torque_N_m = 1e-09: must be within 1e-06"),
+        (("certify", "--design", path, "--gravity-torque", "0.8"), "gravity torque = 0.8: must be >= 0 and <"),
+        (("certify", "--design", path, "--gravity-torque", "x"), "invalid float"),
+        (("certify", "--design", path, "--mass-properties", "none.json"), "none.json: cannot be read"),
+        (("certify", "--design", path, "--mass-properties", "list.json"), "list.json: schema: must be"),
+        (("certify", "--design", path, "--mass-properties", "a", "--gravity-torque", "0.1"), "not allowed with"),
+        (("certify", "--design", path, "--out", "dir"), "dir: Is a directory"),
+        (("certify", "--design", path, "--out", "text.json/c.json"), "text.json/c.json: "),
+        (("verify",), "required: CERT"),
+        (("verify", "none.json"), "none.json: cannot be read"),
+        (("verify", "text.json"), "text.json: is not JSON"),
+        (("verify", "list.json"), "list.json: the file: "),
+        (("verify", path), "design.json: schema: "),
+        (("verify", path, "--mass-properties", "none.json"), "--mass-properties needs --design"),
+        (("verify", path, "--gravity-torque", "0.1"), "--gravity-torque needs --design"),
+        (("verify", path, "--gravity-torque", "0.1", "--mass-properties", "a"), "not allowed with"),
+        (("verify", "right.json", "--design", path, "--gravity-torque", "nan"), "gravity torque = nan: must be >= 0"),
+        (("verify", path, "--design", "none.json"), "none.json: cannot be read"),
+    )
+    for arguments, words in cases:
+        assert refused(tmp_path, *arguments) == (2, set()), arguments
+        told, err = capsys.readouterr()
+        assert told == ""
+        assert words in err
+        assert err.count("\n") == 1
+
+
+def test_an_interrupted_proof_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = changed(tmp_path)
+    monkeypatch.setattr(console.Line, "show", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    assert call("certify", "--design", path, "--out", tmp_path / "c.json") == console.INTERRUPTED
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert [f.name for f in tmp_path.iterdir()] == ["design.json"]
+
+
+def test_a_certificate_that_cannot_be_finished_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "c.json"
+    out.write_text("old")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    assert call("certify", "--design", changed(tmp_path), "--out", out) == 2
+    assert out.read_text() == "old"
+    assert sorted(f.name for f in tmp_path.iterdir()) == ["c.json", "design.json"]
+
+
+def test_the_same_design_gives_the_same_bytes(tmp_path: Path) -> None:
+    path = changed(tmp_path)
+    for name in ("a.json", "b.json"):
+        assert call("certify", "--design", path, "--out", tmp_path / name) == 0
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    assert json.loads((tmp_path / "a.json").read_text())["design_hash"] == design_hash(load_design(path))
+
+
+def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
+    path = changed(tmp_path)
+    command = [sys.executable, "-m", "optimizer", "certify", "--design", str(path), "--out", str(tmp_path / "c.json")]
+    code, shown = shown_on_a_terminal(command)
+    assert code == 0
+    assert b"loading the prover; it is compiled once on a machine" in shown
+    assert b"100.0% of the cube" in shown
+    assert shown.endswith(b"\r\x1b[K")
+
+
+def test_help_and_verify_load_no_compiler(tmp_path: Path) -> None:
+    for command in ("certify", "verify"):
+        code = (
+            "import sys\nfrom optimizer.commands.cli import main\ntry:\n"
+            f"    main(['{command}', '--help'])\nexcept SystemExit:\n"
+            "    print([m for m in ('numpy', 'scipy', 'numba', 'pydantic', 'cadquery') if m in sys.modules])"
+        )
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert run.stdout.splitlines()[-1] == "[]"
+    assert call("certify", "--design", changed(tmp_path), "--out", tmp_path / "c.json") == 0
+    code = (
+        "import sys\nfrom optimizer.commands.cli import main\n"
+        f"assert main(['verify', {str(tmp_path / 'c.json')!r}]) == 0\nassert 'numba' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+
+def test_a_bound_moves_on_to_the_point_that_refutes_its_extreme(tmp_path: Path) -> None:
+    """Told of too small a kappa, the prover finds points beyond it until none is left that a bound near by excludes."""
+    design = load_design(changed(tmp_path))
+    g, cube = design.geometry, cube_of(design)
+    e = cube_extremes(g, cube, 3.0)
+    weak = replace(e, kappa_max=Extreme(e.kappa_max.value * 0.9, (0.0, 0.0, 0.0)))
+    found = {b.figure: b for b in bounds(g, cube, 3.0, weak)}["kappa"]
+    assert float(conditioning(g, np.array(found.point))) == found.attained
+    assert found.proved is not None
+    assert found.attained <= e.kappa_max.value * (1.0 + 1e-12)  # the true extreme lies in a corner, which both find
+    assert e.kappa_max.value <= found.proved <= found.attained * (1.0 + 1.001e-5)
+
+
+def test_a_figure_without_bound_has_no_row_of_numbers(tmp_path: Path) -> None:
+    """Limits beyond what the prover takes, and figures without an end, are left out."""
+    design = load_design(changed(tmp_path))
+    g, cube = design.geometry, cube_of(design)
+    e = cube_extremes(g, cube, 3.0)
+    odd = replace(
+        e,
+        torque_max=Extreme(2e6, (0.0, 0.0, 0.1)),
+        kappa_max=Extreme(np.inf, (0.0, 0.0, 0.1)),
+        lean_max=Extreme(np.pi / 2.0, (0.0, 0.0, 0.1)),
+        shoulder_min=Extreme(-np.pi, (0.0, 0.0, 0.1)),
+        shoulder_max=Extreme(np.pi, (0.0, 0.0, 0.1)),
+    )
+    found = {b.figure: b.proved for b in bounds(g, cube, 3.0, odd)}
+    assert "kappa" not in found
+    assert [name for name, proved in found.items() if proved is None] == [
+        "torque", "shoulder_min", "shoulder_max", "lean",
+    ]  # fmt: skip
+
+
+def test_rounding_keeps_a_bound_true() -> None:
+    for x in (2.2676939276602437, 0.1, 54.909705274, -39.24005, 1e-7, 123456.5):
+        assert float(rounded(x, True)) >= x >= float(rounded(x, False))
+    assert rounded(2.2676931, True) == "2.2677"
+    assert rounded(0.8, True) == rounded(0.8, False) == "0.8"
+    assert rounded(2.2676931, False) == "2.26769"

@@ -1,0 +1,99 @@
+"""`python -m optimizer reproduce`: its files, exit codes, refusals and progress."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from delta_cad.common import console
+from optimizer.commands import cli
+from optimizer.paper.page import page
+from tests.terminal import shown_on_a_terminal
+
+SMALL = ["--population", "12", "--generations", "3"]
+
+
+def call(*arguments: str | Path) -> int:
+    return cli.main([str(argument) for argument in arguments])
+
+
+def test_command_writes_page_and_json_and_the_same_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a", "b"):
+        assert call("reproduce", "--out", tmp_path / name / "new", "--tables", "11,8", *SMALL, "--seed", "3") == 0
+        out, err = capsys.readouterr()
+        assert err == ""
+        assert out.startswith("Step 3 does not reproduce (off by up to 212.8 %).\nStep 3 does not reproduce: ")
+        assert sorted(f.name for f in (tmp_path / name / "new").iterdir()) == ["reproduce.json", "reproduce.md"]
+    for name in ("reproduce.json", "reproduce.md"):
+        assert (tmp_path / "a" / "new" / name).read_bytes() == (tmp_path / "b" / "new" / name).read_bytes()
+    told = json.loads((tmp_path / "a" / "new" / "reproduce.json").read_text())
+    assert (list(told["tables"]), told["seed"]) == (["8", "11"], 3)
+    assert (tmp_path / "a" / "new" / "reproduce.md").read_text() == page(told)
+    assert call("reproduce", "--out", tmp_path / "a", "--tables", "8", *SMALL, "--json") == 0
+    assert capsys.readouterr().out == (tmp_path / "a" / "reproduce.json").read_text()
+
+
+def test_bad_input_exits_2_in_one_line_and_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("")
+    cases_ = (
+        (("--tables", "5"), "invalid list of tables of 4, 6, 7, 8, 9, 10, 11, 12:"),
+        (("--tables", "x"), "invalid list of tables"),
+        (("--seed", "-1"), "invalid whole number"),
+        (("--tables", "8", "--population", "2"), "3 free variables, 2 individuals, 100 generations"),
+        (("--tables", "8", "--generations", "0"), "3 free variables, 220 individuals, 0 generations"),
+        (("--tables", "8", *SMALL, "--out", "file"), "file: "),
+    )
+    for arguments, words in cases_:
+        try:
+            code = call("reproduce", *arguments)
+        except SystemExit as error:
+            code = int(error.code or 0)
+        out, err = capsys.readouterr()
+        assert (code, out) == (2, "")
+        assert words in err
+        assert err.count("\n") == 1
+        assert [f.name for f in tmp_path.iterdir()] == ["file"]
+
+
+def test_an_interrupted_run_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = []
+
+    def show(_line: object, text: str) -> None:
+        shown.append(text)
+        if len(shown) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(console.Line, "show", show)
+    assert call("reproduce", "--out", tmp_path / "out", "--tables", "8", *SMALL) == console.INTERRUPTED
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert shown[1:] == ["table 8 row 1 (1 of 2): ga", "table 8 row 1 (1 of 2): sqp"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "optimizer", "reproduce", "--out", str(tmp_path), "--tables", "8", *SMALL]
+    code, shown = shown_on_a_terminal(command)
+    assert code == 0
+    assert b"table 8 row 2 (2 of 2): proof of the optimum" in shown
+    assert shown.endswith(b"\r\x1b[K")
+
+
+def test_help_loads_no_solver() -> None:
+    code = (
+        "import sys\nfrom optimizer.commands.cli import main\n"
+        "try:\n    main(['reproduce', '--help'])\nexcept SystemExit:\n"
+        "    print([m for m in ('numpy', 'scipy', 'pymoo', 'numba', 'pydantic', 'cadquery') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "[]"

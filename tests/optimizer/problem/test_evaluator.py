@@ -1,0 +1,155 @@
+"""Figures over designs and points against the mechanism's own functions, and their continuation beyond the reach."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from delta_cad.mechanism import (
+    Cube,
+    DeltaGeometry,
+    closure_margin,
+    conditioning,
+    cube_surface,
+    direct_margin,
+    joint_angles,
+    worst_joint_torque,
+)
+from optimizer.problem import evaluator
+from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface, sample_points
+
+DESIGNS = np.array([[82, 112.079, 40, 30, 57.112, 35], [82, 130, 40, 30, 48, 60], [70, 120, 45, 50, 60, 30]]) / 1000.0
+
+
+def absolute(design: np.ndarray, c: np.ndarray) -> tuple[DeltaGeometry, np.ndarray]:
+    L_A, L_B, R, r, H, L = design
+    return DeltaGeometry(R, r, L_A, L_B), np.stack([L * c[:, 0], L * c[:, 1], H + L * (1 + c[:, 2])], axis=-1)
+
+
+@pytest.mark.parametrize("k", range(3))
+def test_figures_are_those_of_the_mechanism(k: int) -> None:
+    points = half_surface(7)
+    f = figures(DESIGNS, points)
+    g, p = absolute(DESIGNS[k], points)
+    # two orders of the same sums: a few roundings of 1e-16, times the conditioning of the worst point (20)
+    np.testing.assert_allclose(f.closure[k], closure_margin(g, p).min(axis=-1) / g.forearm_length**2, atol=1e-14)
+    np.testing.assert_allclose(f.determinant[k], direct_margin(g, p), atol=1e-14)
+    torque = 3.0 * f.moment[k] / np.abs(f.determinant[k])
+    np.testing.assert_allclose(torque, worst_joint_torque(g, p, 3.0).max(axis=-1), rtol=1e-12)
+    np.testing.assert_allclose(1.0 / f.quality[k], conditioning(g, p), rtol=1e-11)
+    np.testing.assert_allclose(f.shoulder_min[k], joint_angles(g, p).min(axis=-1), atol=1e-14)
+    np.testing.assert_allclose(f.shoulder_max[k], joint_angles(g, p).max(axis=-1), atol=1e-14)
+
+
+def test_quality_carries_the_sign_of_the_determinant_and_can_be_left_out() -> None:
+    # step 1's optimum of table 4 folds at the bottom centre and has the forearms' plane turned over at the top
+    design = np.array([[82, 130, 40, 40, 48, 64]]) / 1000.0
+    f = figures(design, half_surface(9))
+    assert (f.determinant < 0).any()
+    assert (np.sign(f.quality)[f.closure > 0] == np.sign(f.determinant)[f.closure > 0]).all()
+    assert (figures(design, half_surface(9), conditioning=False).quality == 1.0).all()
+
+
+@pytest.mark.parametrize("way", [figures, figures_numpy])
+@pytest.mark.parametrize("conditioning", [True, False])
+def test_angles_can_be_left_out_and_nothing_else_changes(way: Callable[..., Figures], conditioning: bool) -> None:
+    points = sample_points(DESIGNS, 5)
+    whole, some = way(DESIGNS, points, conditioning), way(DESIGNS, points, conditioning, angles=False)
+    assert all(np.array_equal(a, b) for a, b in zip(whole[:4], some[:4], strict=True))
+    assert (some.shoulder_min == 0.0).all()
+    assert (some.shoulder_max == 0.0).all()
+
+
+def test_half_the_surface_has_every_value_of_the_whole() -> None:
+    n = 9
+    *_, H, L = DESIGNS[0]
+    whole = cube_surface(Cube(H, L), n)
+    unit = np.column_stack([whole[:, :2] / L, (whole[:, 2] - H) / L - 1.0])
+    half, full = figures(DESIGNS[:1], half_surface(n)), figures(DESIGNS[:1], unit)
+    for a, b in zip(half, full, strict=True):
+        # y and -y give the same figures up to the order in which chains 1 and 2 are summed
+        np.testing.assert_allclose(np.unique(a.round(12)), np.unique(b.round(12)), atol=2e-12)
+    assert len(half_surface(n)) < 0.6 * len(whole)
+
+
+@pytest.mark.parametrize("variable", [1, 4])
+def test_figures_are_finite_and_continuous_through_the_edge_of_reach(variable: int) -> None:
+    """Raise L_B (or lower H) until the forearm folds at the bottom: no jump larger than a square root allows."""
+    steps = np.linspace(0.0, 1.0, 2001)
+    path = np.tile(np.array([82, 130, 40, 38, 48, 40]) / 1000.0, (len(steps), 1))
+    path[:, variable] += 0.006 * (steps - 0.5) * (1 if variable == 1 else -1)
+    f = figures(path, np.array([[0.05, 0.0, -1.0], [0.0, 0.0, -1.0], [1.0, 1.0, 1.0]]))
+    assert (f.closure[:, 1] < 0).any()
+    assert (f.closure[:, 1] > 0).any()
+    for name, values in f._asdict().items():
+        assert np.isfinite(values).all(), name
+        # sqrt(w^2) changes by sqrt(step) of 3 micrometres in 82 mm at most: 0.6 %, times slopes below 10
+        assert np.abs(np.diff(values, axis=0)).max() < 0.06, name
+
+
+def test_a_wrist_on_its_shoulder_axis_gives_numbers() -> None:
+    design = np.array([[80, 80, 40, 30, 10, 20]]) / 1000.0
+    point = np.array([[0.5, 0.0, -1.5]])  # x = R - r, z = 0
+    f: Figures = figures(design, point)
+    assert all(np.isfinite(values).all() for values in f)
+
+
+def test_fold_points_lie_above_the_shoulders_or_at_the_edge() -> None:
+    foot = fold_points(np.array([[82, 112, 40, 30, 57, 35], [82, 112, 40, 90, 57, 35], [82, 112, 40, 45, 57, 0]]) / 1e3)
+    np.testing.assert_allclose(foot[0], [[10 / 35, 0, -1], [-5 / 35, 5 * np.sqrt(3) / 35, -1]], atol=1e-15)
+    np.testing.assert_allclose(foot[1], [[-1, 0, -1], [0.5, np.sqrt(3) / 2, -1]], atol=1e-15)
+    assert np.isfinite(foot).all()
+
+
+def test_reach_on_the_coarsest_sample_is_that_of_the_finest() -> None:
+    """Corners and fold points decide reach alone, README (21): 500 random designs, none better on a fine grid."""
+    rng = np.random.default_rng(3)
+    low, high = np.array([60, 90, 35, 20, 20, 10]), np.array([90, 160, 45, 50, 90, 60])
+    designs = (low + (high - low) * rng.random((500, 6))) / 1000.0
+    designs[:, 1] = np.maximum(designs[:, 1], designs[:, 0])
+    coarse = figures(designs, sample_points(designs, 3), conditioning=False).closure.min(axis=1)
+    fine = figures(designs, half_surface(25), conditioning=False).closure.min(axis=1)
+    assert ((coarse >= 0) <= (fine >= 0)).all()
+    assert 50 < (coarse >= 0).sum() < 450
+
+
+@pytest.mark.parametrize("conditioning", [True, False])
+def test_compiled_figures_are_those_of_numpy(conditioning: bool) -> None:
+    """Random designs, well placed, out of reach, folded and with the platform below its elbows."""
+    rng = np.random.default_rng(8)
+    low, high = np.array([40, 40, 30, 20, 5, 0]), np.array([120, 200, 60, 60, 150, 80])
+    designs = np.concatenate([(low + (high - low) * rng.random((60, 6))) / 1000.0, DESIGNS])
+    points = sample_points(designs, 5)
+    a, b = figures(designs, points, conditioning), figures_numpy(designs, points, conditioning)
+    assert (b.closure < 0).any()
+    assert (b.determinant < 0).any()
+    for name, x, y in zip(a._fields, a, b, strict=True):
+        # sums of the same terms in another order; eigenvalues by another method: 1e-15 of the largest, square rooted
+        # where the smallest is about 0
+        close = np.isclose(x, y, rtol=1e-12, atol=1e-13 if name != "quality" else 1e-7)
+        assert close.all(), (name, np.abs(x - y)[~close])
+
+
+def test_without_numba_numpy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.delitem(sys.modules, "optimizer.problem.compiled", raising=False)
+    monkeypatch.delitem(sys.modules, "delta_cad.mechanism.kernel", raising=False)
+    evaluator._compiled.cache_clear()
+    try:
+        f, g = figures(DESIGNS, half_surface(3)), figures_numpy(DESIGNS, half_surface(3))
+        assert all(np.array_equal(a, b) for a, b in zip(f, g, strict=True))
+    finally:
+        evaluator._compiled.cache_clear()
+
+
+def test_another_missing_module_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "optimizer.problem.compiled", None)
+    evaluator._compiled.cache_clear()
+    try:
+        with pytest.raises(ModuleNotFoundError, match=r"optimizer\.compiled"):
+            figures(DESIGNS, half_surface(3))
+    finally:
+        evaluator._compiled.cache_clear()

@@ -1,0 +1,115 @@
+"""The design file of a result: lengths in whole micrometres that still hold, and the committed one made again."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.design import load_design
+from delta_cad.mechanism import conditioning, joint_angles, rod_lean, worst_joint_torque
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.requirements import Requirements, load_requirements, requirements_hash
+from optimizer.problem.step import SIDE, step_problem
+from optimizer.search.result import Result
+from optimizer.synthesis.output import design_of, presentable
+from optimizer.synthesis.three_step import Run
+
+ROOT = Path(__file__).parents[3]
+BEST = ROOT / "best.json"
+
+
+@pytest.fixture(scope="module")
+def given() -> Requirements:
+    return load_requirements(ROOT / "joystick.toml")
+
+
+@pytest.fixture(scope="module")
+def solved(given: Requirements) -> list[Result]:
+    """The steps by SQP alone: another way to the same optimum, in a second."""
+    return Run(given, "sqp", seed=1).results()
+
+
+def committed_mm() -> tuple[float, ...]:
+    data = json.loads(BEST.read_text())
+    lengths = data["mechanism"] | data["cube"]
+    return tuple(lengths[f"{name}_mm"] for name in VARIABLES)
+
+
+def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requirements(
+    given: Requirements, solved: list[Result]
+) -> None:
+    design = load_design(BEST)
+    told = design.provenance
+    assert told["requirements_sha256"] == requirements_hash(given)
+    assert (
+        told["command"]
+        == f"python -m optimizer synthesize joystick.toml --method {told['method']} --seed {told['seed']}"
+    )
+    again = design_of(given, solved, "sqp", 1, "again.json")
+    assert again.mechanism == design.mechanism  # to the last digit: both are whole micrometres
+    assert again.cube == design.cube
+    assert again.requirements == design.requirements
+    assert again.hardware == design.hardware
+    found = dict(zip(VARIABLES, solved[1].design_mm, strict=True))
+    steps = told["steps"]
+    assert isinstance(steps, list)
+    assert steps[1]["objective"] == pytest.approx(found["half_side"], rel=1e-6)  # type: ignore[call-overload,index]
+    bound = steps[1]["proven_bound"]  # type: ignore[call-overload,index]
+    assert design.cube.half_side_mm <= bound <= design.cube.half_side_mm * (1.0 + 1e-4)  # type: ignore[operator]
+
+
+def test_the_committed_design_meets_its_limits_by_the_mechanism_s_own_figures() -> None:
+    """A dense grid on the surface of the cube through `delta_cad.mechanism`, not through the optimizer's kernel."""
+    design = load_design(BEST)
+    asked, half, low = design.requirements, design.cube.half_side_mm / 1e3, design.cube.bottom_height_mm / 1e3
+    axis = np.linspace(-1.0, 1.0, 81)
+    a, b = (v.ravel() for v in np.meshgrid(axis, axis))
+    faces = [np.insert(np.stack([a, b], axis=1), k, side, axis=1) for k in range(3) for side in (-1.0, 1.0)]
+    p = half * np.concatenate(faces) + np.array([0.0, 0.0, low + half])
+    g = design.geometry
+    assert asked.kappa_max is not None
+    assert asked.lean_max_deg is not None
+    assert asked.shoulder_min_deg is not None
+    assert asked.shoulder_max_deg is not None
+    kappa, lean = float(conditioning(g, p).max()), float(np.degrees(np.abs(rod_lean(g, p)).max()))
+    theta = np.degrees(joint_angles(g, p))
+    assert 0.9999 * asked.kappa_max < kappa <= asked.kappa_max  # binds
+    assert 0.9999 * asked.lean_max_deg < lean <= asked.lean_max_deg + 1e-9  # binds, in corners
+    assert asked.shoulder_min_deg <= theta.min() < asked.shoulder_min_deg + 0.01  # binds
+    assert theta.max() < asked.shoulder_max_deg
+    assert worst_joint_torque(g, p, asked.force_N).max() < asked.joint_torque_N_m - 0.08
+
+
+def test_lengths_are_whole_micrometres_that_still_hold_and_no_better_choice_was_near(given: Requirements) -> None:
+    found = (82.0, 122.3465807327546, 40.0, 30.000000000001787, 47.72975679997513, 42.047709417613625)
+    for step in (2, 3):
+        result = Result(step_problem(given, step, found[SIDE]), "sqp", found, "converged")
+        assert result.feasible
+        lengths = presentable(result)
+        assert lengths == tuple(round(v, 3) for v in lengths)
+        assert math.dist(lengths, found) < 2e-3
+        assert lengths[SIDE] <= found[SIDE] < lengths[SIDE] + 2e-3
+        assert Result(step_problem(given, step, lengths[SIDE]), "sqp", lengths, "converged").feasible
+    nearest = (*(round(v, 3) for v in found[:SIDE]), 42.047)
+    assert not Result(step_problem(given, 2, 43.0), "sqp", nearest, "converged").feasible  # plain rounding would fail
+
+
+def test_lengths_stay_as_they_are_where_rounding_cannot_hold(given: Requirements) -> None:
+    found = (82.0, 122.3465807327546, 40.0, 30.000000000001787, 47.72975679997513, 42.047709417613625)
+    step_3 = given.step_3.model_copy(update={"half_side_mm": found[SIDE]})
+    fixed = given.model_copy(update={"step_3": step_3})
+    assert presentable(Result(step_problem(fixed, 3), "sqp", found, "converged")) == found
+    too_large = (*found[:SIDE], 45.0004)
+    assert presentable(Result(step_problem(given, 2, 46.0), "sqp", too_large, "interrupted")) == too_large
+
+
+def test_a_cube_below_a_micrometre_is_not_rounded_away(given: Requirements) -> None:
+    found = (82.0, 122.34, 40.0, 30.0, 90.0, 1e-9)
+    for problem in (step_problem(given, 2), step_problem(given, 3, 1e-9)):
+        result = Result(problem, "sqp", found, "converged")
+        assert result.feasible
+        assert presentable(result) == found

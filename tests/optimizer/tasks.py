@@ -1,0 +1,70 @@
+"""The paper's tasks as requirements, and a store in memory, for the tests of the optimiser."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from optimizer.problem.requirements import Requirements, requirements_from_dict
+from optimizer.search.genetic import Generation
+
+Range = tuple[float, float]
+
+
+def task(
+    forearm_length: Range = (40, 130),
+    platform_radius: Range = (20, 45),
+    bottom_height: Range = (40, 100),
+    half_side: Range = (0, 100),
+    base_radius: Range = (40, 40),
+    upper_arm_length: Range = (82, 82),
+    limits: dict[str, Any] | None = None,
+    half_side_mm: float | None = None,
+    torque: float = 0.8,
+) -> Requirements:
+    """270 x 220 mm, 3 N, 0.8 N m, R + L_A <= 122 mm, with the bounds of [RCIM2018] table 3 unless told otherwise."""
+    return requirements_from_dict(
+        {
+            "name": "task",
+            "requirements": {
+                "envelope_width_mm": 270.0,
+                "envelope_depth_mm": 220.0,
+                "force_N": 3.0,
+                "joint_torque_N_m": torque,
+            },
+            "bounds_mm": {
+                "upper_arm_length": upper_arm_length,
+                "forearm_length": forearm_length,
+                "base_radius": base_radius,
+                "platform_radius": platform_radius,
+                "bottom_height": bottom_height,
+                "half_side": half_side,
+            },
+            "limits": {"outline_radius_max_mm": 122.0} if limits is None else limits,
+            "step_3": {} if half_side_mm is None else {"half_side_mm": half_side_mm},
+        }
+    )
+
+
+class Memory:
+    """A store that keeps everything as JSON text, as a file would."""
+
+    def __init__(self) -> None:
+        self.done: dict[str, str] = {}
+        self.kept: dict[str, list[str]] = {}
+
+    def finished(self, phase: str) -> dict[str, Any] | None:
+        return json.loads(self.done[phase]) if phase in self.done else None
+
+    def finish(self, phase: str, data: dict[str, Any]) -> None:
+        self.done[phase] = json.dumps(data, allow_nan=False)
+
+    def generations(self, phase: str) -> Sequence[Generation]:
+        return [Generation(*map(np.array, json.loads(text))) for text in self.kept.get(phase, [])]
+
+    def keep(self, phase: str, generation: Generation) -> None:
+        lists = [generation.objective.tolist(), generation.margins.tolist()]
+        self.kept.setdefault(phase, []).append(json.dumps(lists, allow_nan=False))
