@@ -149,7 +149,7 @@ def test_another_missing_module_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(sys.modules, "optimizer.problem.compiled", None)
     evaluator._compiled.cache_clear()
     try:
-        with pytest.raises(ModuleNotFoundError, match=r"optimizer\.compiled"):
+        with pytest.raises(ModuleNotFoundError, match=r"optimizer\.problem\.compiled"):
             figures(DESIGNS, half_surface(3))
     finally:
         evaluator._compiled.cache_clear()
