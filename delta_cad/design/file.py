@@ -12,10 +12,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, create_model
 
 from delta_cad import catalogue
 from delta_cad.design.sums import impossible_sum
+from delta_cad.mechanism.limits import LIMITS
 
 if TYPE_CHECKING:
     from delta_cad.mechanism import DeltaGeometry
@@ -27,7 +28,7 @@ NAME_RULE = (
     "file name"
 )
 MM_PER_M = 1000.0
-UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
+UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_kg": "kg", "_m_s2": "m/s^2"}
 GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 
 HARDWARE_FAMILIES = {
@@ -91,17 +92,25 @@ Gravity = Annotated[
 ]
 
 
-class Requirements(_Record):
-    """What the customer asked for; an optional entry that is given is checked and certified."""
-
+class _Task(_Record):
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
     force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
     joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give")
-    kappa_max: float | None = Field(default=None, ge=1, le=1e6, description="largest condition number in the cube")
-    lean_max_deg: float | None = Field(default=None, gt=0, lt=90, description="largest lean of a rod")
-    shoulder_min_deg: float | None = Field(default=None, ge=-180, le=180, description="smallest shoulder angle")
-    shoulder_max_deg: float | None = Field(default=None, ge=-180, le=180, description="largest shoulder angle")
+
+
+def limit_fields() -> dict[str, Any]:
+    """Gives the optional fields of all limits, as pydantic declares fields."""
+    stated = (field for limit in LIMITS for field in limit.fields_)
+    return {f.name: (float | None, Field(default=None, description=f.description, **f.bounds)) for f in stated}
+
+
+_Limited: Any = create_model("_Limited", __base__=_Task, **limit_fields())
+
+
+class Requirements(_Limited):
+    """What the customer asked for; an optional entry that is given is checked and certified."""
+
     clearance_min_mm: float = Field(default=1.0, ge=0, le=100, description="between bodies that are not neighbours")
     gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
 

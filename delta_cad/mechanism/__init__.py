@@ -3,17 +3,18 @@
 Every function takes positions or angles of shape (..., 3) in SI units; the formulas are derived in README.md.
 """
 
-from delta_cad.mechanism.angles import forearm_angle, rod_lean
 from delta_cad.mechanism.errors import GeometryError, MechanismError, SingularError, UnreachableError
 from delta_cad.mechanism.forward import forward_kinematics, platform_positions
 from delta_cad.mechanism.geometry import AZIMUTHS, DeltaGeometry
 from delta_cad.mechanism.inverse import (
     closure_margin,
     elbow_positions,
+    forearm_angle,
     forearm_vectors,
     inverse_kinematics,
     joint_angles,
     reach_excess,
+    rod_lean,
     wrist_positions,
 )
 from delta_cad.mechanism.jacobian import inverse_jacobian, jacobian

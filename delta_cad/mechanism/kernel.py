@@ -12,12 +12,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from delta_cad.mechanism.geometry import DeltaGeometry, positions
+from delta_cad.common.jit import compiled, expanded
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, positions
 
-_ROOT_3_4 = float(np.sqrt(3.0) / 2.0)  # the same double as in `RADIAL`, so that chains 1 and 2 mirror each other
 _ROOT_3 = float(np.sqrt(3.0))
 _C = tuple(
     np.polynomial.Chebyshev.interpolate(lambda c: np.cos(np.arccos(np.clip(c, -1.0, 1.0)) / 3.0), 7, [0.0, 1.0])
@@ -100,7 +99,7 @@ def angle_margins(
     return shoulder_margin, lean_margin
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _chain(q, t, z, la, lb):
     """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
     rho2 = q * q + z * z
@@ -111,7 +110,7 @@ def _chain(q, t, z, la, lb):
     return w2, w, q - (q * m + z * w) * scale, z - (z * m - q * w) * scale
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     """Condition number from the forearms' products, README (23)-(26).
 
@@ -129,9 +128,9 @@ def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     s12, s13, s23 = a12 * a12, a13 * a13, a23 * a23
     p2 = (b11 * b11 + b22 * b22 + b33 * b33 + 2.0 * (s12 + s13 + s23)) / 6.0
     cos3 = 0.5 * (b11 * (b22 * b33 - s23) - s12 * b33 + 2.0 * a12 * a13 * a23 - s13 * b22)
-    u1, u2 = 0.5 * (b11 - b22), _ROOT_3_4 * b33
+    u1, u2 = 0.5 * (b11 - b22), SIN_60 * b33
     c11, c22, c33 = b11 * b11 + s12 + s13, b22 * b22 + s12 + s23, b33 * b33 + s13 + s23 - 2.0 * p2
-    d1, d2 = 0.5 * (c11 - c22), _ROOT_3_4 * c33
+    d1, d2 = 0.5 * (c11 - c22), SIN_60 * c33
     c12 = a13 * a23 - a12 * b33
     c13 = a12 * a23 - a13 * b22
     c23 = a12 * a13 - a23 * b11
@@ -158,19 +157,19 @@ def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     return math.inf if i3 == 0.0 else kappa
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _figures(px, py, pz, a, la, lb, closure, arm1, arm2, arm3, kappa):
     """Fills closure margin, three torque arms and kappa, each (n,), from three coordinates, each (n,)."""
     lb2 = lb * lb
     for k in range(len(px)):
         x, y, z = px[k], py[k], pz[k]
-        xc, yc, xs, ys = -0.5 * x, -0.5 * y, _ROOT_3_4 * x, _ROOT_3_4 * y
+        xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
         w21, w1, r1, z1 = _chain(x - a, y, z, la, lb)
         w22, w2, r2, z2 = _chain(xc + ys - a, yc - xs, z, la, lb)
         w23, w3, r3, z3 = _chain(xc - ys - a, yc + xs, z, la, lb)
         x1, y1 = r1, y
-        x2, y2 = -0.5 * r2 - _ROOT_3_4 * (yc - xs), _ROOT_3_4 * r2 - 0.5 * (yc - xs)
-        x3, y3 = -0.5 * r3 + _ROOT_3_4 * (yc + xs), -_ROOT_3_4 * r3 - 0.5 * (yc + xs)
+        x2, y2 = -0.5 * r2 - SIN_60 * (yc - xs), SIN_60 * r2 - 0.5 * (yc - xs)
+        x3, y3 = -0.5 * r3 + SIN_60 * (yc + xs), -SIN_60 * r3 - 0.5 * (yc + xs)
         fx, fy, fz = y2 * z3 - z2 * y3, z2 * x3 - x2 * z3, x2 * y3 - y2 * x3
         det = x1 * fx + y1 * fy + z1 * fz
         n1 = fx * fx + fy * fy + fz * fz
@@ -188,12 +187,12 @@ def _figures(px, py, pz, a, la, lb, closure, arm1, arm2, arm3, kappa):
         kappa[k] = _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _angles(px, py, pz, a, la, lb, cos_middle, sin_middle, cos_half, sin_lean, shoulder, lean):
     """Fills shoulder margin and lean margin, each (n,)."""
     for k in range(len(px)):
         x, y, z = px[k], py[k], pz[k]
-        xc, yc, xs, ys = -0.5 * x, -0.5 * y, _ROOT_3_4 * x, _ROOT_3_4 * y
+        xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
         q2, q3, t2, t3 = xc + ys - a, xc - ys - a, yc - xs, yc + xs
         _, _, r1, z1 = _chain(x - a, y, z, la, lb)
         _, _, r2, z2 = _chain(q2, t2, z, la, lb)

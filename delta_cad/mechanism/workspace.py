@@ -9,10 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from delta_cad.mechanism.angles import forearm_angle, rod_lean
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import LENGTH_MAX, DeltaGeometry
-from delta_cad.mechanism.inverse import arm_direction, closure_margin, joint_angles, require_closed
+from delta_cad.mechanism.inverse import (
+    arm_direction,
+    closure_margin,
+    forearm_angle,
+    joint_angles,
+    require_closed,
+    rod_lean,
+)
 from delta_cad.mechanism.statics import conditioning, direct_margin, serial_margin, singular_values, worst_joint_torque
 
 HALVINGS = 22
@@ -177,11 +183,7 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
         UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
         GeometryError: n is less than 2.
     """
-    points = np.concatenate([cube_surface(cube, n), cube_grid(cube, max(2, (n + 3) // 4))])
-
-    def search(figure: Figure, sign: float) -> Extreme:
-        return _search(figure, sign, cube, points, n)
-
+    search = Search(cube, n)
     closure = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
     require_closed(g, np.array([closure.position]))
 
@@ -195,8 +197,9 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
         return g.base_radius + g.upper_arm_length * arm_direction(g, p)[0]
 
     lowest, highest = (search(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0))
-    if lowest.value <= 0.0 <= highest.value:
-        torque = kappa = largest = Extreme(math.inf, _crossing(g, lowest.position, highest.position))
+    crossing = sign_change(g, lowest, highest)
+    if crossing is not None:
+        torque = kappa = largest = Extreme(math.inf, crossing)
     else:
         torque = search(lambda p: worst_joint_torque(g, p, force).max(axis=-1), -1.0)
         kappa = search(lambda p: conditioning(g, p), -1.0)
@@ -221,43 +224,70 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
     )
 
 
-def _search(figure: Figure, sign: float, cube: Cube, points: np.ndarray, n: int) -> Extreme:
-    """Minimum of sign * figure over the points, polished inside the cube."""
+class Search:
+    """Search for the extremes of figures over one cube: the surface, a coarse grid inside, then a compass search.
 
-    def cost(p: np.ndarray) -> np.ndarray:
-        values = sign * figure(p)
-        return np.where(np.isnan(values), np.inf, values)
+    Args:
+        cube: The cube.
+        n: Grid points along an edge, at least 2.
+    """
 
-    lower, upper = cube.lower, cube.upper
-    costs = cost(points)
-    starts = [int(np.argmin(costs))]
-    for face in (*(points == lower).T, *(points == upper).T):
-        starts.append(int(np.argmin(np.where(face, costs, np.inf))))
-    best, best_cost = points[starts], costs[starts]
-    offsets = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    step = 2.0 * cube.half_side / (n - 1)
-    rows = np.arange(len(best))
-    for _ in range(HALVINGS):
-        # twice a step: a search that moves on has the grid's own error to make up at most
-        for _ in range(2):
-            around = np.clip(best[:, None, :] + step * offsets, lower, upper)
-            around_costs = cost(around)
-            chosen = np.argmin(around_costs, axis=1)
-            better = around_costs[rows, chosen] < best_cost
-            if not better.any():
-                break
-            best = np.where(better[:, None], around[rows, chosen], best)
-            best_cost = np.where(better, around_costs[rows, chosen], best_cost)
-        step /= 2.0
-    k = int(np.argmin(best_cost))
-    return Extreme(float(sign * best_cost[k]), (float(best[k, 0]), float(best[k, 1]), float(best[k, 2])))
+    def __init__(self, cube: Cube, n: int = 41) -> None:
+        self.cube, self.n = cube, n
+        self.points = np.concatenate([cube_surface(cube, n), cube_grid(cube, max(2, (n + 3) // 4))])
+
+    def __call__(self, figure: Figure, sign: float) -> Extreme:
+        """Finds the smallest value of a figure, or for a sign of -1 the largest, polished inside the cube.
+
+        Args:
+            figure: (n, 3) positions in m -> (n,) values; NaN counts as no extreme.
+            sign: +1 for the smallest, -1 for the largest.
+        """
+
+        def cost(p: np.ndarray) -> np.ndarray:
+            values = sign * figure(p)
+            return np.where(np.isnan(values), np.inf, values)
+
+        cube, points, n = self.cube, self.points, self.n
+        lower, upper = cube.lower, cube.upper
+        costs = cost(points)
+        starts = [int(np.argmin(costs))]
+        for face in (*(points == lower).T, *(points == upper).T):
+            starts.append(int(np.argmin(np.where(face, costs, np.inf))))
+        best, best_cost = points[starts], costs[starts]
+        offsets = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+        step = 2.0 * cube.half_side / (n - 1)
+        rows = np.arange(len(best))
+        for _ in range(HALVINGS):
+            # twice a step: a search that moves on has the grid's own error to make up at most
+            for _ in range(2):
+                around = np.clip(best[:, None, :] + step * offsets, lower, upper)
+                around_costs = cost(around)
+                chosen = np.argmin(around_costs, axis=1)
+                better = around_costs[rows, chosen] < best_cost
+                if not better.any():
+                    break
+                best = np.where(better[:, None], around[rows, chosen], best)
+                best_cost = np.where(better, around_costs[rows, chosen], best_cost)
+            step /= 2.0
+        k = int(np.argmin(best_cost))
+        return Extreme(float(sign * best_cost[k]), (float(best[k, 0]), float(best[k, 1]), float(best[k, 2])))
 
 
-def _crossing(
-    g: DeltaGeometry, below: tuple[float, float, float], above: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    """Point between two positions, of determinant <= 0 and >= 0, where the determinant changes sign."""
-    a, b = np.array(below), np.array(above)
+def sign_change(g: DeltaGeometry, lowest: Extreme, highest: Extreme) -> tuple[float, float, float] | None:
+    """Finds a direct singularity between the smallest and the largest determinant of the forearms in a cube.
+
+    Args:
+        g: The mechanism.
+        lowest: Smallest determinant and its place.
+        highest: Largest determinant and its place.
+
+    Returns:
+        The position, m; None where the determinant keeps its sign.
+    """
+    if not lowest.value <= 0.0 <= highest.value:
+        return None
+    a, b = np.array(lowest.position), np.array(highest.position)
     for _ in range(CROSSING_STEPS):
         middle = (a + b) / 2.0
         if direct_margin(g, middle) <= 0.0:

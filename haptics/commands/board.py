@@ -32,7 +32,7 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
     from haptics.devices.server import listen, serve
-    from haptics.model.masses import MassError
+    from delta_cad.masses import MassError
 
     try:
         if not 0 <= given.port <= 65535:

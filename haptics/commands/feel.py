@@ -32,7 +32,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import QUANTITIES, feel
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassError
+    from delta_cad.masses import MassError
 
     try:
         machine = load_machine(given.design, given.masses)

@@ -24,7 +24,7 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassError
+    from delta_cad.masses import MassError
 
     try:
         machine = load_machine(given.design, given.masses)

@@ -37,7 +37,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
     from delta_cad.design import DesignError
     from delta_cad.mechanism import MechanismError
-    from haptics.model.masses import MassError
+    from delta_cad.masses import MassError
 
     try:
         facts = _facts(given)
@@ -63,7 +63,7 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
     from delta_cad.drive import drive_torque
     from haptics.gravity import gravity_torque
     from haptics.model.machine import load_machine
-    from haptics.model.masses import PointMasses
+    from delta_cad.masses import PointMasses
 
     if given.point_masses is not None:
         design = load_design(given.design)

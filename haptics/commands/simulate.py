@@ -47,7 +47,7 @@ def run(given: argparse.Namespace) -> int:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
     from delta_cad.design import DesignError
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassError
+    from delta_cad.masses import MassError
 
     try:
         machine = load_machine(given.design, given.masses)

@@ -33,7 +33,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.whole import write_whole
     from delta_cad.design import DesignError
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassError
+    from delta_cad.masses import MassError
     from haptics.stability.page import stiffness_facts, stiffness_text
     from haptics.stability.stiffness import largest_walls
 

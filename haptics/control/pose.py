@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from delta_cad.mechanism.geometry import DeltaGeometry
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 
 POSITION, RATES, HOLDING = 3, 4, 5
 """Rows of what `pose` fills; rows 0-2 are the Jacobian's columns."""

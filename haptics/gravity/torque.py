@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL
-from haptics.model.masses import Masses, PointMasses
+from delta_cad.masses import Masses, PointMasses
 
 
 def gravity_torque(

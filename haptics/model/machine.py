@@ -9,7 +9,7 @@ from pathlib import Path
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
 from delta_cad.mechanism import DeltaGeometry
-from haptics.model.masses import MassError, Masses, load_masses
+from delta_cad.masses import MassError, Masses, load_masses
 
 FILE = "mass_properties.json"
 

@@ -29,7 +29,7 @@ import numpy as np
 from numba import njit
 
 from delta_cad.mechanism.geometry import DeltaGeometry
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 
 POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry
-from delta_cad.mechanism.proof.findings import Finding
-from delta_cad.mechanism.proof.limits import Limits
+from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
+from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Torque
+from delta_cad.mechanism.proof.extremes import WorstFigure
 
 NARROW = 1e-5
 """First distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof."""
@@ -23,25 +23,27 @@ Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True)
-class Bound:
+class ProvedBound:
     """What is known of the extreme of one figure over the cube.
 
     Attributes:
-        figure: `reach`, `torque`, `kappa`, `shoulder_min`, `shoulder_max` or `lean`.
+        limit: That measures the figure.
+        figure: The figure.
         attained: The extreme found, SI units.
         point: Where it was found, m.
         proved: No point of the cube is beyond this; None where nothing could be proved.
     """
 
-    figure: str
+    limit: PoseLimit
+    figure: FigureOfMerit
     attained: float
     point: tuple[float, float, float]
     proved: float | None
 
 
 def bounds(
-    g: DeltaGeometry, cube: Cube, force: float, extremes: CubeExtremes, progress: Progress | None = None
-) -> tuple[Bound, ...]:
+    g: DeltaGeometry, cube: Cube, worst: Sequence[WorstFigure], progress: Progress | None = None
+) -> tuple[ProvedBound, ...]:
     """Proves each figure's extreme as tightly as the search for it allows.
 
     A point that the prover finds beyond what the search had found becomes the extreme.
@@ -49,108 +51,64 @@ def bounds(
     Args:
         g: The mechanism.
         cube: The cube.
-        force: That the torque is for, N.
-        extremes: What the search found, `cube_extremes`.
+        worst: What the search found, `worst_figures`.
         progress: Called now and then with the boxes examined and the share of the cube that is done.
 
     Returns:
-        One for each figure that is finite in the whole cube.
+        One for each figure that is finite in the whole cube; those that no threshold bounds without a proved bound.
     """
-    e = extremes
-    found = {
-        "reach": (math.sqrt(max(0.0, e.closure_margin_min.value)), e.closure_margin_min.position),
-        "torque": e.torque_max,
-        "kappa": e.kappa_max,
-        "shoulder_min": e.shoulder_min,
-        "shoulder_max": e.shoulder_max,
-        "lean": e.lean_max,
-    }
     return tuple(
-        _bound(g, cube, force, name, value, point, progress)
-        for name, (value, point) in found.items()
-        if math.isfinite(value)
+        _bound(g, cube, one, progress)
+        if one.figure.threshold
+        else ProvedBound(one.limit, one.figure, one.value, one.position, None)
+        for one in worst
+        if math.isfinite(one.value)
     )
 
 
-def tightened(asked: Limits, force: float, found: tuple[Bound, ...]) -> Limits:
-    """Every limit as tight as a bound is proved, wherever that is stricter than what is asked.
+def tightened(asked: Limits, found: tuple[ProvedBound, ...]) -> Limits:
+    """Makes every limit as tight as a bound is proved, wherever that is stricter than what is asked.
 
     Args:
-        asked: The conditions; what they leave out is added.
-        force: That the bounds' torque is for, N.
+        asked: The limits; what they leave out is added.
         found: The bounds.
 
     Returns:
-        The conditions.
+        The limits.
     """
-    proved = {bound.figure: bound.proved for bound in found if bound.proved is not None}
-    low, high = asked.shoulder or (-math.pi, math.pi)
-    least, most = max(low, proved.get("shoulder_min", low)), min(high, proved.get("shoulder_max", high))
-    torque = asked.torque_max
-    if "torque" in proved and asked.force is not None and torque is not None:
-        torque = min(torque, proved["torque"] / force * asked.force * (1.0 + ROUNDING))
-    return replace(
-        asked,
-        elbow_arm_min=max(asked.elbow_arm_min, proved.get("reach", 0.0)),
-        torque_max=torque,
-        kappa_max=_least(asked.kappa_max, proved.get("kappa")),
-        shoulder=(least, most),
-        lean_max=_least(asked.lean_max, proved.get("lean")),
-    )
+    tight = asked
+    for one in found:
+        if one.proved is None:
+            continue
+        limit = tight.get(type(one.limit))
+        if limit is None:
+            tight = tight.with_(one.limit.with_bound(one.figure, one.proved))
+            continue
+        proved = one.proved
+        if isinstance(limit, Torque) and isinstance(one.limit, Torque):  # found for another force
+            proved = proved / one.limit.force * limit.force * (1.0 + ROUNDING)
+        tight = tight.with_(limit.with_bound(one.figure, one.figure.stricter(limit.bound(one.figure), proved)))
+    return tight
 
 
-def _least(*limits: float | None) -> float | None:
-    """The smallest of those that are there."""
-    return min((x for x in limits if x is not None), default=None)
-
-
-def _bound(
-    g: DeltaGeometry,
-    cube: Cube,
-    force: float,
-    name: str,
-    value: float,
-    point: tuple[float, float, float],
-    progress: Progress | None,
-) -> Bound:
+def _bound(g: DeltaGeometry, cube: Cube, worst: WorstFigure, progress: Progress | None) -> ProvedBound:
     from delta_cad.mechanism.proof.prove import prove
 
+    limit, figure, value, point = worst
     distance = NARROW
     for _ in range(TRIES):
-        limits, proved = _limits(name, value, distance, force)
-        if limits is None:
+        away = distance * (value if figure.relative else 1.0)
+        edge = value + away if figure.upper else value - away
+        try:
+            limits = Limits.of(limit.with_bound(figure, edge))
+        except GeometryError:  # no limit can say that
             break
-        finding = _finding(prove(g, cube, limits, max_boxes=MOST_BOXES, progress=progress).findings, name)
+        proof = prove(g, cube, limits, max_boxes=MOST_BOXES, progress=progress)
+        finding = next(f for f in proof.findings if f.condition == limit.name)
         if finding.verdict == "proved":
-            return Bound(name, value, point, proved)
+            return ProvedBound(limit, figure, value, point, edge)
         if finding.point is not None and finding.value is not None and math.isfinite(finding.value):
             value, point = finding.value, finding.point
         else:
             distance *= WIDER
-    return Bound(name, value, point, None)
-
-
-def _finding(findings: tuple[Finding, ...], name: str) -> Finding:
-    return next(f for f in findings if f.condition == name.split("_")[0])
-
-
-def _limits(name: str, value: float, distance: float, force: float) -> tuple[Limits | None, float]:
-    """The condition that a figure stays within a distance of its extreme; None where no limit can say that."""
-    only = Limits(singularity=False)
-    if name == "reach":
-        least = value * (1.0 - distance)
-        return replace(only, elbow_arm_min=least), least
-    if name == "torque":
-        most = value * (1.0 + distance)
-        return (replace(only, force=force, torque_max=most) if 1e-6 <= most <= 1e6 else None), most
-    if name == "kappa":
-        most = value * (1.0 + distance)
-        return (replace(only, kappa_max=most) if most <= 1e6 else None), most
-    if name == "lean":
-        most = value + distance
-        return (replace(only, lean_max=most) if most < math.pi / 2.0 else None), most
-    if name == "shoulder_min":
-        least = value - distance
-        return (replace(only, shoulder=(least, math.pi)) if least >= -math.pi else None), least
-    most = value + distance
-    return (replace(only, shoulder=(-math.pi, most)) if most <= math.pi else None), most
+    return ProvedBound(limit, figure, value, point, None)

@@ -11,13 +11,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
-from delta_cad.mechanism.proof.findings import Finding, Verdict, limit_of
-from delta_cad.mechanism.proof.limits import Limits
+from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits, Singularity
+from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
@@ -93,34 +94,17 @@ class Replay:
     boxes: int
 
 
-def limits_of(design: Design) -> Limits:
-    """The conditions that a design's requirements ask, angles rounded to the strict side.
+def values_of(design: Design, inertia: HandleInertia | None = None) -> dict[str, Any]:
+    """Gathers what the limits of a design are made from.
 
     Args:
         design: The design.
+        inertia: What moves, where it is known.
 
     Returns:
-        Reach and singularity always; torque at the force asked, with no gravity taken off; kappa, shoulder and lean if
-        they are given.
+        Fields of its requirements, and `inertia`.
     """
-    r = design.requirements
-    shoulder = None
-    if r.shoulder_min_deg is not None or r.shoulder_max_deg is not None:
-        low = -math.pi if r.shoulder_min_deg is None else _radians(r.shoulder_min_deg, math.inf)
-        high = math.pi if r.shoulder_max_deg is None else _radians(r.shoulder_max_deg, -math.inf)
-        shoulder = (max(low, -math.pi), min(high, math.pi))
-    return Limits(
-        force=r.force_N,
-        torque_max=r.joint_torque_N_m,
-        kappa_max=r.kappa_max,
-        shoulder=shoulder,
-        lean_max=None if r.lean_max_deg is None else _radians(r.lean_max_deg, -math.inf),
-    )
-
-
-def _radians(degrees: float, towards: float) -> float:
-    """Radians, a double further towards the side that is stricter than any rounding can undo."""
-    return math.nextafter(math.nextafter(math.radians(degrees), towards), towards)
+    return design.requirements.model_dump() | {"inertia": inertia}
 
 
 def certify(
@@ -135,7 +119,7 @@ def certify(
 
     Args:
         design: The design.
-        limits: The conditions, with room for gravity already left; None takes those of its requirements, less the room.
+        limits: The limits, with room for gravity already left; None takes those of its requirements, less the room.
         gravity: What of the torque is left for gravity; None leaves nothing.
         max_boxes: Boxes after which what is open is undecided.
         progress: Called now and then with the boxes examined and the share of the cube that is done.
@@ -167,13 +151,23 @@ def certify(
     )
 
 
-def asked_of(design: Design, gravity: GravityShare | None) -> Limits:
-    """The conditions of a design's requirements, less the room that gravity needs.
+def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
+    """The limits of a design's requirements, less the room that gravity needs, angles rounded to the strict side.
+
+    Args:
+        design: The design.
+        gravity: What of the torque is left for gravity; None leaves nothing.
+        inertia: What moves, where it is known.
+
+    Returns:
+        Reach, singularity and torque always; the others where they are stated.
 
     Raises:
         GravityError: Gravity takes all the torque.
+        GeometryError: A number that the proof does not take, or one that needs the masses, which are not known.
     """
-    return limits_of(design) if gravity is None else gravity.limits(limits_of(design))
+    limits = Limits.stated(values_of(design, inertia))
+    return limits if gravity is None else gravity.limits(limits)
 
 
 def cube_of(design: Design) -> Cube:
@@ -207,7 +201,7 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
     if names != c.limits.asked:
         raise CertificateError(f"its findings are {', '.join(names)}; its limits ask {', '.join(c.limits.asked)}")
     for finding in c.findings:
-        if finding.limit != limit_of(c.limits, finding.condition):
+        if finding.limit != c.limits[finding.condition].told():
             raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
     sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
     if "singularity" in sorted_["proved"] + sorted_["refuted"]:
@@ -230,40 +224,13 @@ def _same_design(c: Certificate, design: Design) -> None:
         raise CertificateError("torque: gravity is taken off another force or torque than the design's")
     if share is not None and share.masses is not None and share.masses.acceleration != r.gravity_m_s2:
         raise CertificateError("torque: gravity is another than the design's gravity_m_s2")
-    lax = laxer(c.limits, asked_of(design, share))
+    mass = c.limits.get(EffectiveMass)
+    if mass is None and r.effective_mass_max_kg is not None:
+        lax = EffectiveMass.name
+    else:  # with the masses that the certificate is about; `verify` compares them with those of a build
+        lax = c.limits.laxer(asked_of(design, share, None if mass is None else mass.inertia))
     if lax is not None:
         raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
-
-
-def laxer(limits: Limits, asked: Limits) -> str | None:
-    """The first condition that some limits put less strictly than others do, compared in exact fractions.
-
-    Args:
-        limits: What was proved, say.
-        asked: What should have been.
-
-    Returns:
-        Name of the condition; None if all that is asked is contained.
-    """
-
-    def above(mine: float | None, yours: float | None) -> bool:
-        return yours is not None and (mine is None or mine > yours)
-
-    low, high = limits.shoulder or (-math.inf, math.inf)
-    least, most = asked.shoulder or (-math.inf, math.inf)
-    torque = asked.torque_max is not None
-    if torque and limits.torque_max is not None:  # what counts is the torque of a unit force
-        mine = Fraction(limits.torque_max) * Fraction(asked.force or 0.0)
-        torque = mine > Fraction(asked.torque_max or 0.0) * Fraction(limits.force or 0.0)
-    worse = {
-        "reach": limits.elbow_arm_min < asked.elbow_arm_min,
-        "singularity": asked.singularity and not limits.singularity,
-        "torque": torque,
-        "kappa": above(limits.kappa_max, asked.kappa_max),
-        "shoulder": low < least or high > most,
-        "lean": above(limits.lean_max, asked.lean_max),
-    }
-    return next((name for name, is_worse in worse.items() if is_worse), None)
 
 
 def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
@@ -273,7 +240,7 @@ def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
 
 def _check_reference(c: Certificate) -> None:
     """The sign of the determinant at the reference must be the one stated, for certain."""
-    certain = breaks(c.geometry, c.limits, -c.sign, np.array(c.reference), "singularity")
+    certain = breaks(c.geometry, Singularity(), -c.sign, np.array(c.reference))
     if not (_inside(c, c.reference) and abs(c.sign) == 1.0 and certain):
         raise CertificateError(f"singularity: the sign {c.sign:g} of det S at {_mm(c.reference)} is not confirmed")
 
@@ -284,7 +251,7 @@ def _check_point(c: Certificate, finding: Finding) -> None:
         raise CertificateError(f"{name}: it is refuted, but without a point")
     if not _inside(c, point):
         raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
-    if not breaks(c.geometry, c.limits, c.sign, np.array(point), name):
+    if not breaks(c.geometry, c.limits[name], c.sign, np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")
 
 
@@ -295,7 +262,8 @@ def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress
     except TilingError as error:
         raise CertificateError(str(error)) from None
     lower, upper = _boxes(c.cube, cells)
-    boxes, failed = replay(c.geometry, c.limits, c.sign, conditions, lower, upper, progress=progress)
+    again = [c.limits[name] for name in conditions]
+    boxes, failed = replay(c.geometry, again, c.sign, lower, upper, progress=progress)
     if failed is not None:
         where = f"{_mm(failed.lower)} to {_mm(failed.upper)}"
         raise CertificateError(f"{failed.condition}: it could not be proved again in the box {where}")

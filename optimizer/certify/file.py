@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from delta_cad.common.whole import write_whole
 from delta_cad.design import NAME_PATTERN
-from delta_cad.mechanism import Cube, DeltaGeometry, MechanismError
+from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismError
+from delta_cad.mechanism.limits import POSE_LIMITS, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
-from delta_cad.mechanism.proof.limits import CONDITIONS, Limits
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
 from optimizer.certify.gravity import GravityShare, Masses
 
@@ -49,16 +49,6 @@ class _Cube(_Record):
     top_height_m: float
 
 
-class _Limits(_Record):
-    elbow_arm_min_m: float
-    singularity: bool
-    force_N: float | None
-    torque_max_N_m: float | None
-    kappa_max: float | None
-    shoulder_rad: tuple[float, float] | None
-    lean_max_rad: float | None
-
-
 class _Masses(_Record):
     acceleration_m_s2: Point
     carried_mass_kg: float
@@ -75,9 +65,9 @@ class _Gravity(_Record):
 
 
 class _Finding(_Record):
-    condition: Literal["reach", "singularity", "torque", "kappa", "shoulder", "lean"]
+    condition: str
     verdict: Verdict
-    limit: float | tuple[float, float]
+    limit: float | tuple[float, ...]
     point_m: Point | None = None
     value: float | None = None
     box_m: tuple[Point, Point] | None = None
@@ -96,7 +86,7 @@ class _File(_Record):
     design_hash: _Sha256
     geometry: _Geometry
     cube: _Cube
-    limits: _Limits
+    limits: dict[str, Any]
     gravity: _Gravity | None
     findings: list[_Finding]
     determinant: _Determinant
@@ -130,15 +120,7 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
             "half_side_m": cube.half_side,
             "top_height_m": float(cube.upper[2]),
         },
-        "limits": {
-            "elbow_arm_min_m": limits.elbow_arm_min,
-            "singularity": limits.singularity,
-            "force_N": limits.force,
-            "torque_max_N_m": limits.torque_max,
-            "kappa_max": limits.kappa_max,
-            "shoulder_rad": limits.shoulder,
-            "lean_max_rad": limits.lean_max,
-        },
+        "limits": limits.record(),
         "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
         "findings": findings,
         "determinant": {"sign": certificate.sign, "reference_m": certificate.reference},
@@ -223,23 +205,36 @@ def _printable(part: str | int) -> str:
     return str(part) if isinstance(part, int) or part.isidentifier() else ascii(part)
 
 
+def _limits(data: dict[str, Any]) -> Limits:
+    """The limits; every key is a known one and every value a number, or null where a limit is not asked."""
+    known = Limits.keys()
+    for key, value in data.items():
+        if key not in known:
+            raise GeometryError(f"limits.{_printable(key)}: unknown key; known: {', '.join(known)}")
+        if not _in_numbers(value) and not (key == "singularity" and isinstance(value, bool)):
+            raise GeometryError(f"limits.{key}: must be a number, several, or null")
+    return Limits.from_record({key: tuple(v) if isinstance(v, list) else v for key, v in data.items()})
+
+
+def _in_numbers(value: object) -> bool:
+    """Whether a value is null, a number, or lists and tables of numbers."""
+    if isinstance(value, dict | list):
+        return all(_in_numbers(v) and v is not None for v in (value.values() if isinstance(value, dict) else value))
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
 def _certificate(read: _File) -> Certificate:
-    g, cube, limits = read.geometry, read.cube, read.limits
-    order = {name: n for n, name in enumerate(CONDITIONS)}
+    g, cube, limits = read.geometry, read.cube, _limits(read.limits)
+    order = {limit.name: n for n, limit in enumerate(POSE_LIMITS)}
+    unknown = [f.condition for f in read.findings if f.condition not in order]
+    if unknown:
+        raise GeometryError(f"findings: condition {_printable(unknown[0])} is none of {', '.join(order)}")
     return Certificate(
         design=read.design,
         design_hash=read.design_hash,
         geometry=DeltaGeometry(g.base_radius_m, g.platform_radius_m, g.upper_arm_length_m, g.forearm_length_m),
         cube=Cube(cube.bottom_height_m, cube.half_side_m),
-        limits=Limits(
-            elbow_arm_min=limits.elbow_arm_min_m,
-            singularity=limits.singularity,
-            force=limits.force_N,
-            torque_max=limits.torque_max_N_m,
-            kappa_max=limits.kappa_max,
-            shoulder=limits.shoulder_rad,
-            lean_max=limits.lean_max_rad,
-        ),
+        limits=limits,
         findings=tuple(
             Finding(f.condition, f.verdict, f.limit, f.point_m, f.value, f.box_m)
             for f in sorted(read.findings, key=lambda f: order[f.condition])

@@ -28,12 +28,12 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.mechanism.proof.limits import Limits
+from delta_cad.mechanism.limits import Limits, Torque
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -99,7 +99,7 @@ class GravityShare:
             raise GravityError(
                 f"gravity takes {self.reserve:.6g} N m of each joint's {self.torque:g} N m: none is left"
             )
-        return replace(limits, force=math.nextafter(self.force + self.weight, math.inf), torque_max=left)
+        return limits.with_(Torque(math.nextafter(self.force + self.weight, math.inf), left))
 
     def less_than(self, reserve: float) -> str | None:
         """What is wrong if less is left for gravity than a torque given by hand.
@@ -125,18 +125,19 @@ class GravityShare:
         Returns:
             The fault in words, or None.
         """
-        if limits.force is None or limits.torque_max is None:
+        asked = limits.get(Torque)
+        if asked is None:
             return "gravity is taken off, but no torque is asked"
         numbers = (self.force, self.torque, self.weight, self.reserve)
         if not all(math.isfinite(x) and x >= 0.0 for x in numbers):
             return "gravity's share holds a number that is negative or not finite"
         force, torque, weight, reserve = (Fraction(x) for x in numbers)
-        if Fraction(limits.force) < force + weight:
+        if Fraction(asked.force) < force + weight:
             return (
-                f"the force of {limits.force:.9g} N is less than {self.force:g} N and the weight of {self.weight:.9g} N"
+                f"the force of {asked.force:.9g} N is less than {self.force:g} N and the weight of {self.weight:.9g} N"
             )
-        if Fraction(limits.torque_max) > torque - reserve:
-            return f"the torque of {limits.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
+        if Fraction(asked.torque_max) > torque - reserve:
+            return f"the torque of {asked.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
         if self.masses is None:
             return None
         m = self.masses

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.mechanism import CubeExtremes, reach_excess
+from delta_cad.mechanism import reach_excess
+from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Reach, Torque
 from delta_cad.mechanism.proof.findings import Finding
-from delta_cad.mechanism.proof.limits import Limits
-from optimizer.certify.bounds import Bound
+from optimizer.certify.bounds import ProvedBound
 from optimizer.certify.certificate import Certificate
 
 DIGITS = 6
-MM, DEG = 1000.0, 180.0 / math.pi
+MM = 1000.0
 Point = tuple[float, float, float]
 
 
@@ -79,80 +79,84 @@ class Row:
         }
 
 
-def report_rows(c: Certificate, extremes: CubeExtremes | None, found: tuple[Bound, ...]) -> list[Row]:
-    """The rows of a certificate.
+def report_rows(c: Certificate, found: tuple[ProvedBound, ...]) -> list[Row]:
+    """Makes the rows of a certificate.
 
     Args:
         c: The certificate, about what the requirements ask.
-        extremes: What a search found; None where a chain is open.
-        found: The bounds proved beside it, for the force without gravity's share.
+        found: The bounds proved beside it, for the force without gravity's share; none where a chain is open.
 
     Returns:
-        One for each figure, those that are not asked too.
+        One for each figure, those that are not asked too, unless nothing is known of them.
     """
     findings = {f.condition: f for f in c.findings}
-    known = {bound.figure: bound for bound in found}
-    low, high = c.limits.shoulder or (None, None)
-    torque, share, reserve = c.limits.torque_max, 1.0, 0.0
-    if c.gravity is not None:  # told as force and gravity together, against the whole torque
-        torque, share, reserve = c.gravity.torque, 1.0 + c.gravity.weight / c.gravity.force, c.gravity.reserve
-    words = "torque with gravity" if c.gravity is not None else "torque, no gravity"
-    kappa, lean = c.limits.kappa_max, c.limits.lean_max
-    table = (
-        ("reach", "reach", "elbow arm", "mm", False, c.limits.elbow_arm_min, MM, 0.0),
-        ("singularity", "", "det S / L_B^3", "", False, 0.0, 1.0, 0.0),
-        ("torque", "torque", words, "N m", True, torque, share, reserve),
-        ("kappa", "kappa", "kappa", "", True, kappa, 1.0, 0.0),
-        ("shoulder", "shoulder_min", "shoulder, smallest", "deg", False, low, DEG, 0.0),
-        ("shoulder", "shoulder_max", "shoulder, largest", "deg", True, high, DEG, 0.0),
-        ("lean", "lean", "lean", "deg", True, lean, DEG, 0.0),
-    )
+    known = {one.figure.name: one for one in found}
     rows = []
-    for condition, name, figure, unit, upper, limit, scale, added in table:
-        finding, bound = findings.get(condition), known.get(name)
-        if bound is None and extremes is not None and condition == "singularity":
-            margin = extremes.direct_margin_min
-            bound = Bound("", margin.value, margin.position, None)
-        allowed = None if finding is None or limit is None else limit * (1.0 if condition == "torque" else scale)
-        proved = None if bound is None or bound.proved is None else bound.proved * scale + added
-        verdict = "not asked" if finding is None or allowed is None else finding.verdict
-        if (
-            verdict == "refuted" and proved is not None and allowed is not None
-        ):  # of the shoulder's two, the one in order
-            verdict = "proved" if (proved <= allowed if upper else proved >= allowed) else verdict
-        if verdict == "proved" and proved is not None and allowed is not None:  # the limit itself is a proved bound
-            proved = min(proved, allowed) if upper else max(proved, allowed)
-        rows.append(
-            Row(
-                condition,
-                figure,
-                unit,
-                upper,
-                verdict,
-                allowed,
-                proved,
-                None if bound is None else bound.attained * scale + added,
-                None if bound is None else _mm(bound.point),
-                None if finding is None or finding.point is None else _mm(finding.point),
-                _value(c, finding, name, scale, added),
-                None if finding is None or finding.box is None else (_mm(finding.box[0]), _mm(finding.box[1])),
-            )
-        )
+    for kind in POSE_LIMITS:
+        limit, finding = c.limits.get(kind), findings.get(kind.name)
+        for figure in kind.figures:
+            bound = known.get(figure.name)
+            if limit is not None or bound is not None or not kind.needs_masses:
+                rows.append(_row(c, kind, figure, limit, finding, bound))
     return rows
 
 
-def _value(c: Certificate, finding: Finding | None, name: str, scale: float, added: float) -> float | None:
-    """The figure at the point that breaks the limit; of the shoulder's two, the one that is broken."""
-    if finding is None or finding.point is None:
+def _row(
+    c: Certificate,
+    kind: type[PoseLimit],
+    figure: FigureOfMerit,
+    limit: PoseLimit | None,
+    finding: Finding | None,
+    bound: ProvedBound | None,
+) -> Row:
+    words, scale, added = figure.words, figure.scale, 0.0
+    allowed = None if limit is None else limit.bound(figure) * scale
+    if kind is Torque:
+        words = "torque, no gravity"
+        if c.gravity is not None:  # told as force and gravity together, against the whole torque
+            words = "torque with gravity"
+            allowed, scale, added = c.gravity.torque, 1.0 + c.gravity.weight / c.gravity.force, c.gravity.reserve
+    proved = None if bound is None or bound.proved is None else bound.proved * scale + added
+    verdict = "not asked" if finding is None or allowed is None else finding.verdict
+    if verdict == "refuted" and proved is not None and allowed is not None:  # of a pair of figures, the one in order
+        verdict = "proved" if (proved <= allowed if figure.upper else proved >= allowed) else verdict
+    if verdict == "proved" and proved is not None and allowed is not None:  # the limit itself is a proved bound
+        proved = figure.stricter(proved, allowed)
+    return Row(
+        kind.name,
+        words,
+        figure.unit,
+        figure.upper,
+        verdict,
+        allowed,
+        proved,
+        None if bound is None else bound.attained * scale + added,
+        None if bound is None else _mm(bound.point),
+        None if finding is None or finding.point is None else _mm(finding.point),
+        _value(c, finding, limit, figure, scale, added),
+        None if finding is None or finding.box is None else (_mm(finding.box[0]), _mm(finding.box[1])),
+    )
+
+
+def _value(
+    c: Certificate,
+    finding: Finding | None,
+    limit: PoseLimit | None,
+    figure: FigureOfMerit,
+    scale: float,
+    added: float,
+) -> float | None:
+    """The figure at the point that breaks the limit; of a pair of figures, the one that is broken."""
+    if finding is None or finding.point is None or limit is None:
         return None
-    if name == "reach" and (finding.value is None or not math.isfinite(finding.value)):
+    if isinstance(limit, Reach) and (finding.value is None or not math.isfinite(finding.value)):
         return -float(np.max(reach_excess(c.geometry, np.array(finding.point)))) * MM
     if finding.value is None or not math.isfinite(finding.value):
         return None
-    low, high = c.limits.shoulder or (-math.inf, math.inf)
-    if (name == "shoulder_min" and finding.value >= low) or (name == "shoulder_max" and finding.value <= high):
+    edge = limit.bound(figure)
+    if len(limit.figures) > 1 and (finding.value <= edge if figure.upper else finding.value >= edge):
         return None
-    return finding.value * (1.0 if name == "torque" else scale) + added  # the torque there is for the raised force
+    return finding.value * (1.0 if isinstance(limit, Torque) else scale) + added  # there for the raised force
 
 
 def _mm(p: Point) -> Point:
@@ -163,31 +167,6 @@ def rounded(value: float, upwards: bool) -> str:
     """A bound in `DIGITS` digits, rounded to the side on which it still is true."""
     context = Context(prec=DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
     return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{DIGITS}g}"
-
-
-def limit_words(limits: Limits, condition: str) -> str:
-    """What a condition asks, rounded to the side on which the words still are true.
-
-    Args:
-        limits: The conditions.
-        condition: Name of one that is asked.
-
-    Returns:
-        Such as "kappa <= 2.27".
-    """
-    if condition == "singularity":
-        return "det S of one sign"
-    if condition == "reach":
-        return f"every elbow arm >= {rounded(limits.elbow_arm_min * MM, False)} mm"
-    if condition == "torque":
-        force = rounded(limits.force or 0.0, False)
-        return f"torque <= {rounded(limits.torque_max or 0.0, True)} N m for {force} N in any direction"
-    if condition == "shoulder":
-        low, high = (x * DEG for x in limits.shoulder or (-math.pi, math.pi))
-        return f"shoulder angle {rounded(low, False)} to {rounded(high, True)} deg"
-    if condition == "lean":
-        return f"lean <= {rounded((limits.lean_max or 0.0) * DEG, True)} deg"
-    return f"kappa <= {rounded(limits.kappa_max or math.inf, True)}"
 
 
 def place(p: Point) -> str:
@@ -245,7 +224,7 @@ def _cells(row: Row) -> tuple[str, ...]:
     return row.figure, row.verdict, limit, proved, found, at, room
 
 
-def gravity_words(c: Certificate, found: tuple[Bound, ...]) -> str:
+def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
     """What was taken off for gravity, and what it comes to."""
     share = c.gravity
     if share is None:
@@ -262,18 +241,18 @@ def gravity_words(c: Certificate, found: tuple[Bound, ...]) -> str:
     return text if most is None else f"{text}; gravity alone is at most {rounded(most, True)} N m (proved)"
 
 
-def gravity_most(c: Certificate, found: tuple[Bound, ...]) -> float | None:
+def gravity_most(c: Certificate, found: tuple[ProvedBound, ...]) -> float | None:
     """Bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
     share = c.gravity
     if share is None:
         return None
     if share.masses is None:
         return share.reserve
-    torque = next((bound.proved for bound in found if bound.figure == "torque"), None)
+    torque = next((one.proved for one in found if isinstance(one.limit, Torque)), None)
     return None if torque is None else torque / share.force * share.weight * (1.0 + 1e-12) + share.reserve
 
 
-def facts(c: Certificate, rows: list[Row], found: tuple[Bound, ...]) -> dict[str, Any]:
+def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> dict[str, Any]:
     """The same as plain data for JSON."""
     share = c.gravity
     masses = None if share is None else share.masses

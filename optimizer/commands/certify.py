@@ -12,6 +12,7 @@ from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, re
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
+    from delta_cad.mechanism.limits import HandleInertia
     from optimizer.certify.gravity import GravityShare
 
 NAME = "certify"
@@ -48,14 +49,17 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
+    from delta_cad.masses import MassError
     from delta_cad.mechanism import GeometryError
     from optimizer.certify.gravity import GravityError
 
     try:
         design = load_design(given.design)
         _require_provable(given.design.name, design)
-        return _certify(given, design, share_of(design, given.mass_properties, given.gravity_torque))
-    except (DesignError, GravityError, _UnprovableError) as error:
+        share = share_of(design, given.mass_properties, given.gravity_torque)
+        inertia = None if given.mass_properties is None else inertia_of(design, given.mass_properties)
+        return _certify(given, design, share, inertia)
+    except (DesignError, GravityError, MassError, _UnprovableError) as error:
         return refuse(str(error), BAD_INPUT)
     except GeometryError as error:
         return refuse(f"{given.design.name}: {error}", BAD_INPUT)
@@ -63,9 +67,9 @@ def run(given: argparse.Namespace) -> int:
 
 def _require_provable(file: str, design: Design) -> None:
     """Names the field that the prover would refuse as a limit without one."""
-    from delta_cad.mechanism.proof.limits import FORCE_OR_TORQUE
+    from delta_cad.mechanism.limits.torque import RANGE
 
-    low, high = FORCE_OR_TORQUE
+    low, high = RANGE
     for field, unit in (("force_N", "N"), ("joint_torque_N_m", "N m")):
         value = getattr(design.requirements, field)
         if not low <= value <= high:
@@ -95,36 +99,56 @@ def share_of(design: Design, masses: Path | None, reserve: float | None) -> Grav
     return None if reserve is None else given_share(design, reserve)
 
 
-def _certify(given: argparse.Namespace, design: Design, share: GravityShare | None) -> int:
-    from delta_cad.mechanism import UnreachableError, cube_extremes
+def inertia_of(design: Design, masses: Path) -> HandleInertia:
+    """Reads what moves at the handle.
+
+    Args:
+        design: The design.
+        masses: `mass_properties.json` of its build.
+
+    Returns:
+        The masses, with the rotors of the design's motors.
+
+    Raises:
+        MassError: The file is refused.
+    """
+    from delta_cad.drive import drive_torque
+    from delta_cad.masses import load_masses
+
+    return load_masses(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+
+
+def _certify(
+    given: argparse.Namespace, design: Design, share: GravityShare | None, inertia: HandleInertia | None
+) -> int:
+    from delta_cad.mechanism import UnreachableError
+    from delta_cad.mechanism.proof.extremes import worst_figures
     from optimizer.certify.bounds import bounds, tightened
-    from optimizer.certify.certificate import asked_of, certify, cube_of
+    from optimizer.certify.certificate import asked_of, certify, cube_of, values_of
     from optimizer.certify.file import write_certificate
     from optimizer.certify.report import broken, facts, gravity_words, report_rows, shortfall, table
 
-    geometry, cube, force = design.geometry, cube_of(design), design.requirements.force_N
-    limits = asked_of(design, share)
+    geometry, cube = design.geometry, cube_of(design)
+    limits = asked_of(design, share, inertia)
     with Line() as line:
         line.show("searching the cube")
         try:
-            extremes = cube_extremes(geometry, cube, force)
+            worst = worst_figures(geometry, cube, values_of(design, inertia))
         except UnreachableError:
-            extremes = None
+            worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
         certificate = certify(
             design, limits, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "the limits asked")
         )
-        found = ()
-        if extremes is not None:
-            found = bounds(geometry, cube, force, extremes, _told(line, "the tightest limits"))
+        found = bounds(geometry, cube, worst, _told(line, "the tightest limits"))
         written = certificate
         if given.tight and certificate.verdict == "proved":
-            tight = tightened(limits, force, found)
+            tight = tightened(limits, found)
             written = certify(
                 design, tight, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "all of them together")
             )
             written = written if written.verdict == "proved" else certificate
-    rows = report_rows(certificate, extremes, found)
+    rows = report_rows(certificate, found)
     try:
         write_certificate(written, given.out)
     except OSError as error:

@@ -43,6 +43,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
+    from delta_cad.masses import MassError
     from optimizer.certify.certificate import CertificateError, UnreadableError, verify
     from optimizer.certify.file import read_certificate
     from optimizer.certify.gravity import GravityError
@@ -67,7 +68,7 @@ def run(given: argparse.Namespace) -> int:
                 design,
                 progress=lambda n, share: line.show(f"proving again: {n} boxes, {share:.1%} of the cube"),
             )
-    except (UnreadableError, DesignError, GravityError) as error:
+    except (UnreadableError, DesignError, GravityError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     except CertificateError as error:
         text = str(error)
@@ -85,12 +86,17 @@ def run(given: argparse.Namespace) -> int:
 
 def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Holds that gravity's share is that of the file."""
+    from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import read_masses
+    from optimizer.commands.certify import inertia_of
 
     recorded = None if certificate.gravity is None else certificate.gravity.masses
     if recorded != read_masses(path, design):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
+    mass = certificate.limits.get(EffectiveMass)
+    if mass is not None and mass.inertia != inertia_of(design, path):
+        raise CertificateError(f"effective_mass: its masses do not come from {path.name}")
 
 
 def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
@@ -150,7 +156,7 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
 
 
 def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay) -> str:
-    from optimizer.certify.report import limit_words
+    from optimizer.certify.report import rounded
 
     about = "" if given.design is None else f", and covers all that {given.design.name} asks"
     g, cube = certificate.geometry, certificate.cube
@@ -159,7 +165,7 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
     return (
         f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}; "
         f"{_gravity_words(given, certificate.gravity)}\n"
-        f"{'; '.join(limit_words(certificate.limits, name) for name in replay.proved)}\n"
+        f"{'; '.join(certificate.limits[name].words(rounded) for name in replay.proved)}\n"
         f"{certificate.design}: L_A {L_A:g}, L_B {L_B:g}, R {R:g}, r {r:g}, cube of {side:g} from {low:g} mm up\n"
         f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined"
     )

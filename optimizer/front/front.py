@@ -19,7 +19,7 @@ from optimizer.front.limits import BEYOND, RANGE_MIN, at_side, beyond, no_cube
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.requirements import Requirements
-from optimizer.problem.step import MM_PER_M, SIDE, Problem, outline_size, step_problem
+from optimizer.problem.step import MM_PER_M, SIDE, Problem, outline_of, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import explain
@@ -89,7 +89,7 @@ class Point:
     @property
     def outline(self) -> tuple[float, float]:
         """The rectangle that the design takes, mm: eq. (1) with the hardware's overhead."""
-        width, depth = outline_size(self.result.problem.requirements, np.array(self.reach))
+        width, depth = outline_of(self.result.problem.requirements).size_mm(np.array(self.reach))
         return float(width), float(depth)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from optimizer.front.front import POINTS_MIN, Curve, Point, Report, Tracer
 from optimizer.front.limits import conflict_words
 from optimizer.problem.requirements import Requirements
-from optimizer.problem.step import outline_size, step_problem
+from optimizer.problem.step import outline_of, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError
 from optimizer.synthesis.three_step import Store
 
@@ -128,7 +128,7 @@ def largest_reach(given: Requirements) -> float:
     limits, task = given.limits, given.requirements
     if limits.outline_radius_max_mm is not None:
         return limits.outline_radius_max_mm
-    width, depth = (float(size) for size in outline_size(given, np.array(0.0)))
+    width, depth = (float(size) for size in outline_of(given).size_mm(np.array(0.0)))
     W, D = task.envelope_width_mm, task.envelope_depth_mm
     return max(min((a - width) / math.sqrt(3.0), (b - depth) / 1.5) for a, b in ((W, D), (D, W)))
 

@@ -1,8 +1,8 @@
-"""Branch and bound over boxes of designs: which of them the witness points exclude, compiled.
+"""Branch and bound over boxes of designs: which of them the cutting points exclude, compiled.
 
 The cube's half side and the thresholds are numbers here; a box is excluded when no design in it meets them. Boxes that
-resist are contracted by every row, then halved. A design that all witnesses allow is handed out as a question: either
-the cube has a point that refuses it, which becomes a witness, or it is better than what is asked for.
+resist are contracted by every cut, then halved. A design that all points allow is handed out as a question: either
+the cube has a point that refuses it, which becomes a cutting point, or it is better than what is asked for.
 
 Importing this module loads numba.
 """
@@ -11,14 +11,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.mechanism.proof.affine_form import ROUND, compiled
-from optimizer.globalopt.affine_form import add, constant, subtract
-from optimizer.globalopt.cutting_points import EXCLUDED, _store, lengths, witness_rows
-from optimizer.globalopt.dual_simplex import SIZE, SYMBOLS, solve
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, add, at, constant, subtract
+from delta_cad.mechanism.enclosure.table import EXCLUDED, keep
+from optimizer.globalopt.cutting_points import HEIGHT, MOST, RADII, fill_lengths, point_cuts
+from optimizer.globalopt.cutting_points import ROWS as TABLE
+from optimizer.globalopt.dual_simplex import SIZE, solve
 
-WITNESSES = 128
-"""Most witness points at once."""
-ROWS = 19 * WITNESSES + 8
+POINTS = 128
+"""Most cutting points at once."""
+CUTS = MOST * POINTS + 8
 SMALLEST = 1e-11
 """m; a box this small is given up: the incumbent's own rounding is near."""
 ENOUGH = 0.7
@@ -31,30 +34,31 @@ DONE, QUESTION, STUCK = 0, 1, 2
 
 
 @compiled
-def _whole_rows(k, box, whole, rows, n):
-    """Rows in closed form, the same in the whole cube: outline, lean, and the fold above a shoulder.
+def _design_cuts(pose, box, whole, cuts, count):
+    """Adds what holds for the whole cube in closed form: outline, lean, and the fold above a shoulder.
 
     Args:
-        k: `lengths`.
+        pose: `cutting_points.table`, with the box's lengths in it.
         box: (2, 4) the box, m.
         whole: L; largest L_A + a, or infinity; least L_B for the lean; m, each rounded outwards.
-        rows: Room.
-        n: How many rows there are.
+        cuts: Room.
+        count: How many cuts there are.
     """
+    la, lb, height = at(pose, P.UPPER_ARM), at(pose, P.FOREARM_LENGTH), at(pose, HEIGHT)
     if whole[1] < np.inf:
-        n = _store(rows, n, subtract(constant(whole[1], 0.0), add(k[0], k[2])))
-    if n != EXCLUDED and whole[2] > 0.0:
-        n = _store(rows, n, subtract(k[1], constant(whole[2], 0.0)))
-    if n != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= FOLD * whole[0]:
-        n = _store(rows, n, add(k[3], subtract(k[0], k[1])))
-        if n != EXCLUDED:
-            n = _store(rows, n, add(k[3], subtract(k[1], k[0])))
-    return n
+        count = keep(cuts, count, subtract(constant(whole[1], 0.0), add(la, at(pose, RADII))))
+    if count != EXCLUDED and whole[2] > 0.0:
+        count = keep(cuts, count, subtract(lb, constant(whole[2], 0.0)))
+    if count != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= FOLD * whole[0]:
+        count = keep(cuts, count, add(height, subtract(la, lb)))
+        if count != EXCLUDED:
+            count = keep(cuts, count, add(height, subtract(lb, la)))
+    return count
 
 
 @compiled
-def _contract(rows, n, box):
-    """Cuts off what a row alone refuses; the share of the volume that is left, 0 if that excludes the box."""
+def _contract(cuts, n, box):
+    """Cuts off what a cut alone refuses; the share of the volume that is left, 0 if that excludes the box."""
     share = 1.0
     for j in range(SYMBOLS):
         low, high = box[0, j], box[1, j]
@@ -63,11 +67,11 @@ def _contract(rows, n, box):
         c, r = 0.5 * (low + high), 0.5 * (high - low)
         left, right = -1.0, 1.0
         for i in range(n):
-            s = rows[i, 1 + j]
+            s = cuts[i, 1 + j]
             if s == 0.0:
                 continue
-            best = rows[i, 0] + rows[i, 5] + abs(rows[i, 1]) + abs(rows[i, 2]) + abs(rows[i, 3]) + abs(rows[i, 4])
-            edge = (best - abs(s) + 4.0 * ROUND) / abs(s)  # rows have a magnitude of at most 1
+            best = cuts[i, 0] + cuts[i, 5] + abs(cuts[i, 1]) + abs(cuts[i, 2]) + abs(cuts[i, 3]) + abs(cuts[i, 4])
+            edge = (best - abs(s) + 4.0 * ROUND) / abs(s)  # cuts have a magnitude of at most 1
             if s > 0.0:
                 left = max(left, -edge)
             else:
@@ -84,13 +88,13 @@ def _contract(rows, n, box):
 
 
 @compiled
-def _allowed(point, mask, points, count, numbers, whole, work, rows):
-    """Whether no witness refuses a single design, a box of no size."""
-    k = lengths(point)
-    if _whole_rows(k, point, whole, rows, 0) == EXCLUDED:
+def _allowed(point, mask, points, count, numbers, whole, pose, work, cuts):
+    """Decides whether no cutting point refuses a single design, a box of no size."""
+    fill_lengths(point, pose)
+    if _design_cuts(pose, point, whole, cuts, 0) == EXCLUDED:
         return False
     for i in range(count):  # noqa: SIM110  (compiled code has no generators)
-        if mask[i] and witness_rows(points[i], k, numbers, work, rows, 0) == EXCLUDED:
+        if mask[i] and point_cuts(points, i, numbers, pose, work, cuts, 0) == EXCLUDED:
             return False
     return True
 
@@ -101,57 +105,60 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
 
     Args:
         boxes: (S, 2, 4) stack of boxes, m.
-        masks: (S, WITNESSES) bytes: which witnesses a box does not yet meet as a whole.
+        masks: (S, POINTS) bytes: which cutting points a box does not yet meet as a whole.
         flags: (S,) 1 where the box's question was answered already.
         state: How many boxes are on the stack, and how many were examined.
-        points: (WITNESSES, 3) witness points as x, y, height over the bottom face, m.
-        count: How many witnesses there are.
-        hits: (WITNESSES,) how often each excluded a box.
-        numbers: (9,) `witness.NUMBERS`.
-        whole: (3,) see `_whole_rows`.
+        points: (POINTS, 3) cutting points as x, y, height over the bottom face, m.
+        count: How many of them there are.
+        hits: (POINTS,) how often each excluded a box.
+        numbers: `cutting_points.numbers`.
+        whole: (3,) see `_design_cuts`.
         candidate: (4,) filled with the design of a question.
         budget: Boxes.
 
     Returns:
         `DONE`; `QUESTION`, the box being on top of the stack; `STUCK`, likewise.
     """
-    rows, spare, work = np.empty((ROWS, 6)), np.empty((32, 6)), np.empty((6, 3))
+    cuts, spare, work = np.empty((CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
+    pose, other = np.empty((TABLE, 6)), np.empty((TABLE, 6))
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
     matrix, right = np.empty((SIZE, SIZE)), np.empty((SIZE, 1))
     point = np.empty((2, SYMBOLS))
     order = np.argsort(-hits[:count])
-    box, mask = np.empty((2, SYMBOLS)), np.empty(WITNESSES, dtype=np.uint8)
+    box, mask = np.empty((2, SYMBOLS)), np.empty(POINTS, dtype=np.uint8)
     while state[0] > 0 and budget > 0:
         budget -= 1
         state[1] += 1
         top = state[0] - 1
-        box[:] = boxes[top]
-        mask[:] = masks[top]
-        k = lengths(box)
-        n = _whole_rows(k, box, whole, rows, 0)
+        for j in range(SYMBOLS):
+            box[0, j], box[1, j] = boxes[top, 0, j], boxes[top, 1, j]
+        for i in range(POINTS):
+            mask[i] = masks[top, i]
+        fill_lengths(box, pose)
+        n = _design_cuts(pose, box, whole, cuts, 0)
         for i in order:
             if n == EXCLUDED:
                 break
             if mask[i] == 0:
                 continue
             before = n
-            n = witness_rows(points[i], k, numbers, work, rows, n)
+            n = point_cuts(points, i, numbers, pose, work, cuts, n)
             if n == EXCLUDED:
                 hits[i] += 1
             elif n == before:
                 mask[i] = 0
         u[:] = 0.0
-        if n == EXCLUDED or (n > 0 and solve(rows, n, u, basis, weight, matrix, right)):
+        if n == EXCLUDED or (n > 0 and solve(cuts, n, u, basis, weight, matrix, right)):
             state[0] -= 1
             continue
         if not flags[top]:
             for j in range(SYMBOLS):
                 c, r = 0.5 * (box[0, j] + box[1, j]), 0.5 * (box[1, j] - box[0, j])
                 candidate[j] = min(max(c + r * u[j], box[0, j]), box[1, j])
-            point[0], point[1] = candidate, candidate
-            if _allowed(point, mask, points, count, numbers, whole, work, spare):
+                point[0, j] = point[1, j] = candidate[j]
+            if _allowed(point, mask, points, count, numbers, whole, other, work, spare):
                 return QUESTION
-        share = _contract(rows, n, box)
+        share = _contract(cuts, n, box)
         if share == 0.0:
             state[0] -= 1
             continue
@@ -161,16 +168,22 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
                 axis = j
         if box[1, axis] - box[0, axis] < SMALLEST:
             return STUCK
-        boxes[top] = box
-        masks[top] = mask
-        flags[top] = 0
+        _write(boxes, masks, flags, top, box, mask)
         if share < ENOUGH:
             continue
-        boxes[top + 1] = box
-        masks[top + 1] = mask
-        flags[top + 1] = 0
+        _write(boxes, masks, flags, top + 1, box, mask)
         middle = 0.5 * (box[0, axis] + box[1, axis])
         boxes[top, 1, axis] = middle
         boxes[top + 1, 0, axis] = middle
         state[0] += 1
     return DONE
+
+
+@compiled
+def _write(boxes, masks, flags, k, box, mask):
+    """Writes a box to a place of the stack."""
+    for j in range(SYMBOLS):
+        boxes[k, 0, j], boxes[k, 1, j] = box[0, j], box[1, j]
+    for i in range(POINTS):
+        masks[k, i] = mask[i]
+    flags[k] = 0

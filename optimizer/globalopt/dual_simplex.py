@@ -1,9 +1,9 @@
-"""Rows that must all be >= 0 in a box, and the weighted sum of them that shows that they cannot.
+"""Cuts that must all be >= 0 in a box, and the weighted sum of them that shows that they cannot.
 
-A row is an affine form: what a design has to meet at one witness point of the cube. No single row may exclude a box
+A cut is an affine form: what a design has to meet at one cutting point of the cube. No single cut may exclude a box
 around an optimum, where several are in balance; a sum with weights >= 0 does, to second order of the box's size. The
 weights come from a linear program over the box, `max t: c_k + e_k + s_k u >= t, -1 <= u <= 1`, solved by the dual
-simplex method in plain floating point; whatever they are, the sum of rows with weights >= 0 is judged by itself, with
+simplex method in plain floating point; whatever they are, the sum of cuts with weights >= 0 is judged by itself, with
 every rounding counted, so that nothing is believed of the solver.
 
 Importing this module loads numba.
@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.mechanism.proof.affine_form import ROUND, UP, compiled
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, UP
 
-SYMBOLS = 4
 SIZE = SYMBOLS + 1
 ITERATIONS = 60
 """Exchanges of a row; 5 to 15 are usual."""
 LEAST = 1e-13
-"""Of rows of magnitude 1: a smaller violation or step is a rounding of the elimination."""
+"""Of cuts of magnitude 1: a smaller violation or step is a rounding of the elimination."""
 
 
 @compiled
@@ -55,12 +55,12 @@ def _eliminate(matrix, right):
 
 
 @compiled
-def _gradient(rows, count, k, out):
+def _gradient(cuts, count, k, out):
     """Gradient of constraint k in (u, t): a row's, or that of one of the 8 sides of the box."""
     out[:] = 0.0
     if k < count:
         for j in range(SYMBOLS):
-            out[j] = rows[k, 1 + j]
+            out[j] = cuts[k, 1 + j]
         out[SYMBOLS] = -1.0
     else:
         j = (k - count) // 2
@@ -68,12 +68,12 @@ def _gradient(rows, count, k, out):
 
 
 @compiled
-def excluded(rows, count, basis, weight):
-    """Whether the sum of rows with these weights is negative in the whole box, every rounding counted.
+def excluded(cuts, count, basis, weight):
+    """Whether the sum of cuts with these weights is negative in the whole box, every rounding counted.
 
     Args:
-        rows: (n, 6) forms.
-        count: How many of them are rows.
+        cuts: (n, 6) forms.
+        count: How many of them are cuts.
         basis: (5,) constraints; those from `count` on are sides of the box and left out.
         weight: (5,) weights; negative ones are left out.
     """
@@ -82,21 +82,21 @@ def excluded(rows, count, basis, weight):
         k, f = basis[n], weight[n]
         if k >= count or not f > 0.0:
             continue
-        c, s1, s2 = c + f * rows[k, 0], s1 + f * rows[k, 1], s2 + f * rows[k, 2]
-        s3, s4, e = s3 + f * rows[k, 3], s4 + f * rows[k, 4], e + f * rows[k, 5]
-        total += f * (abs(rows[k, 0]) + abs(rows[k, 1]) + abs(rows[k, 2]) + abs(rows[k, 3]) + abs(rows[k, 4]))
+        c, s1, s2 = c + f * cuts[k, 0], s1 + f * cuts[k, 1], s2 + f * cuts[k, 2]
+        s3, s4, e = s3 + f * cuts[k, 3], s4 + f * cuts[k, 4], e + f * cuts[k, 5]
+        total += f * (abs(cuts[k, 0]) + abs(cuts[k, 1]) + abs(cuts[k, 2]) + abs(cuts[k, 3]) + abs(cuts[k, 4]))
     top = c + ((abs(s1) + abs(s2)) + (abs(s3) + abs(s4))) * UP + e * UP
     # five products and sums to each number: 10 roundings of the magnitudes, doubled by ROUND's 16
     return top + 2.0 * ROUND * (total + e) < 0.0
 
 
 @compiled
-def solve(rows, count, u, basis, weight, matrix, right):
-    """Solves the linear program until it shows that the rows contradict each other, or to its optimum.
+def solve(cuts, count, u, basis, weight, matrix, right):
+    """Solves the linear program until it shows that the cuts contradict each other, or to its optimum.
 
     Args:
-        rows: (n, 6) forms (c, s1..s4, e), each scaled to a magnitude near 1.
-        count: How many of them are rows, at least 1.
+        cuts: (n, 6) forms (c, s1..s4, e), each scaled to a magnitude near 1.
+        count: How many of them are cuts, at least 1.
         u: (4,) filled with the best place in the box.
         basis: (5,) room: the constraints in balance.
         weight: (5,) room: their weights.
@@ -104,25 +104,25 @@ def solve(rows, count, u, basis, weight, matrix, right):
         right: (5, 1) room.
 
     Returns:
-        Whether a sum of rows excludes the box; only `excluded` decides that.
+        Whether a sum of cuts excludes the box; only `excluded` decides that.
     """
     best, k0 = np.inf, 0
     for k in range(count):
-        top = rows[k, 0] + rows[k, 5] + abs(rows[k, 1]) + abs(rows[k, 2]) + abs(rows[k, 3]) + abs(rows[k, 4])
+        top = cuts[k, 0] + cuts[k, 5] + abs(cuts[k, 1]) + abs(cuts[k, 2]) + abs(cuts[k, 3]) + abs(cuts[k, 4])
         if top < best:
             best, k0 = top, k
     basis[SYMBOLS] = k0
     for j in range(SYMBOLS):
-        basis[j] = count + 2 * j + (0 if rows[k0, 1 + j] >= 0.0 else 1)
+        basis[j] = count + 2 * j + (0 if cuts[k0, 1 + j] >= 0.0 else 1)
     line = np.empty(SIZE)
     for _ in range(ITERATIONS):
         # where all five are in balance
         for n in range(SIZE):
             k = basis[n]
-            _gradient(rows, count, k, line)
+            _gradient(cuts, count, k, line)
             for j in range(SIZE):
                 matrix[n, j] = line[j]
-            right[n, 0] = -(rows[k, 0] + rows[k, 5]) if k < count else -1.0
+            right[n, 0] = -(cuts[k, 0] + cuts[k, 5]) if k < count else -1.0
         if not _eliminate(matrix, right):
             return False
         for j in range(SYMBOLS):
@@ -130,7 +130,7 @@ def solve(rows, count, u, basis, weight, matrix, right):
         t = right[SYMBOLS, 0]
         # their weights
         for n in range(SIZE):
-            _gradient(rows, count, basis[n], line)
+            _gradient(cuts, count, basis[n], line)
             for j in range(SIZE):
                 matrix[j, n] = line[j]
             right[n, 0] = -1.0 if n == SYMBOLS else 0.0
@@ -138,14 +138,14 @@ def solve(rows, count, u, basis, weight, matrix, right):
             return False
         for n in range(SIZE):
             weight[n] = right[n, 0]
-        if t < 0.0 and excluded(rows, count, basis, weight):
+        if t < 0.0 and excluded(cuts, count, basis, weight):
             return True
         # the constraint that is violated most
         worst, p = -LEAST, -1
         for k in range(count):
-            value = rows[k, 0] + rows[k, 5] - t
+            value = cuts[k, 0] + cuts[k, 5] - t
             for j in range(SYMBOLS):
-                value += rows[k, 1 + j] * u[j]
+                value += cuts[k, 1 + j] * u[j]
             if value < worst:
                 worst, p = value, k
         for j in range(SYMBOLS):
@@ -154,11 +154,11 @@ def solve(rows, count, u, basis, weight, matrix, right):
                 worst, p = value, count + 2 * j + (0 if u[j] > 0.0 else 1)
         if p < 0:
             break
-        _gradient(rows, count, p, line)
+        _gradient(cuts, count, p, line)
         for j in range(SIZE):
             right[j, 0] = line[j]
         for n in range(SIZE):
-            _gradient(rows, count, basis[n], line)
+            _gradient(cuts, count, basis[n], line)
             for j in range(SIZE):
                 matrix[j, n] = line[j]
         if not _eliminate(matrix, right):

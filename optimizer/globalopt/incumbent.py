@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
-from delta_cad.mechanism.proof.limits import Limits
+from delta_cad.mechanism.limits import Singularity
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import MM_PER_M, SIDE, Problem
@@ -94,42 +94,14 @@ def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share:
     if any(margin[0] < -OWN_ROUNDING for margin in problem.design_margins(row[None]).values()):
         return None
     try:
-        limits = limits_of(problem, level)
+        limits = problem.pose_limits(math.inf if level is None else level)
         geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
         proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes)
     except GeometryError:
         return None
-    if proof.verdict != "proved" or (limits.singularity and proof.sign < 0.0):
+    if proof.verdict != "proved" or (Singularity.name in limits.asked and proof.sign < 0.0):
         return None
     return Certified(tuple(float(v) for v in design), float(design[SIDE]) if level is None else level)
-
-
-def limits_of(problem: Problem, kappa: float | None) -> Limits:
-    """What a problem asks of every point of the cube, for the proof.
-
-    Args:
-        problem: The step.
-        kappa: Largest condition number to prove beside the limit; None for none.
-
-    Raises:
-        GeometryError: A number that the proof does not take.
-    """
-    limits, asked = problem.requirements.limits, problem.constraints
-    torque = "torque" in asked
-    thresholds = [kappa] if kappa is not None else []
-    if "conditioning" in asked and limits.kappa_max is not None:
-        thresholds.append(limits.kappa_max)
-    shoulder = None
-    if "shoulder" in asked and limits.shoulder_deg is not None:
-        low, high = np.radians(limits.shoulder_deg)
-        shoulder = (float(low), float(high))
-    return Limits(
-        singularity=torque or bool(thresholds),
-        force=problem.requirements.requirements.force_N if torque else None,
-        torque_max=problem.torque_for_force if torque else None,
-        kappa_max=min(thresholds, default=None),
-        shoulder=shoulder,
-    )
 
 
 def _largest_kappa(problem: Problem, design_mm: np.ndarray) -> float:

@@ -17,11 +17,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from delta_cad.mechanism.proof.affine_form import ROUND
-from delta_cad.mechanism.proof.limits import cosine_sine
-from optimizer.globalopt.branch_and_bound import DONE, QUESTION, WITNESSES, search
-from optimizer.globalopt.cutting_points import KAPPA, NUMBERS, SHOULDER, TORQUE
-from optimizer.globalopt.design_box import Space, design_of, space_of
+from optimizer.globalopt.branch_and_bound import DONE, POINTS, QUESTION, search
+from optimizer.globalopt.cutting_points import numbers
+from optimizer.globalopt.design_box import DesignBox, design_box, design_of
 from optimizer.globalopt.incumbent import BOXES as CERTIFYING
 from optimizer.globalopt.incumbent import QUICK, Certified, certified, uncertified
 from optimizer.problem.evaluator import half_surface
@@ -37,10 +35,10 @@ CHUNK = 2_000
 """Boxes between two looks at `stop`, some 50 ms."""
 STACK = 4_096
 """Boxes that wait; depth first they are at most the halvings of all edges, a few hundred."""
-MOST = WITNESSES
-"""Witnesses at once; a further one takes the place of the least useful."""
+MOST = POINTS
+"""Cutting points at once; a further one takes the place of the least useful."""
 FIRST_GRID = 3
-"""Points along an edge of the cube's surface that are witnesses from the start."""
+"""Points along an edge of the cube's surface that are cutting points from the start."""
 FIRST_GAP = 0.1
 DECADE = 10.0
 STARTS = 3
@@ -49,11 +47,11 @@ VAIN = 8
 """Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
 takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
 IDLE = 500
-"""Questions in a row that gave neither a witness nor a better design; from then on none is looked into."""
+"""Questions in a row that gave neither a cutting point nor a better design; from then on none is looked into."""
 STEEP_BOXES = 100_000
 """Of designs, where kappa of the design of the step before cannot be proved: near a fold little can be excluded."""
 NEAR = 1e-7
-"""Share of L within which two witnesses are the same."""
+"""Share of L within which two of them are the same."""
 
 Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
 Ending = Literal["excluded", "better", "open", "budget", "stopped"]
@@ -87,7 +85,7 @@ class Proven:
         boxes: Boxes of designs examined.
         status: "proved": the gap is at most the requested one; "gap not reached": it is not; "infeasible": no design
             is feasible, proved; "undecided": neither was one found nor proved absent; "interrupted": stopped by hand.
-        witnesses: Points of the cube that were in use.
+        cutting_points: Points of the cube that were in use.
         certified: Whether the objective is proved; else its constraints alone are, and the condition number is sampled.
     """
 
@@ -97,7 +95,7 @@ class Proven:
     design_mm: tuple[float, ...]
     boxes: int
     status: Status
-    witnesses: int = 0
+    cutting_points: int = 0
     certified: bool = True
 
 
@@ -152,16 +150,16 @@ class _Proof:
     ) -> None:
         self.problem, self.gap, self.max_boxes, self.seed = problem, gap, max_boxes, seed
         self.report, self.stop = report, stop
-        self.space = space_of(problem)
+        self.space = design_box(problem)
         self.best: Certified | None = None
         # before anything is proved: no cube is larger than its bound, no condition number smaller than 1
         self.bound = 1.0 if problem.step == 3 else problem.upper[SIDE]
         self.boxes = 0
-        self.units = np.zeros((WITNESSES, 3))
+        self.units = np.zeros((POINTS, 3))
         first = half_surface(FIRST_GRID)
         self.units[: len(first)] = first
         self.count, self.fixed = len(first), len(first)
-        self.hits = np.zeros(WITNESSES, dtype=np.int64)
+        self.hits = np.zeros(POINTS, dtype=np.int64)
         self.vain = self.idle = 0
         self.certifying, self.certified = CERTIFYING, True
 
@@ -264,10 +262,10 @@ class _Proof:
         worst = design_worst(self.problem, np.array(found.design_mm) / MM_PER_M, EXCHANGE_GRID)
         for w in worst.values():
             for point in w.points:
-                self._witness(point)
+                self._cut_at(point)
         self._tell()
 
-    def _witness(self, point: np.ndarray) -> int | None:
+    def _cut_at(self, point: np.ndarray) -> int | None:
         """Takes a point of the cube in, in the place of the least useful if need be; None if it is known."""
         known = self.units[: self.count]
         if (np.abs(known - point).max(axis=1) < NEAR).any():
@@ -281,7 +279,7 @@ class _Proof:
         self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # asked early, until it shows its worth
         return k
 
-    def _exclude(self, space: Space, share: float | None) -> Ending:
+    def _exclude(self, space: DesignBox, share: float | None) -> Ending:
         """Tries to exclude every design that is better than the incumbent by a share, or that is feasible at all."""
         step, best = self.problem.step, self.best
         side_mm, kappa, proves = self.problem.lower[SIDE], math.inf, math.nan
@@ -302,12 +300,12 @@ class _Proof:
             self._tell()
         return ending
 
-    def _branch(self, space: Space, side: float, kappa: float) -> Ending:
-        boxes, masks = np.empty((STACK, 2, 4)), np.ones((STACK, WITNESSES), dtype=np.uint8)
+    def _branch(self, space: DesignBox, side: float, kappa: float) -> Ending:
+        boxes, masks = np.empty((STACK, 2, 4)), np.ones((STACK, POINTS), dtype=np.uint8)
         flags, state = np.zeros(STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
         boxes[0] = space.box
-        numbers, candidate = self._numbers(kappa), np.empty(4)
-        whole = np.array([side, space.sum_max, space.lean_share * side])
+        asked, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
+        whole = np.array([side, space.sum_max, space.forearm_per_half_side_min * side])
         begun = self.boxes
         opened = False
         while state[0] > 0:
@@ -315,7 +313,7 @@ class _Proof:
             if budget <= 0:
                 return "budget"
             ended = search(
-                boxes, masks, flags, state, self._points(side), self.count, self.hits, numbers, whole, candidate, budget
+                boxes, masks, flags, state, self._points(side), self.count, self.hits, asked, whole, candidate, budget
             )
             self.boxes = begun + int(state[1])
             top = int(state[0]) - 1
@@ -338,36 +336,15 @@ class _Proof:
         return "open" if opened else "excluded"
 
     def _points(self, side: float) -> np.ndarray:
-        """Witnesses in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
+        """Cutting points in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
         points = self.units * side
         points[:, 2] = (1.0 + self.units[:, 2]) * side
         return points
 
-    def _numbers(self, kappa: float) -> np.ndarray:
-        """See `witness.NUMBERS`; each limit with a bound of the error of its rounding."""
-        task, limits = self.problem.requirements.requirements, self.problem.requirements.limits
-        asked, out, bits = self.problem.constraints, np.zeros(NUMBERS), 0
-        if "conditioning" in asked and limits.kappa_max is not None:
-            kappa = min(kappa, limits.kappa_max)
-        if kappa < math.inf:
-            bits |= KAPPA
-            out[0], out[7] = kappa * kappa, ROUND * kappa * kappa
-        if "torque" in asked:
-            bits |= TORQUE
-            lever = (task.force_N / self.problem.torque_for_force) ** 2
-            out[1], out[5] = lever, ROUND * lever
-        if "shoulder" in asked and limits.shoulder_deg is not None:
-            bits |= SHOULDER
-            low, high = (float(angle) for angle in np.radians(limits.shoulder_deg))
-            out[2], out[3] = cosine_sine(low, high)
-            out[4], out[6] = cosine_sine(high, -low)[0], ROUND
-        out[8] = bits
-        return out
-
     def _answer(
-        self, space: Space, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
+        self, space: DesignBox, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
     ) -> Literal["refused", "better", "known"]:
-        """Looks at the whole cube of a design that all witnesses allow."""
+        """Looks at the whole cube of a design that all cutting points allow."""
         design = design_of(self.problem, space, candidate, side * MM_PER_M)
         found = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
         quality = found.pop("quality", None)
@@ -375,7 +352,7 @@ class _Proof:
         if quality is not None and kappa < math.inf:
             pairs = zip(quality.points, quality.values, strict=True)
             points += [p for p, v in pairs if v < 1.0 / kappa]
-        new = [k for k in (self._witness(p) for p in points) if k is not None]
+        new = [k for k in (self._cut_at(p) for p in points) if k is not None]
         for k in new:
             masks[:waiting, k] = 1
         if new:

@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from delta_cad.mechanism.geometry import RADIAL
+from delta_cad.common.jit import compiled, expanded
+from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.kernel import _kappa
 
-ROOT_3_4 = float(RADIAL[1, 1])
 TINY = float(np.finfo(float).tiny)
 
 
@@ -43,7 +42,7 @@ def figures_compiled(
         out[:, 4:] = 0.0
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _chain(q, t, z, la, lb):
     """w^2 / L_B^2, w / L_B and the unit forearm along the radius and along z; w as 0 beyond the reach."""
     rho2 = q * q + z * z
@@ -55,7 +54,7 @@ def _chain(q, t, z, la, lb):
     return w2 / (lb * lb), w / lb, (q - la * cos) / lb, (z - la * sin) / lb
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _angle(q, t, z, la, lb):
     """Shoulder angle, w as 0 beyond the reach."""
     rho2 = q * q + z * z
@@ -66,18 +65,18 @@ def _angle(q, t, z, la, lb):
     return math.atan2((z * m - q * w) / rho2, (q * m + z * w) / rho2)
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _point(x, y, z, a, la, lb):
     """Closure, determinant, moment / L_A, elbow arms, forearms' products and squares of a point."""
-    xc, yc, xs, ys = -0.5 * x, -0.5 * y, ROOT_3_4 * x, ROOT_3_4 * y
+    xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
     t2, t3 = yc - xs, yc + xs
     c1, w1, r1, z1 = _chain(x - a, y, z, la, lb)
     c2, w2, r2, z2 = _chain(xc + ys - a, t2, z, la, lb)
     c3, w3, r3, z3 = _chain(xc - ys - a, t3, z, la, lb)
     t1, t2, t3 = y / lb, t2 / lb, t3 / lb
     x1, y1 = r1, t1
-    x2, y2 = -0.5 * r2 - ROOT_3_4 * t2, ROOT_3_4 * r2 - 0.5 * t2
-    x3, y3 = -0.5 * r3 + ROOT_3_4 * t3, -ROOT_3_4 * r3 - 0.5 * t3
+    x2, y2 = -0.5 * r2 - SIN_60 * t2, SIN_60 * r2 - 0.5 * t2
+    x3, y3 = -0.5 * r3 + SIN_60 * t3, -SIN_60 * r3 - 0.5 * t3
     fx, fy, fz = y2 * z3 - z2 * y3, z2 * x3 - x2 * z3, x2 * y3 - y2 * x3
     det = x1 * fx + y1 * fy + z1 * fz
     n1 = fx * fx + fy * fy + fz * fz
@@ -96,7 +95,7 @@ def _point(x, y, z, a, la, lb):
     return closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill(designs, places, out):
     """Closure, determinant and moment."""
     for d in range(len(designs)):
@@ -110,7 +109,7 @@ def _fill(designs, places, out):
             closures[k], determinants[k], moments[k] = found[0], found[1], la * found[2]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill_all(designs, places, out):
     """Closure, determinant, moment and quality."""
     for d in range(len(designs)):
@@ -130,7 +129,7 @@ def _fill_all(designs, places, out):
             qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill_angles(designs, places, out):
     """Smallest and largest shoulder angle."""
     for d in range(len(designs)):
@@ -140,7 +139,7 @@ def _fill_angles(designs, places, out):
         for k in range(places.shape[2]):
             x, y = side * places[row, 0, k], side * places[row, 1, k]
             z = height + side * (1.0 + places[row, 2, k])
-            xc, yc, xs, ys = -0.5 * x, -0.5 * y, ROOT_3_4 * x, ROOT_3_4 * y
+            xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
             th1 = _angle(x - a, y, z, la, lb)
             th2 = _angle(xc + ys - a, yc - xs, z, la, lb)
             th3 = _angle(xc - ys - a, yc + xs, z, la, lb)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
+from delta_cad.mechanism.limits import HandleInertia
 
 VARIABLES = (
     "upper_arm_length",
@@ -40,6 +41,8 @@ class Figures(NamedTuple):
         quality: 1 / kappa with the sign of the determinant; 0 on both singularities, the closure where negative.
         shoulder_min: Smallest shoulder angle of the chains, rad.
         shoulder_max: Largest shoulder angle of the chains, rad.
+        designs: (D, 6) what they are the figures of, for figures that are computed when they are asked for.
+        points: (K, 3) or (D, K, 3) likewise.
 
     What was not asked for holds a constant: 1 as `quality`, 0 as angles.
     """
@@ -50,6 +53,51 @@ class Figures(NamedTuple):
     quality: np.ndarray
     shoulder_min: np.ndarray
     shoulder_max: np.ndarray
+    designs: np.ndarray
+    points: np.ndarray
+
+    def lightness(self, inertia: HandleInertia) -> np.ndarray:
+        """Computes the carried mass by the effective mass, 1 where nothing else moves.
+
+        Args:
+            inertia: What moves.
+
+        Returns:
+            (D, K) 0 at a fold; the closure where that is negative.
+        """
+        L_A, L_B = (self.designs[:, k, None] for k in (0, 1))
+        chains = chains_of(self.designs, self.points)
+        n = chains.forearms / np.maximum(chains.arms / L_B[..., None], TINY)[..., None]
+        mixed = np.einsum("...ia,...ib->...ab", n, chains.elbows)
+        at_elbow = (inertia.elbow_mass + inertia.joint_inertia / L_A**2)[..., None, None]
+        moving = at_elbow * np.einsum("...ia,...ib->...ab", n, n)
+        moving += inertia.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
+        mass = inertia.carried_mass + np.linalg.eigvalsh(moving)[..., 2]
+        return np.where(self.closure < 0.0, self.closure, inertia.carried_mass / mass)
+
+
+class Chains(NamedTuple):
+    """The chains of D designs at K points, w as 0 beyond the reach.
+
+    Attributes:
+        closure: (D, K, 3) w^2, m^2.
+        arms: (D, K, 3) w, m.
+        forearms: (D, K, 3, 3) unit vectors from elbow to wrist; shorter or longer beyond the reach.
+        elbows: (D, K, 3, 3) unit vectors along which the elbows move.
+        cos: (D, K, 3) of the shoulder angle.
+        sin: (D, K, 3) of the shoulder angle.
+    """
+
+    closure: np.ndarray
+    arms: np.ndarray
+    forearms: np.ndarray
+    elbows: np.ndarray
+    cos: np.ndarray
+    sin: np.ndarray
+
+
+TINY = 1e-75
+"""Least w / L_B that is divided by: the fourth power of what comes out is still a number."""
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
@@ -70,7 +118,7 @@ def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, 
     points = points if points.ndim == 3 else points[None]
     out = np.empty((len(designs), 6, points.shape[1]))
     compiled(designs, points, conditioning, angles, out)
-    return Figures(*np.swapaxes(out, 0, 1))
+    return Figures(*np.swapaxes(out, 0, 1), designs, points)
 
 
 @cache
@@ -96,6 +144,25 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
     Returns:
         The figures, each (D, K).
     """
+    L_A, L_B = designs[:, 0, None, None], designs[:, 1, None, None]
+    chains = chains_of(designs, points)
+    s, w = chains.forearms, chains.arms
+    faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
+    determinant = (s[..., 0, :] * faces[..., 0, :]).sum(axis=-1)
+    moment = (L_A * w / L_B * np.sqrt((faces * faces).sum(axis=-1))).max(axis=-1)
+    closure = (chains.closure / (L_B * L_B)).min(axis=-1)
+    theta = np.arctan2(chains.sin, chains.cos) if angles else np.zeros_like(w)
+    quality = _quality(s, w / L_B, determinant, closure) if conditioning else np.ones_like(closure)
+    return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1), designs, points)
+
+
+def chains_of(designs: np.ndarray, points: np.ndarray) -> Chains:
+    """Computes the chains of every design at every point.
+
+    Args:
+        designs: (D, 6) lengths in the order of `VARIABLES`, m.
+        points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
+    """
     L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
     x, y, z = L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
     p = np.stack(np.broadcast_arrays(x, y, z), axis=-1)  # (D, K, 3)
@@ -108,18 +175,13 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
     w2 = rho2 - m * m
     w = np.sqrt(np.maximum(w2, 0.0))
     cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
-    s = (
+    forearms = (
         ((q - L_A * cos) / L_B)[..., None] * RADIAL
         + (t / L_B)[..., None] * TANGENTIAL
         + ((z - L_A * sin) / L_B)[..., None] * VERTICAL
     )  # (D, K, 3 chains, 3), of length 1
-    faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
-    determinant = (s[..., 0, :] * faces[..., 0, :]).sum(axis=-1)
-    moment = (L_A * w / L_B * np.sqrt((faces * faces).sum(axis=-1))).max(axis=-1)
-    closure = (w2 / (L_B * L_B)).min(axis=-1)
-    theta = np.arctan2(sin, cos) if angles else np.zeros_like(q)
-    quality = _quality(s, w / L_B, determinant, closure) if conditioning else np.ones_like(closure)
-    return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1))
+    elbows = cos[..., None] * VERTICAL - sin[..., None] * RADIAL
+    return Chains(w2, w, forearms, elbows, cos, sin)
 
 
 def _cross(s: np.ndarray, i: int, j: int) -> np.ndarray:

@@ -13,11 +13,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
+from delta_cad.design.file import UNITS, limit_fields
+from delta_cad.mechanism.limits import HandleInertia
 
-UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 
 
@@ -76,19 +77,38 @@ class Bounds(_Record):
     half_side: HalfSide = Field(description="L: half the side of the cube")
 
 
-class Limits(_Record):
-    """What the hardware asks beyond the paper; all optional: table `[limits]`."""
-
+class _Hardware(_Record):
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
     parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
-    kappa_max: float | None = Field(default=None, ge=1, le=1e6, description="largest condition number in the cube")
-    lean_max_deg: float | None = Field(default=None, gt=0, lt=90, description="largest lean of a rod")
+
+
+_SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")
+"""In this file they are the two numbers of `shoulder_deg`."""
+_Limited: Any = create_model(
+    "_Limited",
+    __base__=_Hardware,
+    **{name: field for name, field in limit_fields().items() if name not in _SHOULDER},
+)
+
+
+class LimitTable(_Limited):
+    """What the hardware asks beyond the paper; all optional: table `[limits]`."""
+
     shoulder_deg: Angle | None = Field(default=None, description="smallest and largest shoulder angle")
     clearance_min_mm: float | None = Field(default=None, ge=0, le=100, description="between neighbouring wrist joints")
     joint_diameter_mm: float = Field(default=8.0, gt=0, le=100, description="ball joint at a rod's end")
     gravity_torque_N_m: float = Field(default=0.0, ge=0, le=100, description="taken off each joint's torque")
     gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
+
+
+class InertiaTable(_Record):
+    """What moves, as the effective mass at the handle sees it: table `[inertia]`."""
+
+    carried_mass_kg: float = Field(ge=0, le=1000, description="platform and the rods' share that moves with it")
+    elbow_mass_kg: float = Field(ge=0, le=1000, description="one chain's rods, share that moves with the elbow")
+    cross_mass_kg: float = Field(ge=-1000, le=1000, description="one chain's rods, share that couples both ends")
+    joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")
 
 
 class Step3(_Record):
@@ -103,14 +123,28 @@ class Requirements(_Record):
     name: str = Field(pattern=NAME_PATTERN, description="name of the design")
     requirements: Task
     bounds_mm: Bounds
-    limits: Limits = Field(default_factory=Limits)
+    limits: LimitTable = Field(default_factory=LimitTable)
     step_3: Step3 = Field(default_factory=Step3)
+    inertia: InertiaTable | None = None
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What limits are made from: the fields of all tables by name, and `inertia` where it is stated."""
+        low, high = self.limits.shoulder_deg or (None, None)
+        inertia = None if self.inertia is None else HandleInertia(*self.inertia.model_dump().values())
+        return {
+            **self.requirements.model_dump(),
+            **self.limits.model_dump(),
+            **dict(zip(_SHOULDER, (low, high), strict=True)),
+            "inertia": inertia,
+        }
 
 
 _TABLES: dict[str, type[BaseModel]] = {
     "requirements": Task,
     "bounds_mm": Bounds,
-    "limits": Limits,
+    "limits": LimitTable,
+    "inertia": InertiaTable,
     "step_3": Step3,
 }
 
@@ -172,8 +206,13 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
 
 
 def requirements_hash(given: Requirements) -> str:
-    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out."""
-    text = json.dumps(given.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out, null left out.
+
+    So a limit that the file does not know yet changes no hash.
+    """
+    text = json.dumps(
+        given.model_dump(mode="json", exclude_none=True), sort_keys=True, separators=(",", ":"), allow_nan=False
+    )
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
@@ -192,6 +231,10 @@ def _check_order(given: Requirements, file: str) -> None:
     if reserve >= torque:
         allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"
         raise RequirementsError(file, "limits.gravity_torque_N_m", _text(reserve), allowed)
+    if given.limits.effective_mass_max_kg is not None and given.inertia is None:
+        value = _text(given.limits.effective_mass_max_kg)
+        allowed = f"needs the masses of what moves: table [inertia] with {', '.join(InertiaTable.model_fields)}"
+        raise RequirementsError(file, "limits.effective_mass_max_kg", value, allowed)
     side = given.step_3.half_side_mm
     if side is not None and not low <= side <= high:
         allowed = f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"

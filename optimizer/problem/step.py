@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from delta_cad.mechanism.limits import LIMITS, Kappa, Limit, Limits, Outline, PoseLimit, Singularity
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
 MM_PER_M = 1000.0
-LEAN_SHARE = (math.sqrt(3.0) + 1.0) / 2.0
-"""Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""
-CONSTRAINTS = ("outline", "reach", "torque", "conditioning", "lean", "shoulder", "clearance", "half_side")
+CONSTRAINTS = (*(limit.name for limit in LIMITS if limit.constraint), "half_side")
 """All there are, in the order in which reports name them."""
 SIDE = VARIABLES.index("half_side")
 TINY_MM = 1e-3
@@ -62,10 +62,31 @@ class Problem:
         """`half_side` (largest) in steps 1 and 2, `kappa` (smallest) in step 3."""
         return "kappa" if self.step == 3 else "half_side"
 
-    @property
-    def needs_quality(self) -> bool:
-        """Whether the condition number is asked for at all."""
-        return self.step == 3 or "conditioning" in self.constraints
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """The limits among the constraints, with their thresholds."""
+        values = self.requirements.values
+        stated = (limit.stated(values) for limit in LIMITS if limit.name in self.constraints)
+        return tuple(limit for limit in stated if limit is not None)
+
+    def pose_limits(self, kappa: float = math.inf) -> Limits:
+        """The limits on every position of the cube that a proof takes.
+
+        Args:
+            kappa: Largest condition number to ask for beside the limit.
+
+        Returns:
+            The limits; no direct singularity, too, wherever one of them grows without bound there.
+
+        Raises:
+            GeometryError: A number that the proof does not take.
+        """
+        found = [limit for limit in self.limits if isinstance(limit, PoseLimit) and limit.cut is not None]
+        known = [limit.kappa_max for limit in found if isinstance(limit, Kappa)]
+        if kappa < math.inf:
+            found.append(Kappa(min([kappa, *known])))
+        singular = any(limit.infinite_at_singularity for limit in found)
+        return Limits.of(*found, Singularity() if singular else None)
 
     @property
     def torque_for_force(self) -> float:
@@ -104,7 +125,8 @@ class Problem:
 
     def figures(self, designs: np.ndarray, points: np.ndarray) -> Figures:
         """The figures this step needs; `quality` and the angles are left out where nothing asks for them."""
-        return figures(designs, points, self.needs_quality, "shoulder" in self.constraints)
+        evaluated = {name for limit in self.limits for name in limit.evaluates}
+        return figures(designs, points, self.step == 3 or "quality" in evaluated, "angles" in evaluated)
 
     def point_margins(self, f: Figures) -> dict[str, np.ndarray]:
         """Margins that hold in a point of the cube.
@@ -113,20 +135,9 @@ class Problem:
             f: Figures of D designs at K points.
 
         Returns:
-            Name of the constraint -> (D, K).
+            Name of the constraint -> (D, K); those that hold for the cube in closed form are left out.
         """
-        limits, task = self.requirements.limits, self.requirements.requirements
-        margins = {}
-        if "reach" in self.constraints:
-            margins["reach"] = f.closure
-        if "torque" in self.constraints:  # det >= F moment / torque >= 0 also refuses every direct singularity
-            margins["torque"] = f.determinant - task.force_N / self.torque_for_force * f.moment
-        if "conditioning" in self.constraints and limits.kappa_max is not None:
-            margins["conditioning"] = f.quality - 1.0 / limits.kappa_max
-        if "shoulder" in self.constraints and limits.shoulder_deg is not None:
-            low, high = np.radians(limits.shoulder_deg)
-            margins["shoulder"] = np.minimum(f.shoulder_min - low, high - f.shoulder_max)
-        return margins
+        return {one.name: one.margin(f) for one in self.limits if isinstance(one, PoseLimit) and one.cut is not None}
 
     def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
         """Margins in closed form, the same in the whole cube.
@@ -137,82 +148,25 @@ class Problem:
         Returns:
             Name of the constraint -> (D,).
         """
-        limits = self.requirements.limits
-        L_A, L_B, R, r, _, L = designs.T * MM_PER_M
-        margins = {}
-        if "outline" in self.constraints:
-            margins["outline"] = outline_margin(self.requirements, R + L_A)[0]
-        if "lean" in self.constraints and limits.lean_max_deg is not None:
-            margins["lean"] = math.sin(math.radians(limits.lean_max_deg)) - LEAN_SHARE * L / L_B
-        if "clearance" in self.constraints and limits.clearance_min_mm is not None:
-            # nearest wrists of neighbouring chains are sqrt(3) r - L_c / 2 apart
-            room = math.sqrt(3.0) * r - limits.parallelogram_width_mm / 2.0
-            margins["clearance"] = (room - limits.joint_diameter_mm - limits.clearance_min_mm) / r
-        return margins
+        lengths = designs.T * MM_PER_M
+        found = {limit.name: limit.design_margin(lengths) for limit in self.limits}
+        return {name: margin for name, margin in found.items() if margin is not None}
 
     def describe(self, name: str) -> str:
         """A constraint in words, with the field of the requirements file that asks for it."""
-        task, limits = self.requirements.requirements, self.requirements.limits
-        if name == "outline":
-            if limits.outline_radius_max_mm is not None:
-                return f"R + L_A <= {limits.outline_radius_max_mm:g} mm (limits.outline_radius_max_mm)"
-            return f"outline {task.envelope_width_mm:g} x {task.envelope_depth_mm:g} mm (requirements.envelope_*_mm)"
-        low, high = limits.shoulder_deg or (-180.0, 180.0)
-        half = self.requirements.step_3.half_side_mm
-        side = f"bounds_mm.half_side >= {self.requirements.bounds_mm.half_side[0]:g} mm"
-        if self.step == 3:
-            side = "half side that step 2 reached" if half is None else f"step_3.half_side_mm = {half:g} mm"
-        return {
-            "reach": "reach of the whole cube",
-            "torque": f"{self.torque_for_force:g} N m for {task.force_N:g} N (requirements.joint_torque_N_m)",
-            "conditioning": f"limits.kappa_max = {limits.kappa_max} ",
-            "lean": f"limits.lean_max_deg = {limits.lean_max_deg}",
-            "shoulder": f"limits.shoulder_deg = [{low:g}, {high:g}]",
-            "clearance": f"limits.clearance_min_mm = {limits.clearance_min_mm}",
-            "half_side": side,
-        }[name].strip()
+        if name == "half_side":
+            half = self.requirements.step_3.half_side_mm
+            if self.step == 3:
+                return "half side that step 2 reached" if half is None else f"step_3.half_side_mm = {half:g} mm"
+            return f"bounds_mm.half_side >= {self.requirements.bounds_mm.half_side[0]:g} mm"
+        values = self.requirements.values
+        limit = next(limit for limit in LIMITS if limit.name == name).stated(values)
+        return limit.describe(values) if limit is not None else name
 
 
-def outline_size(given: Requirements, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The rectangle that a mechanism takes.
-
-    Args:
-        given: The requirements, for the parallelogram's width and the hardware's overhead.
-        reach: (...) R + L_A, mm.
-
-    Returns:
-        (...) width and (...) depth, mm.
-
-    Source:
-        [RCIM2018] eq. (1), plus the overhead of the real hardware where it is given.
-    """
-    limits, reach = given.limits, np.asarray(reach)
-    width = limits.parallelogram_width_mm * 0.5 + math.sqrt(3.0) * reach + limits.outline_overhead_mm[0]
-    depth = limits.parallelogram_width_mm * math.sqrt(3.0) / 4.0 + 1.5 * reach + limits.outline_overhead_mm[1]
-    return width, depth
-
-
-def outline_margin(given: Requirements, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far the outline is inside what is allowed, as a share of it.
-
-    Args:
-        given: The requirements; `limits.outline_radius_max_mm` replaces the rectangle where it is given.
-        reach: (...) R + L_A, mm.
-
-    Returns:
-        (...) margin; (...) whether the rectangle is turned: eq. (1)'s W along the requirements' depth.
-
-    Source:
-        [RCIM2018] eq. (1), by `outline_size`.
-    """
-    limits, task = given.limits, given.requirements
-    width, depth = outline_size(given, reach)
-    reach, W, D = np.asarray(reach), task.envelope_width_mm, task.envelope_depth_mm
-    straight = np.minimum((W - width) / W, (D - depth) / D)
-    turned = np.minimum((D - width) / D, (W - depth) / W)
-    if limits.outline_radius_max_mm is not None:
-        return (limits.outline_radius_max_mm - reach) / limits.outline_radius_max_mm, turned > straight
-    return np.maximum(straight, turned), turned > straight
+def outline_of(given: Requirements) -> Outline:
+    """The outline that requirements allow."""
+    return Outline.stated(given.values)
 
 
 def step_problem(
@@ -251,15 +205,9 @@ def step_problem(
     elif reached_mm is not None:
         high = min(high, max(low, reached_mm))
     bounds[SIDE] = (0.0 if "half_side" in without else low, high)
-    limits = given.limits
-    asked = {"outline": True, "reach": True, "half_side": step == 3 or low > 0.0}
-    if step > 1:
-        asked |= {
-            "torque": True,
-            "conditioning": limits.kappa_max is not None,
-            "lean": limits.lean_max_deg is not None,
-            "shoulder": limits.shoulder_deg is not None,
-            "clearance": limits.clearance_min_mm is not None,
-        }
+    values = given.values
+    asked = {"half_side": step == 3 or low > 0.0}
+    for limit in LIMITS:
+        asked[limit.name] = (step > 1 or limit.first_step) and limit.stated(values) is not None
     names = tuple(name for name in CONSTRAINTS if asked.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)

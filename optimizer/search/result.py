@@ -11,7 +11,7 @@ import numpy as np
 
 from optimizer.problem.evaluator import VARIABLES, figures, fold_points
 from optimizer.problem.extremes import design_worst, worst_points
-from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_margin
+from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import Ending
 
@@ -182,7 +182,7 @@ class Result:
     def record(self) -> dict[str, Any]:
         """The facts as plain data for JSON; what is infinite is None."""
         L_A, R = self.design_mm[0], self.design_mm[2]
-        turned = bool(outline_margin(self.problem.requirements, np.array(R + L_A))[1])
+        turned = bool(outline_of(self.problem.requirements).room(np.array(R + L_A))[1])
         return {
             "step": self.problem.step,
             "method": self.method,

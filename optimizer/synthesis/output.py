@@ -10,6 +10,7 @@ from typing import Any
 
 from delta_cad.common.whole import write_whole
 from delta_cad.design import Design, design_from_dict, design_to_json
+from delta_cad.mechanism.limits import LIMITS
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_hash
 from optimizer.problem.step import SIDE, step_problem
@@ -49,12 +50,9 @@ def design_of(
     lengths = dict(zip(VARIABLES, presentable(results[-1]), strict=True))
     limits, task = given.limits, given.requirements
     asked: dict[str, Any] = task.model_dump()
-    if limits.kappa_max is not None:
-        asked["kappa_max"] = limits.kappa_max
-    if limits.lean_max_deg is not None:
-        asked["lean_max_deg"] = limits.lean_max_deg
-    if limits.shoulder_deg is not None:
-        asked["shoulder_min_deg"], asked["shoulder_max_deg"] = limits.shoulder_deg
+    asked |= {
+        f.name: given.values[f.name] for limit in LIMITS for f in limit.fields_ if given.values[f.name] is not None
+    }
     if limits.clearance_min_mm is not None:
         asked["clearance_min_mm"] = limits.clearance_min_mm
     asked["gravity_m_s2"] = list(limits.gravity_m_s2)

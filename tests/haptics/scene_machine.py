@@ -5,7 +5,7 @@ from __future__ import annotations
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
 from haptics.model.machine import Machine
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 

@@ -1,4 +1,4 @@
-"""Outcome of a proof: which condition holds in the whole cube, and where one does not; NumPy only."""
+"""Outcome of a proof: which limit holds in the whole cube, and where one does not; NumPy only."""
 
 from __future__ import annotations
 
@@ -6,12 +6,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-
-from delta_cad.mechanism.angles import rod_lean
-from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import elbow_arm, joint_angles
-from delta_cad.mechanism.proof.limits import Limits
-from delta_cad.mechanism.statics import conditioning, direct_margin, worst_joint_torque
 
 Verdict = Literal["proved", "refuted", "undecided"]
 
@@ -21,7 +15,7 @@ class Finding:
     """What became of one condition.
 
     Attributes:
-        condition: Its name, one of `CONDITIONS`.
+        condition: Its name, the name of a limit.
         verdict: Proved for every point of the cube; refuted at `point`; or undecided, `box` being where it stopped.
         limit: What was allowed, in SI units; the limits' pair for the shoulder.
         point: Point of the cube that breaks the condition for certain, m.
@@ -31,7 +25,7 @@ class Finding:
 
     condition: str
     verdict: Verdict
-    limit: float | tuple[float, float]
+    limit: float | tuple[float, ...]
     point: tuple[float, float, float] | None = None
     value: float | None = None
     box: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
@@ -67,48 +61,3 @@ class Proof:
             if verdict in verdicts:
                 return verdict
         return "proved"
-
-
-def limit_of(limits: Limits, condition: str) -> float | tuple[float, float]:
-    """The number, or pair, that a condition was given.
-
-    Args:
-        limits: The conditions.
-        condition: Name of one that is asked.
-
-    Returns:
-        SI units; 0 for the determinant's sign.
-    """
-    if condition == "singularity":
-        return 0.0
-    field = {"reach": "elbow_arm_min", "torque": "torque_max", "kappa": "kappa_max", "lean": "lean_max"}
-    value = getattr(limits, field.get(condition, condition))
-    return (float(value[0]), float(value[1])) if condition == "shoulder" else float(value)
-
-
-def figure(g: DeltaGeometry, limits: Limits, sign: float, condition: str, point: np.ndarray) -> float:
-    """The worst chain's figure that a condition limits, in plain double arithmetic.
-
-    Args:
-        g: The mechanism.
-        limits: The conditions.
-        sign: Of det S at the reference point.
-        condition: Name of the condition.
-        point: (3,) position, m.
-
-    Returns:
-        SI units; the determinant of unit forearms times the sign; NaN where a chain is open.
-    """
-    if condition == "reach":
-        return float(elbow_arm(g, point).min())
-    if condition == "singularity":
-        return float(sign * direct_margin(g, point))
-    if condition == "torque":
-        return float(worst_joint_torque(g, point, limits.force or 0.0).max())
-    if condition == "kappa":
-        return float(conditioning(g, point))
-    if condition == "lean":
-        return float(np.abs(rod_lean(g, point)).max())
-    low, high = limits.shoulder or (0.0, 0.0)
-    theta = joint_angles(g, point)
-    return float(theta[np.argmax(np.maximum(low - theta, theta - high))])

@@ -13,20 +13,21 @@ from collections.abc import Callable
 
 import numpy as np
 
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure.affine_form import ROUND
+from delta_cad.mechanism.enclosure.table import CENTRE, HIGH, LOW
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.proof.affine_form import ROUND, compiled
-from delta_cad.mechanism.proof.enclosure import CENTRE, COUNT, FIRST, HIGH, LOW, MARGINS, constants, margins
-from delta_cad.mechanism.proof.findings import Finding, Proof, figure, limit_of
-from delta_cad.mechanism.proof.limits import Limits
+from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit, Singularity
+from delta_cad.mechanism.proof.findings import Finding, Proof
+from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, margins, numbers, room
 from delta_cad.mechanism.workspace import Cube, cube_corners
 
 DEEPEST = 40
 """Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule."""
 CHUNK = 20_000
 """Boxes between two reports of progress; some 50 ms."""
-_BITS = {name: sum(1 << (FIRST[name] + i) for i in range(COUNT[name])) for name in FIRST}
-_ORDER = tuple(FIRST)
-_MASKS = np.array([_BITS[name] for name in _ORDER], dtype=np.int64)
+_MASKS = np.array([BITS[limit] for limit in POSE_LIMITS], dtype=np.int64)
+_STRICT = sum(BITS[limit] for limit in POSE_LIMITS if limit.strict)
 _REFUTED, _GIVEN_UP = 1, 2
 
 
@@ -38,64 +39,65 @@ def prove(
     max_boxes: int = 5_000_000,
     progress: Callable[[int, float], None] | None = None,
 ) -> Proof:
-    """Decides each condition for every point of the cube.
+    """Decides each limit for every point of the cube.
 
     Args:
         g: The mechanism.
         cube: The cube.
-        limits: The conditions.
+        limits: The limits.
         max_boxes: Boxes after which what is open is undecided.
         progress: Called now and then with the boxes examined and the share of the cube that is done.
 
     Returns:
-        The findings, and the boxes that cover the cube. A refuted condition is dropped and the others go on; if reach
+        The findings, and the boxes that cover the cube. A refuted limit is dropped and the others go on; if reach
         is refuted the others are undecided, because they mean nothing where a chain is open.
     """
-    numbers, work, table = constants(g, limits), np.empty((6, 3)), np.empty((MARGINS, 6))
-    reference, sign = _reference(cube, numbers, work, table)
+    pose, work, table = room()
+    reference, sign = _reference(g, cube, pose, work, table)
+    given = numbers(g, limits, sign)
     origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
     edges = np.array([2.0 * cube.half_side, cube.half_side, cube.upper[2] - cube.bottom_height])
     frame = np.stack([origin, edges, cube.upper])
-    asked = sum(_BITS[name] for name in limits.asked)
+    asked = sum(BITS[type(limit)] for limit in limits)
     stack = np.zeros((3 * DEEPEST + 8, 7), dtype=np.int64)
     stack[0, 6] = asked
     state = np.array([1, asked, 0, 0], dtype=np.int64)  # boxes on the stack, bits still open, boxes examined, leaves
-    fate, points, stuck = np.zeros(len(_ORDER), dtype=np.int64), np.zeros((len(_ORDER), 3)), np.zeros((len(_ORDER), 6))
-    stuck = stuck.astype(np.int64)
+    count = len(POSE_LIMITS)
+    fate, points, stuck = np.zeros(count, np.int64), np.zeros((count, 3)), np.zeros((count, 6), np.int64)
     leaves = []
     while state[0] > 0 and state[1] != 0 and state[2] < max_boxes:
         budget = min(CHUNK, max_boxes - int(state[2]))
         found = np.empty((budget, 6), dtype=np.int64)
         state[3] = 0
-        _search(frame, numbers, sign, stack, state, fate, points, stuck, found, work, table, budget)
+        _search(frame, given, stack, state, fate, points, stuck, found, pose, work, table, budget)
         leaves.append(found[: state[3]].copy())
         if progress is not None:
             progress(int(state[2]), _share(leaves))
     if state[0] > 0:
-        for n, name in enumerate(_ORDER):
-            if state[1] & _BITS[name]:
+        for n, limit in enumerate(POSE_LIMITS):
+            if state[1] & BITS[limit]:
                 fate[n], stuck[n] = _GIVEN_UP, stack[state[0] - 1, :6]
     if fate[0]:  # without reach the others have no meaning
         fate[1:] = np.where(fate[1:] == 0, _GIVEN_UP, fate[1:])
         stuck[1:] = np.where((fate[1:] == _GIVEN_UP)[:, None], stuck[0], stuck[1:])
     covered = np.concatenate(leaves) if leaves else np.empty((0, 6), dtype=np.int64)
+    order = {kind: n for n, kind in enumerate(POSE_LIMITS)}
     findings = tuple(
-        _finding(name, g, limits, sign, int(fate[n]), points[n], _box(origin, edges, stuck[n]))
-        for n, name in enumerate(_ORDER)
-        if name in limits.asked
+        _finding(limit, g, sign, int(fate[n]), points[n], _box(origin, edges, stuck[n]))
+        for limit, n in ((limit, order[type(limit)]) for limit in limits)
     )
     depth = int(covered[:, ::2].sum(axis=1).max()) if len(covered) else 0
     return Proof(findings, sign, reference, covered, int(state[2]), depth)
 
 
 def _reference(
-    cube: Cube, numbers: np.ndarray, work: np.ndarray, table: np.ndarray
+    g: DeltaGeometry, cube: Cube, pose: np.ndarray, work: np.ndarray, table: np.ndarray
 ) -> tuple[tuple[float, float, float], float]:
     """The first of centre and corners at which the sign of det S is certain, and that sign."""
+    given, row = numbers(g, Limits.of(Singularity()), 1.0), FIRST[Singularity]
     centre = np.array([0.0, 0.0, 0.5 * (cube.bottom_height + cube.upper[2])])
-    row = FIRST["singularity"]
     for point in (centre, *cube_corners(cube)):
-        margins(np.array([*point, 0.0, 0.0, 0.0, 0.0]), numbers, 1.0, _BITS["singularity"], work, table)
+        margins(np.array([*point, 0.0, 0.0, 0.0, 0.0]), given, BITS[Singularity], pose, work, table)
         if table[row, LOW] > 0.0:
             return _triple(point), 1.0
         if table[row, HIGH] < 0.0:
@@ -104,19 +106,18 @@ def _reference(
 
 
 def _finding(
-    name: str,
+    limit: PoseLimit,
     g: DeltaGeometry,
-    limits: Limits,
     sign: float,
     fate: int,
     point: np.ndarray,
     box: tuple[tuple[float, float, float], tuple[float, float, float]],
 ) -> Finding:
-    """The record of one condition."""
-    limit = limit_of(limits, name)
+    """The record of one limit."""
+    name, bound = limit.name, limit.told()
     if fate == _REFUTED:
-        return Finding(name, "refuted", limit, point=_triple(point), value=figure(g, limits, sign, name, point))
-    return Finding(name, "undecided", limit, box=box) if fate == _GIVEN_UP else Finding(name, "proved", limit)
+        return Finding(name, "refuted", bound, point=_triple(point), value=limit.broken(g, sign, point))
+    return Finding(name, "undecided", bound, box=box) if fate == _GIVEN_UP else Finding(name, "proved", bound)
 
 
 def _triple(point: np.ndarray) -> tuple[float, float, float]:
@@ -150,10 +151,10 @@ def _place(frame, cell, box):
 
 
 @compiled
-def _corner(frame, box, form, point):
-    """The corner of the box, kept inside the cube, at which a form is smallest."""
+def _corner(frame, box, table, row, point):
+    """The corner of the box, kept inside the cube, at which a margin's form is smallest."""
     for i in range(3):
-        x = box[i] - box[3 + i] if form[CENTRE + 1 + i] > 0.0 else box[i] + box[3 + i]
+        x = box[i] - box[3 + i] if table[row, CENTRE + 1 + i] > 0.0 else box[i] + box[3 + i]
         point[i] = min(max(x, frame[0, i]), frame[2, i])
         point[3 + i] = 0.0
     point[6] = 0.0
@@ -161,40 +162,43 @@ def _corner(frame, box, form, point):
 
 @compiled
 def _drop(bits, state, fate, how, points, stuck, point, cell):
-    """Closes the conditions that have one of the bits; all of them with reach."""
+    """Closes the limits that have one of the bits; all of them with reach, the first."""
     for n in range(len(_MASKS)):
         if _MASKS[n] & bits & state[1]:
             fate[n] = how
-            points[n] = point[:3]
-            stuck[n] = cell[:6]
+            for i in range(3):
+                points[n, i] = point[i]
+            for i in range(6):
+                stuck[n, i] = cell[i]
             state[1] = 0 if n == 0 else state[1] & ~_MASKS[n]
 
 
 @compiled
-def _search(frame, k, sign, stack, state, fate, points, stuck, found, work, table, budget):
+def _search(frame, k, stack, state, fate, points, stuck, found, pose, work, table, budget):
     """Examines up to `budget` boxes, depth first; see `prove` for the arguments."""
     box, point, cell = np.empty(7), np.empty(7), np.empty(7, dtype=np.int64)
     while budget > 0 and state[0] > 0 and state[1] != 0:
         budget -= 1
         state[0] -= 1
         state[2] += 1
-        cell[:] = stack[state[0]]
+        for i in range(7):
+            cell[i] = stack[state[0], i]
         _place(frame, cell, box)
         pending = cell[6] & state[1]
-        margins(box, k, sign, pending, work, table)
+        margins(box, k, pending, pose, work, table)
         suspect = -1
         for bit in range(MARGINS):
             if not (pending >> bit) & 1:
                 continue
-            if table[bit, LOW] >= 0.0 and (bit != 3 or table[bit, LOW] > 0.0):
+            if table[bit, LOW] > 0.0 or (table[bit, LOW] == 0.0 and not (_STRICT >> bit) & 1):
                 pending &= ~(1 << bit)
             elif suspect < 0:
                 reach = abs(table[bit, CENTRE + 1]) + abs(table[bit, CENTRE + 2]) + abs(table[bit, CENTRE + 3])
                 if table[bit, CENTRE] - reach < 0.0:
                     suspect = bit
         if suspect >= 0:
-            _corner(frame, box, table[suspect], point)
-            margins(point, k, sign, pending, work, table)
+            _corner(frame, box, table, suspect, point)
+            margins(point, k, pending, pose, work, table)
             broken = 0
             for bit in range(MARGINS):
                 if (pending >> bit) & 1 and table[bit, HIGH] < 0.0:
@@ -210,13 +214,15 @@ def _search(frame, k, sign, stack, state, fate, points, stuck, found, work, tabl
             _drop(pending, state, fate, _GIVEN_UP, points, stuck, point, cell)
             pending &= state[1]
         if pending == 0:
-            found[state[3]] = cell[:6]
+            for i in range(6):
+                found[state[3], i] = cell[i]
             state[3] += 1
             continue
         cell[6] = pending
         cell[2 * axis] += 1
         cell[2 * axis + 1] *= 2
-        stack[state[0]] = cell
-        cell[2 * axis + 1] += 1
-        stack[state[0] + 1] = cell
-        state[0] += 2
+        for half in range(2):
+            for i in range(7):
+                stack[state[0], i] = cell[i]
+            state[0] += 1
+            cell[2 * axis + 1] += 1

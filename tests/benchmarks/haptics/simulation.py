@@ -126,7 +126,7 @@ def _machine() -> Any:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
     from haptics.model.machine import Machine
-    from haptics.model.masses import Masses
+    from delta_cad.masses import Masses
 
     design = load_design(ROOT / "best.json")
     return Machine(design, Masses(*MASSES), drive_torque(design))
@@ -236,7 +236,7 @@ def beside() -> None:
 
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
-    from haptics.model.masses import masses_from_dict
+    from delta_cad.masses import masses_from_dict
     from haptics.model.plant import FREE, STATES, advance, plant
     from haptics.scenes.bench import origin
 

@@ -55,7 +55,7 @@ def measured() -> None:
     from delta_cad.drive import drive_torque
     from haptics.model.hands import HANDS
     from haptics.model.machine import Machine
-    from haptics.model.masses import Masses
+    from delta_cad.masses import Masses
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
     from haptics.stability.wall_trial import simulated_predicate
 

@@ -14,7 +14,7 @@ from delta_cad.design import Design, load_design
 from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
-from haptics.model.masses import MassError, load_masses
+from delta_cad.masses import MassError, load_masses
 from tests.committed import BEST, Built, changed
 
 

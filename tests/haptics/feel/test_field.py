@@ -18,7 +18,7 @@ from delta_cad.mechanism import (
 from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
 from haptics.gravity import gravity_torque
 from haptics.model.machine import Machine
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 from haptics.model.plant import energy, plant
 from haptics.stability.linear import linearise
 

@@ -30,7 +30,7 @@ from haptics.feel.sheet import (
     summarise,
 )
 from haptics.model.machine import Machine
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 from haptics.simulation.assumptions import joint_friction
 from haptics.stability.stiffness import Corner, Stiffness, centre, largest_walls
 from haptics.stability.wall_limit import Predicate

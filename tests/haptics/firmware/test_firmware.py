@@ -27,7 +27,7 @@ from haptics.firmware.generate import sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.translate import Translation, TranslationError, literal
 from haptics.model.machine import Machine
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 from haptics.rendering.laws import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built

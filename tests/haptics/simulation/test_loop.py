@@ -17,7 +17,7 @@ from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.gravity import gravity_torque
 from haptics.model.machine import Machine
-from haptics.model.masses import Masses
+from delta_cad.masses import Masses
 from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws import axis_wall_row, constant_row, law_table, spring_row
 from haptics.simulation.assumptions import (

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.drive import DriveReport
+from delta_cad.mechanism.limits import HandleInertia
 
 SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
@@ -68,6 +69,16 @@ class Masses:
             if not math.isfinite(value) or (field.name not in signed and value < 0.0):
                 rule = "finite" if field.name in signed else "finite and not negative"
                 raise MassError(f"{field.name} is {value!r}; it must be {rule}")
+
+    @property
+    def handle_inertia(self) -> HandleInertia:
+        """What of it the effective mass at the handle is made of."""
+        return HandleInertia(
+            carried_mass=self.platform + 3.0 * self.rod_wrist,
+            elbow_mass=self.rod_elbow,
+            cross_mass=self.rod_cross,
+            joint_inertia=self.arm_inertia + self.rotor_inertia,
+        )
 
     @property
     def at_wrists(self) -> float:

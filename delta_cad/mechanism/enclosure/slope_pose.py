@@ -1,0 +1,204 @@
+"""The mechanism over boxes of positions in interval slopes: the second arithmetic, in which certificates are replayed.
+
+Formulas are numbered as in the mechanism's README. Where the prover takes polynomials and bounds eigenvalues, this
+takes quotients, cross products and the definiteness of matrices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes, coordinates, exactly
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
+
+Vector = tuple[Slopes, Slopes, Slopes]
+Symmetric = Mapping[tuple[int, int], Slopes]
+"""Entries (i, j), i <= j, of symmetric 3 x 3 matrices."""
+
+
+class SlopePose:
+    """The mechanism over n boxes; what is asked of it is computed once, README (1)-(6).
+
+    Args:
+        g: The mechanism.
+        lower: (n, 3) lower corners, m.
+        upper: (n, 3) upper corners, m.
+
+    Attributes:
+        q: Radial coordinate of each chain's wrist, m.
+        t: Coordinate along the shoulder axis, m.
+        z: Height, m.
+        w2: Closure margin, m^2.
+        arm: Elbow arm w, m; NaN unless w^2 is positive throughout.
+        forearm: Components of s in the base frame, m, by chain.
+        elbow: Direction in which each elbow moves, in the base frame.
+        cos: Of the shoulder angle.
+        sin: Of the shoulder angle.
+        upper_arm: L_A, m.
+        forearm_length: L_B, m.
+    """
+
+    def __init__(self, g: DeltaGeometry, lower: np.ndarray, upper: np.ndarray) -> None:
+        x, y, z = coordinates(lower, upper)
+        a = exactly(g.base_radius) - exactly(g.platform_radius)
+        la, lb = exactly(g.upper_arm_length), exactly(g.forearm_length)
+        constant, double = la.square() - lb.square(), (la + la).inverse()
+        root = Interval(np.nextafter(np.float64(SIN_60), 0.0), np.nextafter(np.float64(SIN_60), 1.0))
+        half = exactly(-0.5)
+        chains = []
+        for c, s in ((exactly(1.0), exactly(0.0)), (half, root), (half, -root)):
+            q, t = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s)
+            rho2 = q.square() + z.square()
+            m = (rho2 + t.square()).plus(constant).times(double)
+            w2 = rho2 - m.square()
+            w, inverse = w2.root(), rho2.inverse()
+            cos, sin = (q * m + z * w) * inverse, (z * m - q * w) * inverse
+            radial, height = q - cos.times(la), z - sin.times(la)
+            forearm = (radial.times(c) - t.times(s), radial.times(s) + t.times(c), height)
+            elbow = (sin.times(-c), sin.times(-s), cos)
+            chains.append((q, t, w2, w, forearm, elbow, cos, sin))
+        self.q, self.t, self.w2, self.arm, self.forearm, self.elbow, self.cos, self.sin = zip(*chains, strict=True)
+        self.z, self.upper_arm, self.forearm_length = z, la, lb
+
+    @cached_property
+    def determinant(self) -> Slopes:
+        """The determinant of the forearms, m^3."""
+        return dot(self.forearm[0], cross(self.forearm[1], self.forearm[2]))
+
+    @cached_property
+    def faces(self) -> tuple[Slopes, ...]:
+        """The squares |s_j x s_k|^2 of the other two forearms, by chain, m^4."""
+        return tuple(norm2(cross(self.forearm[i - 2], self.forearm[i - 1])) for i in range(3))
+
+    @cached_property
+    def rows(self) -> tuple[Vector, ...]:
+        """The rows n_i = s_i / w_i of the inverse Jacobian times L_A."""
+        found = []
+        for forearm, arm in zip(self.forearm, self.arm, strict=True):
+            inverse = arm.inverse()
+            found.append((forearm[0] * inverse, forearm[1] * inverse, forearm[2] * inverse))
+        return tuple(found)
+
+    @cached_property
+    def _gram_vectors(self) -> np.ndarray:
+        """(n, 3, 3) eigenvectors of the rows' Gram matrix at the centres, ascending."""
+        middle = np.array([[centre_of(v) for v in row] for row in self.rows])  # (chain, axis, n)
+        return eigenvectors(np.einsum("ian,jan->nij", middle, middle))
+
+    def _turned(self, k: int) -> Vector:
+        """Column k of V^T applied to the rows: a vector of slope forms."""
+        w = [exactly(self._gram_vectors[:, i, k]) for i in range(3)]
+        x, y, z = (
+            self.rows[0][a].times(w[0]) + self.rows[1][a].times(w[1]) + self.rows[2][a].times(w[2]) for a in range(3)
+        )
+        return x, y, z
+
+    def gram_quotients(self) -> tuple[Interval, Interval]:
+        """Rayleigh's quotients of the Gram matrix at the centres, for its smallest and its largest eigenvector."""
+        small, large = (
+            norm2(self._turned(k)).centre * exactly(self._gram_vectors[:, :, k].T).square().total().inverse()
+            for k in (0, 2)
+        )
+        return small, large
+
+    def gram_within(self, square: Interval) -> np.ndarray:
+        """Decides whether all eigenvalues of the Gram matrix A lie within [mu, square mu] for a linear function mu.
+
+        A - mu and square mu - A are positive definite if V^T (.) V is, for whatever regular V.
+
+        Args:
+            square: Largest quotient of two eigenvalues.
+
+        Returns:
+            (n,) truth.
+        """
+        turned, weights = [self._turned(k) for k in range(3)], products(self._gram_vectors)
+        b = {(k, m): dot(turned[k], turned[m]) if k < m else norm2(turned[k]) for k, m in weights}
+        share = 0.5 / float(square.hi)
+        centre = 0.5 * middle_of(b[0, 0].centre) + share * middle_of(b[2, 2].centre)
+        slope = 0.5 * middle_of(b[0, 0].slope) + share * middle_of(b[2, 2].slope)
+        step = self.z.step
+        range_ = exactly(centre) + (exactly(slope) * step).total()
+        mu = Slopes(exactly(centre), range_, exactly(slope), step)
+        above = {key: (form - mu.times(weights[key])).box for key, form in b.items()}
+        below = {key: (mu.times(weights[key] * square) - form).box for key, form in b.items()}
+        return definite(above, (2, 1, 0)) & definite(below, (0, 1, 2))
+
+    @staticmethod
+    def rounded(x: float) -> Interval:
+        """A number that was rounded once to x, at most 1 in size."""
+        return exactly(x) + Interval(np.array(-(2.0**-53)), np.array(2.0**-53))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """The cross product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def dot(a: Vector, b: Vector) -> Slopes:
+    """The scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def norm2(a: Vector) -> Slopes:
+    """The squared length."""
+    return a[0].square() + a[1].square() + a[2].square()
+
+
+def middle_of(x: Interval) -> np.ndarray:
+    """The middle of intervals."""
+    return 0.5 * (x.lo + x.hi)
+
+
+def centre_of(x: Slopes) -> np.ndarray:
+    """The middle of what a form is at the boxes' centres."""
+    return middle_of(x.centre)
+
+
+def eigenvectors(matrices: np.ndarray) -> np.ndarray:
+    """Computes eigenvectors (n, 3, 3) of symmetric matrices, ascending; of one that is not finite, any."""
+    finite = np.isfinite(matrices).all(axis=(1, 2))[:, None, None]
+    return np.linalg.eigh(np.where(finite, matrices, np.eye(3)))[1]
+
+
+def products(v: np.ndarray) -> dict[tuple[int, int], Interval]:
+    """Scalar products of the columns of matrices (n, 3, 3)."""
+    return {(k, m): (exactly(v[:, :, k].T) * exactly(v[:, :, m].T)).total() for k in range(3) for m in range(k, 3)}
+
+
+def congruent(m: Symmetric, v: np.ndarray) -> dict[tuple[int, int], Slopes]:
+    """V^T M V for symmetric matrices of forms and matrices V (n, 3, 3) of numbers."""
+
+    def at(i: int, j: int) -> Slopes:
+        return m[min(i, j), max(i, j)]
+
+    column = [[exactly(v[:, i, k]) for i in range(3)] for k in range(3)]
+    turned = [
+        [at(i, 0).times(column[k][0]) + at(i, 1).times(column[k][1]) + at(i, 2).times(column[k][2]) for i in range(3)]
+        for k in range(3)
+    ]
+    return {
+        (k, l): turned[l][0].times(column[k][0]) + turned[l][1].times(column[k][1]) + turned[l][2].times(column[k][2])
+        for k in range(3)
+        for l in range(k, 3)  # noqa: E741
+    }
+
+
+def definite(m: Mapping[tuple[int, int], Interval], order: tuple[int, int, int]) -> np.ndarray:
+    """Decides whether symmetric matrices are positive definite: Gauss's pivots in an order, the smallest last."""
+    i, j, k = order
+
+    def at(a: int, b: int) -> Interval:
+        return m[min(a, b), max(a, b)]
+
+    first = at(i, i).inverse()
+    second = at(j, j) - at(i, j).square() * first
+    mixed = at(j, k) - at(i, j) * at(i, k) * first
+    third = at(k, k) - at(i, k).square() * first - mixed.square() * second.inverse()
+    return (at(i, i).lo > 0.0) & (second.lo > 0.0) & (third.lo > 0.0)
+
+
+Exact = Callable[[float], Interval]

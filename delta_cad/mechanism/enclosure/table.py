@@ -1,0 +1,48 @@
+"""Where margins over a box are written: the list of a proof's margins, and the list of cuts of a box of designs."""
+
+from __future__ import annotations
+
+import math
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure.affine_form import SYMBOLS, lower, slope, upper
+
+LOW, HIGH, CENTRE = 0, 1, 2
+"""Columns of the list of margins: both bounds, the form's centre, and from 3 on its slopes in x, y, z."""
+COLUMNS = 6
+EXCLUDED = -1
+"""In the place of a count of cuts: no design of the box meets one of them."""
+INSIDE = 1.0 - 2.0**-50
+"""Shortens a normalised vector to a length of at most 1."""
+
+
+@compiled
+def store(out, row, form):
+    """Writes a margin that is one form into (n, 6) margins of a proof."""
+    out[row, 0], out[row, 1] = lower(form), upper(form)
+    out[row, 2], out[row, 3], out[row, 4], out[row, 5] = form[0], form[1], form[2], form[3]
+
+
+@compiled
+def keep(cuts, count, form):
+    """Takes a cut in, scaled by a power of two, unless it is met in the whole box; `EXCLUDED` if nowhere.
+
+    Args:
+        cuts: (.., 6) room.
+        count: How many cuts there are.
+        form: Not negative for every feasible design of the box.
+
+    Returns:
+        How many there are now, or `EXCLUDED`.
+    """
+    if upper(form) < 0.0:
+        return EXCLUDED
+    if lower(form) >= 0.0:
+        return count
+    size = abs(form[0]) + slope(form) + form[SYMBOLS + 1]
+    if not size < math.inf:
+        return count
+    f = math.ldexp(1.0, -math.frexp(size)[1])
+    for i in range(SYMBOLS + 2):
+        cuts[count, i] = f * form[i]
+    return count + 1

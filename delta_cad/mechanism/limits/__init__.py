@@ -1,0 +1,160 @@
+"""The limits: one module each, listed here once; everything that asks, proves, replays or tells goes through this list.
+
+A new limit is its module, one line in `LIMITS` and its test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Self, TypeVar
+
+from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInertia
+from delta_cad.mechanism.limits.kappa import Kappa
+from delta_cad.mechanism.limits.lean import Lean
+from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
+from delta_cad.mechanism.limits.outline import Outline
+from delta_cad.mechanism.limits.reach import Reach
+from delta_cad.mechanism.limits.shoulder import Shoulder
+from delta_cad.mechanism.limits.singularity import Singularity
+from delta_cad.mechanism.limits.torque import Torque
+from delta_cad.mechanism.limits.wrist_clearance import WristClearance
+
+Kind = TypeVar("Kind", bound=PoseLimit)
+
+LIMITS: tuple[type[Limit], ...] = (
+    Outline,
+    Reach,
+    Singularity,
+    Torque,
+    Kappa,
+    Lean,
+    Shoulder,
+    EffectiveMass,
+    WristClearance,
+)
+"""All there are, in the order in which they are tested and told."""
+
+POSE_LIMITS: tuple[type[PoseLimit], ...] = tuple(limit for limit in LIMITS if issubclass(limit, PoseLimit))
+"""Those on every position of the cube."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits on every position of a cube; reach is always among them, for the others need it.
+
+    Attributes:
+        each: The limits, in the order of `POSE_LIMITS`.
+    """
+
+    each: tuple[PoseLimit, ...]
+
+    @classmethod
+    def of(cls, *limits: PoseLimit | None) -> Self:
+        """Gathers limits; reach is added, and of two of a kind the later one counts.
+
+        Args:
+            limits: In any order; None is left out.
+        """
+        known: dict[type[PoseLimit], PoseLimit] = {limit: limit() for limit in POSE_LIMITS if limit.always}
+        known |= {type(limit): limit for limit in limits if limit is not None}
+        return cls(tuple(known[limit] for limit in POSE_LIMITS if limit in known))
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = True) -> Self:
+        """Makes the limits that requirements state.
+
+        Args:
+            values: Fields of a requirements file, and `inertia` where it is known.
+            strict: Whether degrees become radians rounded to the strict side.
+
+        Raises:
+            GeometryError: A number that the proof does not take.
+        """
+        return cls.of(*(limit.stated(values, strict) for limit in POSE_LIMITS))
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Names of the limits."""
+        return tuple(limit.name for limit in self.each)
+
+    def __iter__(self) -> Iterator[PoseLimit]:
+        """Goes through the limits."""
+        return iter(self.each)
+
+    def __getitem__(self, name: str) -> PoseLimit:
+        """Gives a limit by its name.
+
+        Raises:
+            KeyError: It is not asked.
+        """
+        for limit in self.each:
+            if limit.name == name:
+                return limit
+        raise KeyError(name)
+
+    def get(self, kind: type[Kind]) -> Kind | None:
+        """Gives the limit of a kind; None where it is not asked."""
+        return next((limit for limit in self.each if isinstance(limit, kind)), None)
+
+    def with_(self, *limits: PoseLimit) -> Self:
+        """The same with some limits added or replaced."""
+        return type(self).of(*self.each, *limits)
+
+    def laxer(self, asked: Limits) -> str | None:
+        """Finds the first limit that these put less strictly than others do, each number taken as exact.
+
+        Args:
+            asked: What should have been.
+
+        Returns:
+            Its name; None if all that is asked is contained.
+        """
+        mine = {type(limit): limit for limit in self.each}
+        for limit in asked.each:
+            own = mine.get(type(limit))
+            if own is None or own.laxer(limit):
+                return limit.name
+        return None
+
+    def record(self) -> dict[str, Any]:
+        """The limits as a certificate has them: key with unit -> number, None where it is not asked."""
+        return dict.fromkeys(self.keys()) | {key: v for limit in self.each for key, v in limit.record().items()}
+
+    @staticmethod
+    def keys() -> tuple[str, ...]:
+        """The keys of all limits in a certificate."""
+        return tuple(key for limit in POSE_LIMITS for key in limit.keys.values())
+
+    @classmethod
+    def from_record(cls, data: Mapping[str, Any]) -> Self:
+        """The limits of a certificate.
+
+        Raises:
+            GeometryError: A number that the proof does not take, or one of several that belong together is missing.
+        """
+        return cls.of(*(limit.from_record(data) for limit in POSE_LIMITS))
+
+
+__all__ = [
+    "LIMITS",
+    "POSE_LIMITS",
+    "DesignBounds",
+    "EffectiveMass",
+    "Field",
+    "FigureOfMerit",
+    "GeometryError",
+    "HandleInertia",
+    "Kappa",
+    "Lean",
+    "Limit",
+    "Limits",
+    "Outline",
+    "PoseLimit",
+    "Reach",
+    "Shoulder",
+    "Singularity",
+    "Torque",
+    "WristClearance",
+]

@@ -1,0 +1,382 @@
+r"""Effective mass: what the handle's inertia is at most, in its heaviest direction.
+
+With n_i = s_i / w_i the elbow of chain i moves with `(n_i . v) e_i` and its joint turns with `n_i . v / L_A`, e_i being
+the direction in which the elbow moves. A rod whose ends move with u (elbow) and v (wrist) has the kinetic energy
+`(m_uu |u|^2 + 2 m_uv u.v + m_vv |v|^2) / 2`. So the handle's inertia is
+
+    M = (m_p + 3 m_vv) 1 + sum_i [ (m_uu + I / L_A^2) n_i n_i^T + m_uv (n_i e_i^T + e_i n_i^T) ],
+
+I being arm, rotor and pinion at the joint. The limit is that `m - M` is positive semidefinite. M grows without bound
+towards a fold, where w_i vanishes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure.affine_form import (
+    ROUND,
+    UP,
+    add,
+    at,
+    constant,
+    inverse,
+    magnitude,
+    multiply,
+    put,
+    scale,
+    subtract,
+)
+from delta_cad.mechanism.enclosure.interval import Interval
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Symmetric, centre_of, definite
+from delta_cad.mechanism.enclosure.slope_pose import congruent as congruent_slopes
+from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
+from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, congruent, eigenvectors
+from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
+from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
+from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require
+
+RANGE = (1e-6, 1e6)
+"""kg: keeps every product of the proof far from underflow and overflow."""
+
+
+@dataclass(frozen=True)
+class HandleInertia:
+    """What moves, as the handle's inertia sees it; the same for the three chains.
+
+    Attributes:
+        carried_mass: m_p + 3 m_vv: the platform and the rods' share that moves with it, kg.
+        elbow_mass: m_uu of both rods of a chain, kg.
+        cross_mass: m_uv of both, kg.
+        joint_inertia: I: upper arm, rotor and pinion about the joint, kg m^2.
+    """
+
+    carried_mass: float
+    elbow_mass: float
+    cross_mass: float
+    joint_inertia: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            least = -RANGE[1] if field.name == "cross_mass" else 0.0
+            require(field.name, value, math.isfinite(value) and least <= value <= RANGE[1], f"within {least:g} and 1e6")
+
+
+def handle_inertia(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np.ndarray:
+    """Computes the handle's inertia.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+        masses: What moves.
+
+    Returns:
+        (..., 3, 3) kg; NaN where a chain is open, infinite or NaN at a fold.
+    """
+    cos, sin = arm_direction(g, p)
+    elbow = -sin[..., None] * RADIAL + cos[..., None] * VERTICAL
+    with np.errstate(divide="ignore", invalid="ignore"):
+        n = forearm_vectors(g, p) / elbow_arm(g, p)[..., None]
+    mixed = np.einsum("...ia,...ib->...ab", n, elbow)
+    at_elbow = masses.elbow_mass + masses.joint_inertia / g.upper_arm_length**2
+    rows = at_elbow * np.einsum("...ia,...ib->...ab", n, n)
+    return masses.carried_mass * np.eye(3) + rows + masses.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
+
+
+def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np.ndarray:
+    """Computes the largest effective mass over all directions.
+
+    Args:
+        g: The mechanism.
+        p: (..., 3) platform centre in the base frame, m.
+        masses: What moves.
+
+    Returns:
+        (...) kg; infinite at a fold, NaN where a chain is open.
+    """
+    m = handle_inertia(g, p, masses)
+    closed = np.isfinite(elbow_arm(g, p)).all(axis=-1)
+    finite = np.isfinite(m).all(axis=(-2, -1))
+    largest = np.linalg.eigvalsh(np.where(finite[..., None, None], m, np.eye(3)))[..., 2]
+    return np.where(closed, np.where(finite, largest, np.inf), np.nan)
+
+
+def _masses(limit: EffectiveMass, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    return effective_mass(g, p, limit.inertia)[..., None]
+
+
+@compiled
+def _elbow_direction(pose, i, part):
+    """L_A e_i, along the chain's radius (part 0) or along z (1): from wrist and forearm, without a division."""
+    if part == 0:
+        return subtract(at(pose, P.VERTICAL + i), at(pose, P.Z))
+    return subtract(at(pose, P.Q + i), at(pose, P.RADIAL + i))
+
+
+@compiled
+def _component(radial, vertical, i, axis):
+    """A component in the base frame of a vector in a chain's plane."""
+    if axis == 2:
+        return vertical
+    if axis == 0:
+        return radial if i == 0 else scale(-0.5, radial)
+    if i == 0:
+        return constant(0.0, 0.0)
+    return multiply(constant(SIN_60 if i == 1 else -SIN_60, P.SIN_60_ERROR), radial)
+
+
+@compiled
+def _entry(pose, k, n, rows, elbows, a, b):
+    """Entry (a, b) of M less the carried mass on the diagonal."""
+    at_elbow, cross = constant(k[n + 2], k[n + 3]), constant(k[n + 4], k[n + 5])
+    total = constant(0.0, 0.0)
+    for i in range(3):
+        na, nb = at(rows, 3 * i + a), at(rows, 3 * i + b)
+        ea, eb = at(elbows, 3 * i + a), at(elbows, 3 * i + b)
+        total = add(total, multiply(at_elbow, multiply(na, nb)))
+        total = add(total, multiply(cross, add(multiply(na, eb), multiply(ea, nb))))
+    return total
+
+
+@compiled
+def _enclose(pose, k, n, work, out, row):
+    """Computes the mass allowed less the largest eigenvalue of M, bounded as for kappa, README (33)."""
+    out[row, :] = math.nan
+    rows, elbows = work[6:15], work[15:24]
+    for i in range(3):
+        arm = inverse(at(pose, P.W + i))
+        radial, vertical = _elbow_direction(pose, i, 0), _elbow_direction(pose, i, 1)
+        for axis in range(3):
+            put(rows, 3 * i + axis, multiply(at(pose, P.FOREARM + 3 * i + axis), arm))
+            put(elbows, 3 * i + axis, _component(radial, vertical, i, axis))
+    a = (
+        _entry(pose, k, n, rows, elbows, 0, 0),
+        _entry(pose, k, n, rows, elbows, 1, 1),
+        _entry(pose, k, n, rows, elbows, 2, 2),
+        _entry(pose, k, n, rows, elbows, 0, 1),
+        _entry(pose, k, n, rows, elbows, 0, 2),
+        _entry(pose, k, n, rows, elbows, 1, 2),
+    )
+    if not eigenvectors((a[0][0], a[1][0], a[2][0], a[3][0], a[4][0], a[5][0]), work):
+        return
+    h11, h22, h33 = congruent(a, work, 0, 0), congruent(a, work, 1, 1), congruent(a, work, 2, 2)
+    h12, h13, h23 = congruent(a, work, 0, 1), congruent(a, work, 0, 2), congruent(a, work, 1, 2)
+    over = above(h11, h22, h33, h12, h13, h23)
+    store(out, row, subtract(constant(k[n], k[n + 1]), h11))
+    bent = 3.0 * NEARLY * (magnitude(h11) + over)
+    out[row, LOW] -= (over + bent) * UP
+    out[row, HIGH] += bent
+
+
+@compiled
+def _cut(pose, k, n, work, cuts, count):
+    """Adds that u . M u is allowed for the two heaviest directions u at the box's middle, times V = w1^2 w2^2 w3^2 L_A^2:
+
+    `(m - carried) L_A^2 V - sum_i [ (m_uu L_A^2 + I) (s_i.u)^2 V / w_i^2 + 2 m_uv L_A (s_i.u)(L_A e_i.u) w_i V / w_i^2 ]`
+    is not negative for a feasible design, whatever the unit vector u; it never divides by w.
+    """
+    la, la2 = at(pose, P.UPPER_ARM), at(pose, P.UPPER_ARM_2)
+    v = (at(pose, P.W2), at(pose, P.W2 + 1), at(pose, P.W2 + 2))
+    others = (multiply(v[1], v[2]), multiply(v[0], v[2]), multiply(v[0], v[1]))
+    if not _directions(pose, k, n, work):
+        return count
+    allowed = multiply(multiply(constant(k[n], k[n + 1]), la2), multiply(v[0], others[0]))
+    at_elbow = add(multiply(constant(k[n + 6], k[n + 7]), la2), constant(k[n + 8], 0.0))
+    cross = multiply(constant(k[n + 4], k[n + 5]), la)
+    for column in range(2):
+        x, y, z = work[3, column], work[4, column], work[5, column]
+        f = INSIDE / math.sqrt(x * x + y * y + z * z)  # u is no longer than 1, so that |u|^2 may be left out
+        total = allowed
+        for i in range(3):
+            along = add(
+                add(scale(f * x, at(pose, P.FOREARM + 3 * i)), scale(f * y, at(pose, P.FOREARM + 3 * i + 1))),
+                scale(f * z, at(pose, P.FOREARM + 3 * i + 2)),
+            )
+            radial, vertical = _elbow_direction(pose, i, 0), _elbow_direction(pose, i, 1)
+            moved = add(
+                add(scale(f * x, _component(radial, vertical, i, 0)), scale(f * y, _component(radial, vertical, i, 1))),
+                scale(f * z, vertical),
+            )
+            square = multiply(at_elbow, multiply(along, along))
+            mixed = multiply(scale(2.0, cross), multiply(at(pose, P.W + i), multiply(along, moved)))
+            total = subtract(total, multiply(others[i], add(square, mixed)))
+        count = keep(cuts, count, total)
+        if count == EXCLUDED:
+            return count
+    return count
+
+
+@compiled
+def _directions(pose, k, n, work):
+    """Fills work[3:6] with the eigenvectors of M at the box's middle, the heaviest first; False where it has none."""
+    m00 = m11 = m22 = m01 = m02 = m12 = 0.0
+    la2 = pose[P.UPPER_ARM_2, 0]
+    la = math.sqrt(la2)
+    for i in range(3):
+        w = pose[P.W + i, 0]
+        if not w > 0.0:
+            return False
+        r, h = (pose[P.VERTICAL + i, 0] - pose[P.Z, 0]) / la, (pose[P.Q + i, 0] - pose[P.RADIAL + i, 0]) / la
+        c, s = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
+        ex, ey, ez = c * r, s * r, h
+        nx, ny = pose[P.FOREARM + 3 * i, 0] / w, pose[P.FOREARM + 3 * i + 1, 0] / w
+        nz = pose[P.FOREARM + 3 * i + 2, 0] / w
+        f, g = k[n + 6] + k[n + 8] / la2, k[n + 4]
+        m00 += f * nx * nx + 2.0 * g * nx * ex
+        m11 += f * ny * ny + 2.0 * g * ny * ey
+        m22 += f * nz * nz + 2.0 * g * nz * ez
+        m01 += f * nx * ny + g * (nx * ey + ny * ex)
+        m02 += f * nx * nz + g * (nx * ez + nz * ex)
+        m12 += f * ny * nz + g * (ny * ez + nz * ey)
+    return eigenvectors((m00, m11, m22, m01, m02, m12), work)
+
+
+@dataclass(frozen=True)
+class EffectiveMass(PoseLimit):
+    """Largest effective mass at the handle, kg, with what moves."""
+
+    mass_max: float
+    inertia: HandleInertia
+
+    name: ClassVar = "effective_mass"
+    keys: ClassVar = {"mass_max": "effective_mass_max_kg", "inertia": "inertia"}
+    fields_: ClassVar = (
+        Field("effective_mass_max_kg", "largest effective mass at the handle, in any direction", gt=0, le=1000),
+    )
+    figures: ClassVar = (
+        FigureOfMerit("effective_mass", "effective mass", "kg", 1.0, True, True, _masses, "mass_max", RANGE),
+    )
+    tier: ClassVar = P.FOREARMS
+    needs_masses: ClassVar = True
+    rows: ClassVar = 1
+    size: ClassVar = 9
+    enclose: ClassVar = staticmethod(_enclose)
+    cut: ClassVar = staticmethod(_cut)
+    cuts: ClassVar = 2
+
+    def __post_init__(self) -> None:
+        require("mass_max", self.mass_max, RANGE[0] <= self.mass_max <= RANGE[1], "within 1e-6 and 1e6 kg")
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self | None:
+        """Asks for it where it is given.
+
+        Raises:
+            GeometryError: Nothing is known of the masses.
+        """
+        del strict
+        value = values.get("effective_mass_max_kg")
+        if value is None:
+            return None
+        if values.get("inertia") is None:
+            raise GeometryError(
+                "effective_mass_max_kg needs the masses of what moves: give mass_properties.json of a build, "
+                "or state table [inertia]"
+            )
+        return cls(value, values["inertia"])
+
+    @classmethod
+    def measured(cls, values: Values) -> Self | None:
+        """Bounds nothing; None where the masses are not known."""
+        inertia = values.get("inertia")
+        return None if inertia is None else cls(RANGE[1], inertia)
+
+    def describe(self, values: Values) -> str:
+        """Says what is asked."""
+        del values
+        return f"effective_mass_max_kg = {self.mass_max:g}"
+
+    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+        """Gives the mass allowed beside what is carried, m_uu + I / L_A^2, m_uv (over L_A where g is given), m_uu, I."""
+        del sign
+        m = self.inertia
+        la = 1.0 if g is None else g.upper_arm_length
+        at_elbow, cross = m.elbow_mass + m.joint_inertia / la**2, m.cross_mass / la
+        allowed = self.mass_max - m.carried_mass
+        return (
+            *(allowed, ROUND * (self.mass_max + m.carried_mass)),
+            *(at_elbow, ROUND * at_elbow),
+            *(cross, ROUND * abs(cross)),
+            *(m.elbow_mass, 0.0),
+            m.joint_inertia,
+        )
+
+    def _difference(self, pose: SlopePose, exact: Callable[[float], Interval], sense: float) -> Symmetric:
+        """M less the mass allowed, times sense."""
+        m, found = self.inertia, {}
+        at_elbow = exact(m.elbow_mass) + exact(m.joint_inertia) * pose.upper_arm.square().inverse()
+        for a in range(3):
+            for b in range(a, 3):
+                total = None
+                for n, e in zip(pose.rows, pose.elbow, strict=True):
+                    part = (n[a] * n[b] if a != b else n[a].square()).times(at_elbow)
+                    part = part + (n[a] * e[b] + e[a] * n[b]).times(exact(m.cross_mass))
+                    total = part if total is None else total + part
+                assert total is not None
+                if a == b:
+                    total = total.plus(exact(m.carried_mass) - exact(self.mass_max))
+                found[a, b] = total.times(exact(sense))
+        return found
+
+    def _turned(self, pose: SlopePose, exact: Callable[[float], Interval], sense: float) -> tuple[Any, np.ndarray]:
+        m = self._difference(pose, exact, sense)
+        middle = np.array([[centre_of(m[min(a, b), max(a, b)]) for b in range(3)] for a in range(3)])
+        v = slope_eigenvectors(np.moveaxis(middle, -1, 0))
+        return congruent_slopes(m, v), v
+
+    def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
+        """Proves that the mass allowed less M is positive definite, turned by a regular matrix."""
+        del sign
+        turned, _ = self._turned(pose, exact, -1.0)
+        return definite({key: form.box for key, form in turned.items()}, (2, 1, 0))
+
+    def second_refutation(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> bool:
+        """Shows a direction in which M is more than the mass allowed."""
+        del sign
+        turned, _ = self._turned(pose, exact, 1.0)
+        return bool(turned[2, 2].centre.lo[0] > 0.0)
+
+    def margin(self, f: Any) -> np.ndarray:
+        """Computes carried mass / effective mass less its least; the closure where that is negative."""
+        m = self.inertia
+        return f.lightness(m) - m.carried_mass / self.mass_max
+
+    def laxer(self, than: Self) -> bool:
+        """Compares the thresholds; with other masses it is about another machine, and so laxer."""
+        return self.mass_max > than.mass_max or self.inertia != than.inertia
+
+    def record(self) -> dict[str, Any]:
+        """Gives threshold and masses."""
+        m = self.inertia
+        return {
+            "effective_mass_max_kg": self.mass_max,
+            "inertia": {
+                "carried_mass_kg": m.carried_mass,
+                "elbow_mass_kg": m.elbow_mass,
+                "cross_mass_kg": m.cross_mass,
+                "joint_inertia_kg_m2": m.joint_inertia,
+            },
+        }
+
+    @classmethod
+    def from_record(cls, data: Any) -> Self | None:
+        """Reads threshold and masses."""
+        mass, inertia = data.get("effective_mass_max_kg"), data.get("inertia")
+        if mass is None and inertia is None:
+            return None
+        if mass is None or inertia is None:
+            raise GeometryError("effective_mass_max_kg and inertia belong together; one of them is missing")
+        names = ("carried_mass_kg", "elbow_mass_kg", "cross_mass_kg", "joint_inertia_kg_m2")
+        if not isinstance(inertia, dict) or set(inertia) != set(names):
+            raise GeometryError(f"inertia must have {', '.join(names)}")
+        return cls(mass, HandleInertia(*(inertia[name] for name in names)))

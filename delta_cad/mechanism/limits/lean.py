@@ -1,0 +1,112 @@
+"""Lean of the rods out of their chain's plane, which their ball joints must allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, lower, scale, subtract, upper
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import HIGH, LOW, store
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import rod_lean
+from delta_cad.mechanism.limits.limit import (
+    DEGREE,
+    DesignBounds,
+    Field,
+    FigureOfMerit,
+    PoseLimit,
+    Values,
+    cosine_sine,
+    require,
+    strict_radians,
+)
+from delta_cad.mechanism.limits.outline import OUTWARDS
+
+SHARE = (math.sqrt(3.0) + 1.0) / 2.0
+"""Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""
+
+
+def _leans(limit: Lean, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    del limit
+    return np.abs(rod_lean(g, p))
+
+
+@compiled
+def _enclose(pose, k, n, work, out, row):
+    """Computes L_B sin(lean_max) - |t| of each chain; linear but for t's sign."""
+    room = constant(k[n], k[n + 1])
+    for i in range(3):
+        t = at(pose, P.T + i)
+        side = -1.0 if t[0] > 0.0 else 1.0
+        store(out, row + i, add(room, scale(side, t)))
+        out[row + i, LOW] = min(out[row + i, LOW], lower(subtract(room, scale(side, t))))
+        out[row + i, HIGH] = min(out[row + i, HIGH], upper(room))
+
+
+@dataclass(frozen=True)
+class Lean(PoseLimit):
+    """Largest lean of a rod out of its chain's plane either way, rad."""
+
+    lean_max: float
+
+    name: ClassVar = "lean"
+    fields_: ClassVar = (Field("lean_max_deg", "largest lean of a rod", gt=0, lt=90),)
+    keys: ClassVar = {"lean_max": "lean_max_rad"}
+    figures: ClassVar = (
+        FigureOfMerit("lean", "lean", "deg", DEGREE, True, False, _leans, "lean_max", (0.0, math.pi / 2.0)),
+    )
+    tier: ClassVar = P.COORDINATES
+    rows: ClassVar = 3
+    size: ClassVar = 2
+    enclose: ClassVar = staticmethod(_enclose)
+
+    def __post_init__(self) -> None:
+        require("lean_max", self.lean_max, 0.0 < self.lean_max < math.pi / 2.0, "within 0 and pi/2 rad")
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self | None:
+        """Asks for it where it is given."""
+        value = values.get("lean_max_deg")
+        if value is None:
+            return None
+        return cls(strict_radians(value, -math.inf) if strict else math.radians(value))
+
+    @classmethod
+    def measured(cls, values: Values) -> Self:
+        """Bounds nothing."""
+        del values
+        return cls(math.nextafter(math.pi / 2.0, 0.0))
+
+    def describe(self, values: Values) -> str:
+        """Says what is asked."""
+        return f"limits.lean_max_deg = {values['lean_max_deg']}"
+
+    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+        """Gives L_B sin(lean_max) and its error, m."""
+        del sign
+        lb = 1.0 if g is None else g.forearm_length
+        _, sine = cosine_sine(self.lean_max, self.lean_max)
+        return lb * sine, ROUND * lb
+
+    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+        """Computes L_B sin(lean_max) -+ t."""
+        del sign
+        _, sine = cosine_sine(self.lean_max, self.lean_max)
+        room = pose.rounded(sine) * pose.forearm_length
+        return [t.times(exact(side)).plus(room) for t in pose.t for side in (1.0, -1.0)]
+
+    def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray:
+        """Computes sin(lean_max) - t / L_B at the worst corner of the cube."""
+        return math.sin(self.lean_max) - SHARE * lengths_mm[5] / lengths_mm[1]
+
+    def design_bounds(self) -> DesignBounds:
+        """Gives the shortest forearm for a cube."""
+        return DesignBounds(forearm_per_half_side_min=SHARE / math.sin(self.lean_max) * (1.0 - OUTWARDS))

@@ -1,0 +1,394 @@
+"""What a limit is: thresholds on figures of merit, met by the design alone or at every point of its cube.
+
+Each limit is one module beside this one: a class whose instances hold thresholds in SI units, with all that the rest
+of the project asks of it. `delta_cad.mechanism.limits` lists them; inspection, checks, the optimizer's problem, the
+global optimum, certificates, their replay and their report go through that list and name no limit themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from decimal import Decimal, localcontext
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.geometry import DeltaGeometry
+
+MM_PER_M = 1000.0
+DEGREE = 180.0 / math.pi  # of a radian
+
+Values = Mapping[str, Any]
+"""Fields of a requirements file and their values; what is None is not asked."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A number that a requirements file may state for a limit.
+
+    Attributes:
+        name: With its unit, such as "lean_max_deg".
+        description: What it is, for the file's schema.
+        ge: It must be at least this.
+        gt: It must be greater than this.
+        le: It must be at most this.
+        lt: It must be less than this.
+    """
+
+    name: str
+    description: str
+    ge: float | None = None
+    gt: float | None = None
+    le: float | None = None
+    lt: float | None = None
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """Those of the four bounds that are given, by name."""
+        found = {name: getattr(self, name) for name in ("ge", "gt", "le", "lt")}
+        return {name: value for name, value in found.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class FigureOfMerit:
+    """A figure over the cube that a limit bounds, and how people see it.
+
+    Attributes:
+        name: Such as "shoulder_min".
+        words: What a table calls it.
+        unit: People's unit; "" for none.
+        scale: SI unit to people's unit.
+        upper: Whether the threshold is an upper one.
+        relative: Whether a bound is sought at a share of the value, not at a distance in SI units.
+        values: (limit, mechanism, positions (..., 3) in m) -> (..., n) figures, one a chain or one; SI units.
+        threshold: Attribute of the limit that bounds it; "" for a bound at 0.
+        range: Smallest and largest threshold that the proof takes.
+    """
+
+    name: str
+    words: str
+    unit: str
+    scale: float
+    upper: bool
+    relative: bool
+    values: Callable[[Any, DeltaGeometry, np.ndarray], np.ndarray]
+    threshold: str
+    range: tuple[float, float]
+
+    @property
+    def sense(self) -> str:
+        """Sign of the inequality."""
+        return "<=" if self.upper else ">="
+
+    def worst(self, limit: Limit, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+        """Computes the worst chain's figure.
+
+        Args:
+            limit: Whose other numbers (force, masses) count.
+            g: The mechanism.
+            p: (..., 3) positions, m.
+
+        Returns:
+            (...) SI units; NaN where a chain is open.
+        """
+        values = self.values(limit, g, p)
+        return values.max(axis=-1) if self.upper else values.min(axis=-1)
+
+    def stricter(self, a: float, b: float) -> float:
+        """The stricter of two thresholds."""
+        return min(a, b) if self.upper else max(a, b)
+
+
+class DesignBounds(NamedTuple):
+    """What a limit asks of the lengths alone.
+
+    Attributes:
+        reach_max_mm: Largest R + L_A.
+        platform_radius_min_mm: Smallest r.
+        forearm_per_half_side_min: Smallest L_B / L.
+    """
+
+    reach_max_mm: float = math.inf
+    platform_radius_min_mm: float = 0.0
+    forearm_per_half_side_min: float = 0.0
+
+    def both(self, other: DesignBounds) -> DesignBounds:
+        """What two limits ask together."""
+        return DesignBounds(
+            min(self.reach_max_mm, other.reach_max_mm),
+            max(self.platform_radius_min_mm, other.platform_radius_min_mm),
+            max(self.forearm_per_half_side_min, other.forearm_per_half_side_min),
+        )
+
+
+@dataclass(frozen=True)
+class Limit(ABC):
+    """One limit; instances hold its thresholds as fields in SI units, each with its key in a certificate."""
+
+    name: ClassVar[str]
+    fields_: ClassVar[tuple[Field, ...]] = ()
+    """Of the requirements files."""
+    constraint: ClassVar[bool] = True
+    """Whether a search names it; the others follow from these."""
+    first_step: ClassVar[bool] = False
+    """Whether the paper's first step asks it."""
+    evaluates: ClassVar[tuple[str, ...]] = ()
+    """Dear figures of a search that its margin reads: "quality", "angles"."""
+    keys: ClassVar[Mapping[str, str]] = {}
+    """Attribute -> key with unit, as a certificate has it."""
+
+    @classmethod
+    @abstractmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self | None:
+        """Makes the limit that requirements state; None where they leave it out.
+
+        Args:
+            values: Fields of a requirements file.
+            strict: Whether degrees become radians rounded to the strict side, as a certificate needs them.
+        """
+
+    @abstractmethod
+    def describe(self, values: Values) -> str:
+        """Says what is asked, with the field that asks for it.
+
+        Args:
+            values: Fields of a requirements file.
+        """
+
+    def design_margin(self, lengths_mm: np.ndarray) -> np.ndarray | None:
+        """Computes the margin of designs as a whole, where it has a closed form.
+
+        Args:
+            lengths_mm: (6, D) L_A, L_B, R, r, H, L.
+
+        Returns:
+            (D,) without unit, not negative where the limit holds; None where positions decide.
+        """
+        del lengths_mm
+        return None
+
+    def design_bounds(self) -> DesignBounds:
+        """Gives what it asks of the lengths alone, rounded to the lax side."""
+        return DesignBounds()
+
+
+@dataclass(frozen=True)
+class PoseLimit(Limit):
+    """A limit on every position of the cube, which is proved for the continuum."""
+
+    figures: ClassVar[tuple[FigureOfMerit, ...]]
+    tier: ClassVar[int]
+    """How much of `proof.pose` its enclosure reads."""
+    rows: ClassVar[int]
+    """Margins of its enclosure: three, one a chain, or one."""
+    size: ClassVar[int] = 0
+    """Numbers that its compiled functions take."""
+    strict: ClassVar[bool] = False
+    """Whether its margin must be greater than 0, not only not less."""
+    infinite_at_singularity: ClassVar[bool] = False
+    """Whether its figures grow without bound towards a direct singularity."""
+    needs_masses: ClassVar[bool] = False
+    """Whether it can be said only of a machine whose masses are known."""
+    always: ClassVar[bool] = False
+    """Whether every proof asks it, because the others mean nothing without."""
+    enclose: ClassVar[Any]
+    """Compiled (pose, k, n, work, out, row): its margins over a box; `k[n:]` are its `numbers`, row its first."""
+    cut: ClassVar[Any] = None
+    """Compiled (pose, k, n, work, cuts, count) -> count: what a feasible design must meet at one position, as forms
+    over a box of designs; `EXCLUDED` where none can. None where a closed form says it for the whole cube."""
+    cuts: ClassVar[int] = 0
+    """Most forms that `cut` adds."""
+
+    @classmethod
+    def measured(cls, values: Values) -> Self | None:
+        """Makes an instance that bounds nothing, to measure its figures by; None where a number is missing.
+
+        Args:
+            values: Fields of a requirements file, and what else is known (force, masses).
+        """
+        del values
+        return cls()
+
+    @abstractmethod
+    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+        """Gives the numbers that the compiled functions take, rounded ones with a bound of their error.
+
+        Args:
+            g: The mechanism; None over boxes of designs.
+            sign: Of det S in the whole cube.
+        """
+
+    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+        """Computes the margins once more in another arithmetic, for the replay of a certificate.
+
+        Args:
+            pose: The mechanism over boxes in interval slopes.
+            sign: Of det S at the reference point.
+            exact: A double as an interval.
+
+        Returns:
+            Slope forms that are not negative where the limit holds.
+        """
+        raise NotImplementedError(self.name)
+
+    def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
+        """Decides over which boxes the limit is proved in the other arithmetic, (n,)."""
+        found = [margin.box.lo for margin in self.second(pose, sign, exact)]
+        return np.all([low > 0.0 if self.strict else low >= 0.0 for low in found], axis=0)
+
+    def second_refutation(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> bool:
+        """Decides whether a position, a box of no size, breaks the limit in exact arithmetic."""
+        return any(bool(m.centre.hi[0] < 0.0) for m in self.second(pose, sign, exact))
+
+    def margin(self, f: Any) -> np.ndarray:
+        """Computes the margin that a search sees: continuous, without unit.
+
+        Args:
+            f: Figures of D designs at K points, `optimizer.problem.evaluator.Figures`.
+
+        Returns:
+            (D, K) not negative where the limit holds.
+        """
+        raise NotImplementedError(self.name)
+
+    def bound(self, figure: FigureOfMerit) -> float:
+        """The threshold of one of its figures, SI units."""
+        return float(getattr(self, figure.threshold)) if figure.threshold else 0.0
+
+    def states(self, figure: FigureOfMerit) -> bool:
+        """Whether it bounds a figure."""
+        return bool(figure.threshold)
+
+    def with_bound(self, figure: FigureOfMerit, value: float) -> Self:
+        """The same with another threshold of one figure.
+
+        Raises:
+            GeometryError: The proof does not take it.
+        """
+        return replace(self, **{figure.threshold: value})
+
+    def laxer(self, than: Self) -> bool:
+        """Whether it allows more than another one does, each number taken as exact."""
+        return any(
+            self.bound(f) > than.bound(f) if f.upper else self.bound(f) < than.bound(f)
+            for f in self.figures
+            if f.threshold
+        )
+
+    def broken(self, g: DeltaGeometry, sign: float, point: np.ndarray) -> float:
+        """Computes the worst figure at a position that breaks the limit, in plain double arithmetic.
+
+        Args:
+            g: The mechanism.
+            sign: Of det S at the reference point.
+            point: (3,) position, m.
+
+        Returns:
+            SI units, of the figure that is farthest beyond its threshold; NaN where a chain is open.
+        """
+        del sign
+        worst = [(f, float(f.worst(self, g, point))) for f in self.figures]
+        return max(worst, key=lambda one: (one[1] - self.bound(one[0])) * (1.0 if one[0].upper else -1.0))[1]
+
+    def told(self) -> float | tuple[float, ...]:
+        """The threshold, or thresholds, as a finding holds them."""
+        bounds = tuple(self.bound(f) for f in self.figures)
+        return bounds[0] if len(bounds) == 1 else bounds
+
+    def words(self, rounded: Callable[[float, bool], str]) -> str:
+        """Says what is asked, rounded so that the words are still true.
+
+        Args:
+            rounded: (value, upwards) -> text.
+        """
+        parts = []
+        for f in self.figures:
+            unit = f" {f.unit}" if f.unit else ""
+            parts.append(f"{f.words} {f.sense} {rounded(self.bound(f) * f.scale, f.upper)}{unit}")
+        return ", ".join(parts)
+
+    def record(self) -> dict[str, Any]:
+        """The limit as a certificate has it: key with unit -> number."""
+        return {key: getattr(self, name) for name, key in self.keys.items()}
+
+    @classmethod
+    def from_record(cls, data: Mapping[str, Any]) -> Self | None:
+        """The limit of a certificate; None where it has none.
+
+        Raises:
+            GeometryError: A number that the proof does not take, or one of several that belong together is missing.
+        """
+        given = {name: data.get(key) for name, key in cls.keys.items()}
+        missing = [name for name, value in given.items() if value is None]
+        if missing:
+            if len(missing) == len(given):
+                return None
+            raise GeometryError(f"{' and '.join(given)} belong together; one of them is missing")
+        return cls(**given)
+
+
+def require(name: str, value: object, holds: bool, allowed: str) -> None:
+    """Refuses a number.
+
+    Raises:
+        GeometryError: It does not hold.
+    """
+    if not holds:
+        raise GeometryError(f"{name} is {value!r}; it must be {allowed}")
+
+
+def require_ranges(limit: PoseLimit) -> None:
+    """Refuses thresholds out of the ranges that the proof takes, and what is not finite.
+
+    Raises:
+        GeometryError: The message names the attribute.
+    """
+    for f in limit.figures:
+        if f.threshold:
+            low, high = f.range
+            value = getattr(limit, f.threshold)
+            require(f.threshold, value, low <= value <= high, f"within {low:g} and {high:g}")
+    for field in fields(limit):
+        value = getattr(limit, field.name)
+        if isinstance(value, float):
+            require(field.name, value, math.isfinite(value), "finite")
+
+
+def strict_radians(degrees: float, towards: float) -> float:
+    """Converts to radians, two doubles further towards the stricter side than any rounding can undo.
+
+    Args:
+        degrees: An angle.
+        towards: Infinity for a lower threshold, minus infinity for an upper one.
+    """
+    return math.nextafter(math.nextafter(math.radians(degrees), towards), towards)
+
+
+def cosine_sine(*terms: float) -> tuple[float, float]:
+    """Computes cosine and sine of half the sum of some doubles, each the double nearest to the true value.
+
+    The libraries' own functions promise no error bound; this is Taylor's series in 60 decimal digits.
+
+    Args:
+        terms: Angles whose halved sum, at most 4 in size, is the argument, rad.
+
+    Returns:
+        cos, sin: within 2^-53 of the true value.
+    """
+    with localcontext() as context:
+        context.prec = 60
+        x = sum((Decimal(t) for t in terms), Decimal(0)) / 2
+        sums, term, k = [Decimal(1), Decimal(0)], Decimal(1), 0
+        while abs(term) > Decimal("1e-50"):  # |x| <= 4: the terms fall from the fifth on
+            k += 1
+            term = term * x / k
+            sums[k % 2] += -term if k % 4 >= 2 else term
+            if term == 0:
+                break
+        return float(sums[0]), float(sums[1])

@@ -1,0 +1,155 @@
+"""Shoulder angles, which stops, cable and neighbouring parts allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, multiply, subtract
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import joint_angles
+from delta_cad.mechanism.limits.limit import (
+    DEGREE,
+    Field,
+    FigureOfMerit,
+    PoseLimit,
+    Values,
+    cosine_sine,
+    require,
+    strict_radians,
+)
+
+RANGE = (-math.pi, math.pi)
+
+
+def _angles(limit: Shoulder, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    del limit
+    return joint_angles(g, p)
+
+
+@compiled
+def _margin(pose, k, n, i):
+    """Computes L_A (cos(theta - middle) - cos(half the range)), so that cos and sin need not be divided out."""
+    c, s = constant(k[n], k[n + 3]), constant(k[n + 1], k[n + 3])
+    along = multiply(c, subtract(at(pose, P.Q + i), at(pose, P.RADIAL + i)))
+    up = multiply(s, subtract(at(pose, P.Z), at(pose, P.VERTICAL + i)))
+    return subtract(add(along, up), multiply(at(pose, P.UPPER_ARM), constant(k[n + 2], k[n + 3])))
+
+
+@compiled
+def _enclose(pose, k, n, work, out, row):
+    """Computes the margin of each chain."""
+    for i in range(3):
+        store(out, row + i, _margin(pose, k, n, i))
+
+
+@compiled
+def _cut(pose, k, n, work, cuts, count):
+    """Adds the margin of each chain."""
+    for i in range(3):
+        count = keep(cuts, count, _margin(pose, k, n, i))
+        if count == EXCLUDED:
+            return count
+    return count
+
+
+@dataclass(frozen=True)
+class Shoulder(PoseLimit):
+    """Smallest and largest shoulder angle, rad, within [-pi, pi]."""
+
+    shoulder_min: float
+    shoulder_max: float
+
+    name: ClassVar = "shoulder"
+    evaluates: ClassVar = ("angles",)
+    keys: ClassVar = {"": "shoulder_rad"}
+    fields_: ClassVar = (
+        Field("shoulder_min_deg", "smallest shoulder angle", ge=-180, le=180),
+        Field("shoulder_max_deg", "largest shoulder angle", ge=-180, le=180),
+    )
+    figures: ClassVar = (
+        FigureOfMerit(
+            "shoulder_min", "shoulder, smallest", "deg", DEGREE, False, False, _angles, "shoulder_min", RANGE
+        ),
+        FigureOfMerit("shoulder_max", "shoulder, largest", "deg", DEGREE, True, False, _angles, "shoulder_max", RANGE),
+    )
+    tier: ClassVar = P.CHAINS
+    rows: ClassVar = 3
+    size: ClassVar = 4
+    enclose: ClassVar = staticmethod(_enclose)
+    cut: ClassVar = staticmethod(_cut)
+    cuts: ClassVar = 3
+
+    def __post_init__(self) -> None:
+        low, high = self.shoulder_min, self.shoulder_max
+        require("shoulder", (low, high), -math.pi <= low < high <= math.pi, "rising, within -pi and pi rad")
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self | None:
+        """Asks for the range where one of its ends is given; the other end is then half a turn away."""
+        low, high = values.get("shoulder_min_deg"), values.get("shoulder_max_deg")
+        if low is None and high is None:
+            return None
+        ends = []
+        for value, other, inwards in ((low, -math.pi, math.inf), (high, math.pi, -math.inf)):
+            if value is None:
+                ends.append(other)
+            else:
+                angle = strict_radians(value, inwards) if strict else math.radians(value)
+                ends.append(min(max(angle, -math.pi), math.pi))
+        return cls(*ends)
+
+    @classmethod
+    def measured(cls, values: Values) -> Self:
+        """Bounds nothing."""
+        del values
+        return cls(-math.pi, math.pi)
+
+    def describe(self, values: Values) -> str:
+        """Says what is asked."""
+        low, high = (values.get(name) for name in ("shoulder_min_deg", "shoulder_max_deg"))
+        return f"limits.shoulder_deg = [{-180.0 if low is None else low:g}, {180.0 if high is None else high:g}]"
+
+    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+        """Gives cosine and sine of the middle, cosine of half the range, and the error of each."""
+        del g, sign
+        low, high = self.shoulder_min, self.shoulder_max
+        return *cosine_sine(low, high), cosine_sine(high, -low)[0], ROUND
+
+    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+        """Computes cos(theta - middle) - cos(half the range) of each chain."""
+        del sign, exact
+        low, high = self.shoulder_min, self.shoulder_max
+        (c, s), (least, _) = cosine_sine(low, high), cosine_sine(high, -low)
+        return [
+            (cos.times(pose.rounded(c)) + sin.times(pose.rounded(s))).plus(-pose.rounded(least))
+            for cos, sin in zip(pose.cos, pose.sin, strict=True)
+        ]
+
+    def margin(self, f: Any) -> np.ndarray:
+        """Computes how far the angles are inside, rad."""
+        return np.minimum(f.shoulder_min - self.shoulder_min, self.shoulder_max - f.shoulder_max)
+
+    def words(self, rounded: Callable[[float, bool], str]) -> str:
+        """Says what is asked."""
+        low, high = self.shoulder_min * DEGREE, self.shoulder_max * DEGREE
+        return f"shoulder angle {rounded(low, False)} to {rounded(high, True)} deg"
+
+    def record(self) -> dict[str, Any]:
+        """Gives the pair."""
+        return {"shoulder_rad": (self.shoulder_min, self.shoulder_max)}
+
+    @classmethod
+    def from_record(cls, data: Any) -> Self | None:
+        """Reads the pair."""
+        pair = data.get("shoulder_rad")
+        return None if pair is None else cls(*pair)

@@ -1,0 +1,120 @@
+"""Joint torque: every joint holds a force on the handle in its worst direction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multiply, subtract
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require
+from delta_cad.mechanism.statics import worst_joint_torque
+
+RANGE = (1e-6, 1e6)
+"""N or N m: keeps every product of the proof far from underflow and overflow."""
+
+
+def _torques(limit: Torque, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    return worst_joint_torque(g, p, limit.force)
+
+
+@compiled
+def _margin(pose, lever, i):
+    """Computes det^2 - (F L_A / torque)^2 w_i^2 |s_j x s_k|^2."""
+    lb2, det, g = at(pose, P.FOREARM_2), at(pose, P.DETERMINANT), at(pose, P.PRODUCT + i)
+    face = subtract(multiply(lb2, lb2), multiply(g, g))
+    return subtract(multiply(det, det), multiply(multiply(lever, at(pose, P.W2 + i)), face))
+
+
+@compiled
+def _enclose(pose, k, n, work, out, row):
+    """Computes the margin of each joint."""
+    for i in range(3):
+        store(out, row + i, _margin(pose, constant(k[n], k[n + 1]), i))
+
+
+@compiled
+def _cut(pose, k, n, work, cuts, count):
+    """Adds the margin of each joint."""
+    lever = multiply(at(pose, P.UPPER_ARM_2), constant(k[n], k[n + 1]))
+    for i in range(3):
+        count = keep(cuts, count, _margin(pose, lever, i))
+        if count == EXCLUDED:
+            return count
+    return count
+
+
+@dataclass(frozen=True)
+class Torque(PoseLimit):
+    """Largest torque of every joint over all directions of a force on the handle, N m and N."""
+
+    force: float
+    torque_max: float
+
+    name: ClassVar = "torque"
+    fields_: ClassVar = ()
+    keys: ClassVar = {"force": "force_N", "torque_max": "torque_max_N_m"}
+    figures: ClassVar = (FigureOfMerit("torque", "torque", "N m", 1.0, True, True, _torques, "torque_max", RANGE),)
+    tier: ClassVar = P.FOREARMS
+    infinite_at_singularity: ClassVar = True
+    rows: ClassVar = 3
+    size: ClassVar = 2
+    enclose: ClassVar = staticmethod(_enclose)
+    cut: ClassVar = staticmethod(_cut)
+    cuts: ClassVar = 3
+
+    def __post_init__(self) -> None:
+        low, high = RANGE
+        require("force", self.force, low <= self.force <= high, f"within {low:g} and {high:g} N")
+        require("torque_max", self.torque_max, low <= self.torque_max <= high, f"within {low:g} and {high:g} N m")
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self:
+        """Asks for the force, with what is set aside for gravity taken off the torque."""
+        del strict
+        return cls(values["force_N"], values["joint_torque_N_m"] - (values.get("gravity_torque_N_m") or 0.0))
+
+    @classmethod
+    def measured(cls, values: Values) -> Self:
+        """Bounds nothing at the force."""
+        return cls(values["force_N"], RANGE[1])
+
+    def describe(self, values: Values) -> str:
+        """Says what is asked."""
+        del values
+        return f"{self.torque_max:g} N m for {self.force:g} N (requirements.joint_torque_N_m)"
+
+    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+        """Gives (F L_A / torque)^2 and its error; over boxes of designs (F / torque)^2, 1 / m^2."""
+        del sign
+        lever = self.force * (1.0 if g is None else g.upper_arm_length) / self.torque_max
+        return lever**2, ROUND * lever**2
+
+    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+        """Computes det^2 (torque / F L_A)^2 - w_i^2 |s_j x s_k|^2."""
+        del sign
+        allowed = exact(self.torque_max) * (exact(self.force) * pose.upper_arm).inverse()
+        square = pose.determinant.square().times(allowed.square())
+        return [square - pose.w2[i] * pose.faces[i] for i in range(3)]
+
+    def margin(self, f: Any) -> np.ndarray:
+        """Computes det - F moment / torque: also refuses every direct singularity."""
+        return f.determinant - self.force / self.torque_max * f.moment
+
+    def laxer(self, than: Self) -> bool:
+        """Compares the torque of a unit force, in exact fractions."""
+        return Fraction(self.torque_max) * Fraction(than.force) > Fraction(than.torque_max) * Fraction(self.force)
+
+    def words(self, rounded: Callable[[float, bool], str]) -> str:
+        """Says what is asked."""
+        force = rounded(self.force, False)
+        return f"torque <= {rounded(self.torque_max, True)} N m for {force} N in any direction"

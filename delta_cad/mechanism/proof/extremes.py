@@ -1,0 +1,62 @@
+"""The worst figure of every limit over a cube: searched, not proved; where a proof of its bound begins."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import closure_margin, require_closed
+from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Values
+from delta_cad.mechanism.statics import direct_margin
+from delta_cad.mechanism.workspace import Cube, Extreme, Search, sign_change
+
+
+class WorstFigure(NamedTuple):
+    """The worst of one figure over a cube.
+
+    Attributes:
+        limit: That measures it; it bounds nothing.
+        figure: The figure.
+        value: SI units; infinite where the cube holds a direct singularity.
+        position: Where, m.
+    """
+
+    limit: PoseLimit
+    figure: FigureOfMerit
+    value: float
+    position: tuple[float, float, float]
+
+
+def worst_figures(g: DeltaGeometry, cube: Cube, values: Values) -> list[WorstFigure]:
+    """Searches the cube for the worst of every figure that a limit can bound.
+
+    Args:
+        g: The mechanism.
+        cube: The cube.
+        values: Fields of a requirements file, and what else is known: a limit whose numbers are missing is left out.
+
+    Returns:
+        One for each figure, in the order of the registry.
+
+    Raises:
+        UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
+    """
+    search = Search(cube)
+    closed = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
+    require_closed(g, np.array([closed.position]))
+    crossing = sign_change(g, *(search(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0)))
+    found = []
+    for kind in POSE_LIMITS:
+        limit = kind.measured(values)
+        if limit is None:
+            continue
+        for figure in kind.figures:
+            if crossing is not None and kind.infinite_at_singularity:
+                worst = Extreme(math.inf, crossing)
+            else:
+                worst = search(lambda p, f=figure, k=limit: f.worst(k, g, p), -1.0 if figure.upper else +1.0)
+            found.append(WorstFigure(limit, figure, worst.value, worst.position))
+    return found
