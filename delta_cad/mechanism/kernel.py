@@ -12,9 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled, expanded
 from delta_cad.mechanism.geometry import DeltaGeometry, positions
 
 _ROOT_3_4 = float(np.sqrt(3.0) / 2.0)  # the same double as in `RADIAL`, so that chains 1 and 2 mirror each other
@@ -100,7 +100,7 @@ def angle_margins(
     return shoulder_margin, lean_margin
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _chain(q, t, z, la, lb):
     """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
     rho2 = q * q + z * z
@@ -111,7 +111,7 @@ def _chain(q, t, z, la, lb):
     return w2, w, q - (q * m + z * w) * scale, z - (z * m - q * w) * scale
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     """Condition number from the forearms' products, README (23)-(26).
 
@@ -158,7 +158,7 @@ def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     return math.inf if i3 == 0.0 else kappa
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _figures(px, py, pz, a, la, lb, closure, arm1, arm2, arm3, kappa):
     """Fills closure margin, three torque arms and kappa, each (n,), from three coordinates, each (n,)."""
     lb2 = lb * lb
@@ -188,7 +188,7 @@ def _figures(px, py, pz, a, la, lb, closure, arm1, arm2, arm3, kappa):
         kappa[k] = _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _angles(px, py, pz, a, la, lb, cos_middle, sin_middle, cos_half, sin_lean, shoulder, lean):
     """Fills shoulder margin and lean margin, each (n,)."""
     for k in range(len(px)):

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from delta_cad.common.jit import compiled
 from delta_cad.mechanism.geometry import DeltaGeometry
 from haptics.model.masses import Masses
 
@@ -73,7 +73,7 @@ def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, 
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pose(known, theta, out):
     """Position, Jacobian, holding torque and margins at shoulder angles.
 

@@ -72,7 +72,7 @@ class Translation:
         """Translates a function with everything that it calls.
 
         Args:
-            function: Compiled by `njit`.
+            function: A compiled one.
             arguments: Types of its arguments, the compiler's.
 
         Returns:

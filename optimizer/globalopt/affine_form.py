@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 
-from delta_cad.mechanism.proof.affine_form import ROUND, TINY, UP, compiled
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.proof.affine_form import ROUND, TINY, UP
 
 FEASIBLE_ROOT_MIN = 1e-18
 """m^2; least upper end of a range whose root is taken, far below what a rounding of any w^2 leaves."""

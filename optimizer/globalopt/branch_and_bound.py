@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.mechanism.proof.affine_form import ROUND, compiled
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.proof.affine_form import ROUND
 from optimizer.globalopt.affine_form import add, constant, subtract
 from optimizer.globalopt.cutting_points import EXCLUDED, _store, lengths, witness_rows
 from optimizer.globalopt.dual_simplex import SIZE, SYMBOLS, solve

@@ -14,7 +14,8 @@ import math
 
 import numpy as np
 
-from delta_cad.mechanism.proof.affine_form import ROUND, compiled
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.proof.affine_form import ROUND
 from delta_cad.mechanism.proof.enclosure import _eigenvectors
 from optimizer.globalopt.affine_form import (
     add,

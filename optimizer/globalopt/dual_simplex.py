@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.mechanism.proof.affine_form import ROUND, UP, compiled
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.proof.affine_form import ROUND, UP
 
 SYMBOLS = 4
 SIZE = SYMBOLS + 1

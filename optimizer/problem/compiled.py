@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from delta_cad.common.jit import compiled, expanded
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.kernel import _kappa
 
@@ -43,7 +43,7 @@ def figures_compiled(
         out[:, 4:] = 0.0
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _chain(q, t, z, la, lb):
     """w^2 / L_B^2, w / L_B and the unit forearm along the radius and along z; w as 0 beyond the reach."""
     rho2 = q * q + z * z
@@ -55,7 +55,7 @@ def _chain(q, t, z, la, lb):
     return w2 / (lb * lb), w / lb, (q - la * cos) / lb, (z - la * sin) / lb
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _angle(q, t, z, la, lb):
     """Shoulder angle, w as 0 beyond the reach."""
     rho2 = q * q + z * z
@@ -66,7 +66,7 @@ def _angle(q, t, z, la, lb):
     return math.atan2((z * m - q * w) / rho2, (q * m + z * w) / rho2)
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _point(x, y, z, a, la, lb):
     """Closure, determinant, moment / L_A, elbow arms, forearms' products and squares of a point."""
     xc, yc, xs, ys = -0.5 * x, -0.5 * y, ROOT_3_4 * x, ROOT_3_4 * y
@@ -96,7 +96,7 @@ def _point(x, y, z, a, la, lb):
     return closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill(designs, places, out):
     """Closure, determinant and moment."""
     for d in range(len(designs)):
@@ -110,7 +110,7 @@ def _fill(designs, places, out):
             closures[k], determinants[k], moments[k] = found[0], found[1], la * found[2]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill_all(designs, places, out):
     """Closure, determinant, moment and quality."""
     for d in range(len(designs)):
@@ -130,7 +130,7 @@ def _fill_all(designs, places, out):
             qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill_angles(designs, places, out):
     """Smallest and largest shoulder angle."""
     for d in range(len(designs)):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from delta_cad.common.jit import compiled
 
 ROUND = 2.0**-49
 """A rounding is at most 2^-53 of its result. No operation here takes more than eight in a row to any of its numbers,
@@ -20,9 +20,6 @@ UP = 1.0 + 2.0**-48
 """Lifts an error term, a sum of at most 14 products of non-negative numbers, over its own roundings."""
 TINY = 2.0**-960
 """More than all that underflow can take from one operation."""
-
-compiled = njit(cache=True, error_model="numpy")
-"""No fast-math and no fused operations, so that each rounding is the IEEE one; a division by zero gives infinity."""
 
 
 @compiled

@@ -10,12 +10,12 @@ import math
 
 import numpy as np
 
+from delta_cad.common.jit import compiled
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.proof.affine_form import (
     ROUND,
     UP,
     add,
-    compiled,
     constant,
     inverse,
     lower,

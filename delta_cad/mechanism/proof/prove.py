@@ -13,8 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from delta_cad.common.jit import compiled
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.proof.affine_form import ROUND, compiled
+from delta_cad.mechanism.proof.affine_form import ROUND
 from delta_cad.mechanism.proof.enclosure import CENTRE, COUNT, FIRST, HIGH, LOW, MARGINS, constants, margins
 from delta_cad.mechanism.proof.findings import Finding, Proof, figure, limit_of
 from delta_cad.mechanism.proof.limits import Limits
