@@ -26,6 +26,7 @@ from typing import Any, ClassVar
 import llvmlite
 import numba
 from numba import njit  # noqa: TID251 - this is the room
+from numba.core import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCacheLocator
 
 ROOT = Path(__file__).parents[2]
@@ -161,6 +162,13 @@ class _Cache(FunctionCache):
 
 def _kept(function: Callable[..., Any], **options: Any) -> Any:
     dispatcher: Any = njit(error_model="numpy", **options)(function)
+    typed = dispatcher.get_call_template
+
+    def without_literals(args: Any, kws: Any) -> Any:
+        """Types a call of `f(3)` as one of `f(k)`: numba would compile f anew for each number that is written out."""
+        return typed([types.unliteral(arg) for arg in args], {key: types.unliteral(arg) for key, arg in kws.items()})
+
+    dispatcher.get_call_template = without_literals
     path = os.path.relpath(function.__code__.co_filename, ROOT)
     if path.startswith(PACKAGES) and path not in sources():
         raise ImportError(f"{path} is to import its decorator from delta_cad.common.jit, or its code may grow stale")
