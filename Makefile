@@ -30,4 +30,3 @@ $(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
 
 clean:
 	rm -rf $(VENV) out/* build *.egg-info
-	find delta_cad optimizer haptics -name __pycache__ -prune -exec rm -rf {} +

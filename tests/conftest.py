@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -15,25 +13,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from tests.committed import BEST, Built
-
-ROOT = Path(__file__).parents[1]
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Throws away compiled functions when one has changed since: a cached caller keeps its callees' old code."""
-    if hasattr(config, "workerinput"):
-        return
-    sources = sorted(path for name in ("delta_cad", "optimizer", "haptics") for path in (ROOT / name).rglob("*.py"))
-    compiled = [text for text in (path.read_bytes() for path in sources) if b"njit" in text]
-    digest = hashlib.sha256(b"".join(compiled)).hexdigest()
-    stamp = ROOT / ".venv" / ".compiled"
-    if not stamp.parent.exists() or (stamp.exists() and stamp.read_text() == digest):
-        return
-    for name in ("delta_cad", "optimizer", "haptics"):
-        for kind in ("*.nbi", "*.nbc"):
-            for path in (ROOT / name).rglob(kind):
-                path.unlink(missing_ok=True)
-    stamp.write_text(digest)
 
 
 @pytest.fixture(scope="session")

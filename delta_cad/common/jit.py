@@ -1,185 +1,59 @@
-"""The one room that compiles: what it keeps on disk is found again only while no source it came from has changed.
+"""The one room that compiles functions; numba is loaded when the first of them is called.
 
-numba keeps a function's machine code by that function's own file, callees and constants of other files melted in. Here
-all of it lies in a folder named by a hash of every source that can be melted into any of it, of the compiler and of
-Python: after an edit or an update the folder has another name, and nothing that is found is stale.
-
-Importing this module loads numba. No fast-math and no fused operations, so that each rounding is the IEEE one; a
-division by zero gives infinity or NaN.
+No fast-math and no fused operations, so that each rounding is the IEEE one; a division by zero gives infinity or NaN.
+What is compiled is kept on disk, see `machine_code`.
 """
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
-import os
-import re
-import shutil
 import sys
-import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from functools import cache
-from pathlib import Path
-from typing import Any, ClassVar
-
-import llvmlite
-import numba
-from numba import njit
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCacheLocator
-
-ROOT = Path(__file__).parents[2]
-"""Where the packages lie."""
-PACKAGES = ("delta_cad", "optimizer", "haptics")
-UNUSED_MAX_S = 7 * 86400.0
-"""s; a folder that no process has used for so long goes when a new one is made: an edit of a compiled source leaves up
-to 20 MB behind, and going back to a version of last month costs half a minute."""
-_IMPORT = re.compile(rb"^(?:from ([\w.]+) import (\([^)]*\)|.*)|import ([\w.]+))", re.MULTILINE)
-"""At the margin only: what is imported inside a function or for its types alone is not a global of compiled code."""
+from functools import update_wrapper
+from typing import Any
 
 
-@cache
-def sources() -> dict[str, bytes]:
-    """Finds the sources that compiled code can come from: those that name this room, and all that they import.
+class Compiled:
+    """A function that is compiled at its first call with arguments of a type; compiled code may call it, too.
 
-    Returns:
-        Path from `ROOT` -> content, sorted.
+    Args:
+        function: The function.
+        options: Of numba's compiler.
     """
-    texts = {}
-    for package in PACKAGES:
-        for folder, _, names in os.walk(ROOT / package):
-            for name in names:
-                if name.endswith(".py"):
-                    path = os.path.join(folder, name)
-                    with open(path, "rb") as file:
-                        texts[os.path.relpath(path, ROOT)] = file.read()
-    open_ends = [path for path, text in texts.items() if b"delta_cad.common.jit" in text]
-    found = {}
-    while open_ends:
-        path = open_ends.pop()
-        if path not in texts or path in found:
-            continue
-        found[path] = texts[path]
-        for module, names, plain in _IMPORT.findall(texts[path]):
-            base = (module or plain).decode().replace(".", "/")
-            open_ends += [f"{base}.py", f"{base}/__init__.py"]
-            open_ends += [f"{base}/{name.decode()}.py" for name in re.findall(rb"\w+", names)]
-    return dict(sorted(found.items()))
 
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        self.py_func, self.options = function, options
+        update_wrapper(self, function)
 
-@cache
-def folder() -> Path | None:
-    """Finds the folder of what is compiled from the sources as they are; it is made when there is something to keep.
+    def __getattr__(self, name: str) -> Any:
+        """Gives what numba's dispatcher has; it is made when it is first asked for."""
+        if name == "dispatcher":
+            from delta_cad.common.machine_code import dispatcher_of
 
-    Returns:
-        A folder below NUMBA_CACHE_DIR, XDG_CACHE_HOME or HOME/.cache, the first that is set; None if none is.
-    """
-    asked, users, home = (os.environ.get(name, "") for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"))
-    parents = (asked and os.path.abspath(asked), users, home and os.path.join(home, ".cache"))
-    parent = next((place for place in parents if os.path.isabs(place)), None)
-    if parent is None:
-        _not_kept("there is no HOME")
-        return None
-    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {sys.version}".encode())
-    for path, text in sources().items():
-        digest.update(f"\n{path} {len(text)}\n".encode() + text)
-    place = Path(parent, "delta-haptics", digest.hexdigest()[:32])
-    with suppress(OSError):  # not there yet, or on a disk that cannot be written
-        os.utime(place)  # says that it is in use
-    return place
+            made = self.__dict__["dispatcher"] = dispatcher_of(self.py_func, **self.options)
+            return made
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.dispatcher, name)
 
-
-_told: list[str] = []
-"""Why nothing is kept, once it was said: one line a process."""
-
-
-def _not_kept(why: str) -> None:
-    if not _told:
-        _told.append(why)
-        print(
-            f"note: compiled code is not kept, so each run compiles anew: {why}; "
-            "set NUMBA_CACHE_DIR to a folder that can be written",
-            file=sys.stderr,
-        )
-
-
-def _throw_away_old(place: Path) -> None:
-    """Removes the folders beside one that nobody has used for long; who still runs from one compiles anew."""
-    for other in place.parent.iterdir():
-        with suppress(OSError):  # gone meanwhile, or another user's
-            if other != place and time.time() - other.stat().st_mtime > UNUSED_MAX_S:
-                shutil.rmtree(other)
-
-
-class _Locator(InTreeCacheLocator):
-    """Gives each folder of sources one below `folder`, so that copies of the packages share nothing."""
-
-    def __init__(self, function: Callable[..., Any], file: str) -> None:
-        super().__init__(function, file)
-        self._cache_path = os.path.join(str(folder()), self.get_suitable_cache_subpath(file))
-
-    def ensure_cache_path(self) -> None:
-        """Makes nothing: what was kept once is used from a disk that cannot be written, too."""
-
-
-class _Kept(CompileResultCacheImpl):
-    _locator_classes: ClassVar = [_Locator]
-
-
-class _Cache(FunctionCache):
-    """numba's cache of one function, which never stops a run: what it cannot read or write is compiled."""
-
-    _impl_class = _Kept
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Reads a function; None, so that it is compiled, whatever is wrong with the file."""
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception:  # unpickling a damaged file raises anything
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keeps a function if that can be; the lock, since numba gives two processes at once the same file name."""
-        place = folder()
-        assert place is not None
-        try:
-            if not place.exists():
-                place.mkdir(parents=True, exist_ok=True)
-                _throw_away_old(place)
-            os.makedirs(self.cache_path, exist_ok=True)
-            with open(place / "lock", "w") as lock:
-                with suppress(OSError):  # a file system without locks
-                    fcntl.flock(lock, fcntl.LOCK_EX)
-                super().save_overload(sig, data)
-        except OSError as error:
-            _not_kept(f"{place}: {error.strerror}")
-
-
-def _kept(function: Callable[..., Any], **options: Any) -> Any:
-    dispatcher = njit(error_model="numpy", **options)(function)
-    path = os.path.relpath(function.__code__.co_filename, ROOT)
-    if path.startswith(PACKAGES) and path not in sources():
-        raise ImportError(
-            f"{path} has to import its decorator from delta_cad.common.jit itself, to be one of its sources"
-        )
-    if folder() is not None:
-        dispatcher._cache = _Cache(function)
-    return dispatcher
+    def __call__(self, *arguments: Any) -> Any:
+        """Calls the machine code."""
+        return self.dispatcher(*arguments)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compiles a function at its first call with arguments of a type, and keeps the code."""
-    return _kept(function)
+    return Compiled(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """As `compiled`; the machine code of the function is put into that of its callers, where it costs no call."""
-    return _kept(function, forceinline=True)
+    return Compiled(function, forceinline=True)
 
 
 def expanded(function: Callable[..., Any]) -> Any:
     """As `inlined`, but written out in its callers before types are known, and so kept with them alone."""
-    return njit(inline="always", error_model="numpy")(function)
+    return Compiled(function, inline="always")
 
 
 def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return") -> Any:
@@ -206,4 +80,4 @@ def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: s
     function = scope["turn"]
     digest = hashlib.sha256(repr((code, [f.py_func.__module__ for f in functions.values()])).encode())
     function.__qualname__ = f"turn_{digest.hexdigest()[:12]}"
-    return _kept(function)
+    return Compiled(function)

@@ -31,8 +31,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
-    from haptics.devices.server import listen, serve
     from delta_cad.masses import MassError
+    from haptics.devices.server import listen, serve
 
     try:
         if not 0 <= given.port <= 65535:

@@ -23,8 +23,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
-    from haptics.model.machine import load_machine
     from delta_cad.masses import MassError
+    from haptics.model.machine import load_machine
 
     try:
         machine = load_machine(given.design, given.masses)

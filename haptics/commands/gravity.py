@@ -36,8 +36,8 @@ def run(given: argparse.Namespace) -> int:
     if given.design is None:
         return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
     from delta_cad.design import DesignError
-    from delta_cad.mechanism import MechanismError
     from delta_cad.masses import MassError
+    from delta_cad.mechanism import MechanismError
 
     try:
         facts = _facts(given)
@@ -61,9 +61,9 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
 
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
+    from delta_cad.masses import PointMasses
     from haptics.gravity import gravity_torque
     from haptics.model.machine import load_machine
-    from delta_cad.masses import PointMasses
 
     if given.point_masses is not None:
         design = load_design(given.design)

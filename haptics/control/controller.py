@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from delta_cad.common.jit import compiled
 from haptics.control.filters import Estimator, fresh_memory, velocity
 from haptics.control.pose import HOLDING, POSITION, RATES, ROWS, Model, pose
 from haptics.control.saturation import saturate
@@ -72,7 +72,7 @@ def fresh(controller: Controller) -> Memory:
     return Memory(fresh_memory(controller.estimator), reset_memory(controller.limits), np.zeros(WORK))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def tick(controller, memory, laws, now, theta, out):
     """One period.
 

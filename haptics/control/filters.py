@@ -39,8 +39,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
+
+from delta_cad.common.jit import compiled
 
 DIFFERENCE, LOW_PASS, FOAW_END, FOAW_BEST = 1, 2, 3, 4
 HELD, VELOCITY, WINDOW, POSITIONS = 0, 1, 2, 3
@@ -134,13 +135,13 @@ def fresh_memory(estimator: Estimator, signals: int = 3) -> np.ndarray:
     return np.zeros((signals, POSITIONS + estimator.window + 1))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def reset(memory):
     """Makes a memory of any shape fresh, in place."""
     memory[...] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _adaptive(estimator, memory, periods):
     newest = memory[POSITIONS]
     band = estimator.band * (1.0 + BAND_SLACK)
@@ -163,7 +164,7 @@ def _adaptive(estimator, memory, periods):
     return slope / estimator.period
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def velocity(estimator, memory, position):
     """One sample of one signal.
 
@@ -196,7 +197,7 @@ def velocity(estimator, memory, position):
     return estimate
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def velocities(estimator, memory, positions, out):
     """Samples of one signal, one after the other.
 

@@ -11,10 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.common.jit import compiled
 from delta_cad.masses import Masses
+from delta_cad.mechanism.geometry import DeltaGeometry
 
 POSITION, RATES, HOLDING = 3, 4, 5
 """Rows of what `pose` fills; rows 0-2 are the Jacobian's columns."""
@@ -73,7 +73,7 @@ def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, 
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pose(known, theta, out):
     """Position, Jacobian, holding torque and margins at shoulder angles.
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from delta_cad.common.jit import compiled
 from haptics.model.plant import chain
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pose_margins(par, p):
     """The distances to both kinds of singularity.
 

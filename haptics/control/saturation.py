@@ -17,8 +17,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
+
+from delta_cad.common.jit import compiled
 
 
 class Saturated(NamedTuple):
@@ -33,7 +34,7 @@ class Saturated(NamedTuple):
     factor: np.ndarray
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def saturate(gravity, force_torque, limit, out):
     """One state.
 
@@ -66,7 +67,7 @@ def saturate(gravity, force_torque, limit, out):
     return factor
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _saturate_all(gravity, force_torque, limit, out, factor):
     for j in range(out.shape[0]):
         factor[j] = saturate(gravity[j], force_torque[j], limit[j], out[j])

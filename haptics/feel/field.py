@@ -28,9 +28,9 @@ from delta_cad.mechanism import inverse_jacobian, inverse_kinematics, jacobian
 from haptics.gravity import arm_directions, gravity_torque
 
 if TYPE_CHECKING:
+    from delta_cad.masses import Masses
     from delta_cad.mechanism import DeltaGeometry
     from haptics.model.machine import Machine
-    from delta_cad.masses import Masses
 
 SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
 """(8, 3) corners of a cube of torques; the first four are enough where n and -n are the same."""

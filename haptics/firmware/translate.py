@@ -22,6 +22,7 @@ from typing import Any
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
+from delta_cad.common.jit import Compiled
 from haptics.firmware.inference import inferred
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, is_table, record_name, struct, tuple_name
 
@@ -72,7 +73,7 @@ class Translation:
         """Translates a function with everything that it calls.
 
         Args:
-            function: Compiled by `njit`.
+            function: A compiled one.
             arguments: Types of its arguments, the compiler's.
 
         Returns:
@@ -435,7 +436,7 @@ class _Function:
         called = self.outside(node.func)
         if called in (math.isfinite, math.isnan, math.isinf):
             return f"({called.__name__}({self.value(node.args[0])[0]}) != 0)", types.boolean
-        if isinstance(called, Dispatcher):
+        if isinstance(called, Dispatcher | Compiled):
             values = [self.value(argument) for argument in node.args]
             name, returns = self.owner.add(called, tuple(_plain(kind) for _, kind in values))
             return f"{name}({', '.join(text for text, _ in values)})", returns

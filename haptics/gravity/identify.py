@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from delta_cad.masses import PointMasses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
-from delta_cad.masses import PointMasses
 
 GRAVITY = 9.81
 ORIGIN_MM = (50.0, 100.0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.masses import Masses, PointMasses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL
-from delta_cad.masses import Masses, PointMasses
 
 
 def gravity_torque(

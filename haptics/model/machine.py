@@ -8,8 +8,8 @@ from pathlib import Path
 
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
-from delta_cad.mechanism import DeltaGeometry
 from delta_cad.masses import MassError, Masses, load_masses
+from delta_cad.mechanism import DeltaGeometry
 
 FILE = "mass_properties.json"
 

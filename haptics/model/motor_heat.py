@@ -20,9 +20,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from delta_cad.catalogue import Motor
+from delta_cad.common.jit import inlined
 
 COPPER = 0.0039
 """Rise of copper's resistance per kelvin, about 25 C."""
@@ -103,7 +102,7 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
     )
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def warmed(heat, winding, housing, torque, seconds):
     """Temperatures a moment later.
 
@@ -125,7 +124,7 @@ def warmed(heat, winding, housing, torque, seconds):
     return winding, housing
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def allowed(heat, torque, winding):
     """Torque that may be given at a temperature: all up to `derate`, then linearly down to `continuous` at `hottest`.
 

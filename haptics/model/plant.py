@@ -26,10 +26,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.common.jit import compiled
 from delta_cad.masses import Masses
+from delta_cad.mechanism.geometry import DeltaGeometry
 
 POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
@@ -157,7 +157,7 @@ def plant(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def chain(par, i, x, y, z):
     """One chain at a position.
 
@@ -176,7 +176,7 @@ def chain(par, i, x, y, z):
     return ca, sa, cos, sin, w, ca * radial - sa * t, sa * radial + ca * t, up
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def motion(par, hand_mass, state, out):
     """Mass matrix, bias and joint rates at a state.
 
@@ -230,7 +230,7 @@ def motion(par, hand_mass, state, out):
     return m11, m22, m33, m12, m13, m23
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def bristle(before, turn, presliding):
     """Deflection of a bristle after a turn without reversal.
 
@@ -242,7 +242,7 @@ def bristle(before, turn, presliding):
     return min(max(before + turn / presliding, -1.0), 1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def derivative(par, hand, anchor, force, command, state, theta, work, out):
     """Time derivative of the state.
 
@@ -284,7 +284,7 @@ def derivative(par, hand, anchor, force, command, state, theta, work, out):
     out[5] = (c13 * fx + c23 * fy + c33 * fz) * over
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def angles(par, state, out):
     """Fills (3,) shoulder angles, rad; NaN where a chain cannot be closed."""
     for i in range(3):
@@ -292,7 +292,7 @@ def angles(par, state, out):
         out[i] = math.atan2(sin, cos)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def advance(par, hand, anchor, force, command, seconds, steps, state, room):
     """Moves the state on by equal steps of the classical Runge-Kutta method; command and anchor are held.
 
@@ -329,7 +329,7 @@ def advance(par, hand, anchor, force, command, seconds, steps, state, room):
             theta[i] = after[i]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energy(par, hand_mass, state):
     """Kinetic and potential energy of the moving bodies, J, without the hand's spring.
 

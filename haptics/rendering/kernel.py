@@ -46,7 +46,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from delta_cad.common.jit import compiled
 
 COLUMNS = 12
 KIND, ANCHOR, STIFFNESS, DAMPING, FIRST, SECOND, THIRD, BLEND, GAIN = 0, 1, 4, 5, 6, 7, 8, 9, 11
@@ -54,7 +54,7 @@ RESISTANCE, SPRING, CONSTANT, HOME, WALL = 1, 2, 3, 4, 5
 KINDS = (RESISTANCE, SPRING, CONSTANT, HOME, WALL)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _resistance(laws, i, qx, qy, qz, vx, vy, vz):
     d = math.sqrt(qx * qx + qy * qy + qz * qz)
     r0 = laws[i, FIRST]
@@ -66,7 +66,7 @@ def _resistance(laws, i, qx, qy, qz, vx, vy, vz):
     return pull * qx - b * vx, pull * qy - b * vy, pull * qz - b * vz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _home(laws, i, qx, qy, qz, vx, vy, vz):
     d = math.sqrt(qx * qx + qy * qy + qz * qz)
     b = laws[i, DAMPING]
@@ -74,7 +74,7 @@ def _home(laws, i, qx, qy, qz, vx, vy, vz):
     return k * qx - b * vx, k * qy - b * vy, k * qz - b * vz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _wall(laws, i, qx, qy, qz, vx, vy, vz):
     nx, ny, nz = laws[i, FIRST], laws[i, SECOND], laws[i, THIRD]
     depth = nx * qx + ny * qy + nz * qz
@@ -86,7 +86,7 @@ def _wall(laws, i, qx, qy, qz, vx, vy, vz):
     return push * nx, push * ny, push * nz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def total_force(laws, px, py, pz, vx, vy, vz):
     """Force of all laws on the handle.
 
@@ -127,7 +127,7 @@ def total_force(laws, px, py, pz, vx, vy, vz):
     return sx, sy, sz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def total_energy(laws, px, py, pz):
     """Energy stored by all laws at a position: minus its gradient is `total_force` at rest.
 
@@ -166,7 +166,7 @@ def total_energy(laws, px, py, pz):
     return energy
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def forces_into(laws, p, v, out):
     """Forces at many states; here, since the cache of compiled code looks at a function's own file only.
 
@@ -180,7 +180,7 @@ def forces_into(laws, p, v, out):
         out[j, 0], out[j, 1], out[j, 2] = total_force(laws, p[j, 0], p[j, 1], p[j, 2], v[j, 0], v[j, 1], v[j, 2])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energies_into(laws, p, out):
     """Stored energies at many positions.
 
@@ -193,7 +193,7 @@ def energies_into(laws, p, out):
         out[j] = total_energy(laws, p[j, 0], p[j, 1], p[j, 2])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def fade(gain, target, step):
     """The gain of a row one tick later, so that a law that is switched on or off makes no step.
 

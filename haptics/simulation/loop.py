@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
@@ -163,7 +163,7 @@ def simulate(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, count, offset, state, pending, out, bits):
     """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
     room = np.zeros((13, STATES))

@@ -3,13 +3,14 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from delta_cad.common.jit import compiled
 
 STEPS = 40
 """Steps a period; delays are to be multiples of T / 40."""
 
 
-@njit
+@compiled
 def one_axis(mass, friction, stiffness, lag, num, den, K, B, period, delay_steps, ticks, v0):
     """Positions at the samples after a push that leaves the speed v0.
 

@@ -28,13 +28,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from delta_cad.common.jit import inlined
 
 HALVINGS = 12
 """Of the search for the largest share that the tank allows: to 1/4096 of the torque, always on the safe side."""
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def need(torque, step, turn, growth):
     """Energy that a joint's torque can give away while it is braked to zero, J.
 
@@ -51,13 +51,13 @@ def need(torque, step, turn, growth):
     return turn * plain + growth * rising
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def slewed(target, before, step):
     """The torque next to the target that the slew limit allows, N m."""
     return min(max(target, before - step), before + step)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def share_allowed(level, growth, step, memory, turns, before, target):
     """Largest share of a wanted torque that the tank can answer for.
 

@@ -28,8 +28,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from delta_cad.common.jit import compiled, inlined
 from haptics.control.supervisor import faults as f
 from haptics.control.supervisor.energy_tank import share_allowed, slewed
 from haptics.control.supervisor.memory import (
@@ -93,7 +92,7 @@ _OFF, _BRAKE = f.reacting(f.Reaction.OFF), f.reacting(f.Reaction.BRAKE)
 )
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _clock(lim, mem, now):
     """Bits of the tick's time, and its interval, s."""
     bits, dt = 0, lim.period
@@ -114,7 +113,7 @@ def _clock(lim, mem, now):
     return bits, dt
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _angles(lim, mem, dt, theta):
     """Bits of the angles; takes the tick's energy out of the tank and renews rates and speed bounds."""
     bits, given = 0, 0.0
@@ -151,7 +150,7 @@ def _angles(lim, mem, dt, theta):
     return bits
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _frozen(lim, mem, dt, theta, fresh):
     """Bits of encoders that stand still; see the module's text."""
     bits, probing = 0, False
@@ -180,7 +179,7 @@ def _frozen(lim, mem, dt, theta, fresh):
     return bits
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _pose(lim, mem, dt, p, reach, volume, moved):
     """Bits of the handle's position; `moved` if it may be compared with the last one."""
     bits = 0
@@ -224,7 +223,7 @@ def _pose(lim, mem, dt, p, reach, volume, moved):
     return bits
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _motors(lim, mem, dt):
     """Bits of the motors' temperatures after what was written last."""
     bits = 0
@@ -240,7 +239,7 @@ def _motors(lim, mem, dt):
     return bits
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _ramp(lim, mem, dt):
     """Bits of the force that comes in: it does so only while the scene does not push the handle away."""
     if mem[POWER] > lim.ramp_power:
@@ -250,7 +249,7 @@ def _ramp(lim, mem, dt):
     return 0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def check(lim, mem, now, theta, p, reach, volume):
     """Judges what was read, and moves the state on. Call it once a tick, before `limit`.
 
@@ -299,7 +298,7 @@ def check(lim, mem, now, theta, p, reach, volume):
     return bits | int(mem[LATCHED])
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _forget(mem):
     """Ends the search for a frozen encoder."""
     mem[PROBE] = 1.0
@@ -307,7 +306,7 @@ def _forget(mem):
         mem[LOADED + i] = mem[STILL + i] = 0.0
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def _move(lim, mem, bits):
     """The operator's request, the latch, and the state that follows."""
     request = mem[REQUEST]
@@ -332,7 +331,7 @@ def _move(lim, mem, bits):
         mem[STATE] = _ACTIVE if bits == 0 else _DEGRADED
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def limit(lim, mem, rendered, gravity, out):
     """What of the wanted torques goes to the motors. Call it once a tick, after `check`.
 

@@ -101,7 +101,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 
 def _peak() -> Callable[[np.ndarray, int], object]:
     """A compiled polynomial over an array in the first cache: as many fused operations as the core can do."""
-    from numba import njit
+    from numba import njit  # noqa: TID251 - the fused operations that our own code must not have
 
     @njit(fastmath={"contract"})
     def horner(x: np.ndarray, rounds: int) -> float:

@@ -76,10 +76,10 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     Raises:
         RuntimeError: There is no C compiler.
     """
+    from delta_cad.masses import Masses
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
     from haptics.model.machine import Machine
-    from delta_cad.masses import Masses
     from haptics.rendering.laws import axis_wall_row, law_table, resistance_row
     from haptics.simulation.assumptions import default_controller
 

@@ -125,8 +125,8 @@ def _told(grown: tuple[list[int], list[float]]) -> str:
 def _machine() -> Any:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
-    from haptics.model.machine import Machine
     from delta_cad.masses import Masses
+    from haptics.model.machine import Machine
 
     design = load_design(ROOT / "best.json")
     return Machine(design, Masses(*MASSES), drive_torque(design))

@@ -7,10 +7,10 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 
 import numpy as np
+from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.design import load_design
 from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry, MechanismError, cube_extremes
-from delta_cad.mechanism.proof.limits import Limits
 from tests.benchmarks.delta_cad.kernel import CUBE, PUBLISHED
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.timing import ROOT, in_turns, python, succeeded

@@ -11,10 +11,10 @@ import pytest
 
 from delta_cad.common.console import with_negatives
 from delta_cad.design import Design, load_design
+from delta_cad.masses import MassError, load_masses
 from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
-from delta_cad.masses import MassError, load_masses
 from tests.committed import BEST, Built, changed
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from delta_cad.masses import Masses
 from delta_cad.mechanism import (
     DeltaGeometry,
     closure_margin,
@@ -17,7 +18,6 @@ from delta_cad.mechanism import (
 )
 from haptics.control.pose import HOLDING, POSITION, ROWS, model, pose
 from haptics.gravity import gravity_torque
-from delta_cad.masses import Masses
 
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
 MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)

@@ -8,6 +8,7 @@ from scipy.optimize import linprog
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from delta_cad.mechanism import (
     DeltaGeometry,
     forward_kinematics,
@@ -18,7 +19,6 @@ from delta_cad.mechanism import (
 from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
 from haptics.gravity import gravity_torque
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.model.plant import energy, plant
 from haptics.stability.linear import linearise
 

@@ -13,6 +13,7 @@ import pytest
 import haptics.feel.sheet
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from delta_cad.mechanism import SingularError
 from haptics.commands.cli import main
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
@@ -30,7 +31,6 @@ from haptics.feel.sheet import (
     summarise,
 )
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.simulation.assumptions import joint_friction
 from haptics.stability.stiffness import Corner, Stiffness, centre, largest_walls
 from haptics.stability.wall_limit import Predicate

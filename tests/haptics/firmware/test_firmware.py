@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba import float64, int64, njit, typeof
+from numba import float64, int64, typeof
 
+from delta_cad.common import jit
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import Controller, fresh, tick
@@ -27,7 +29,6 @@ from haptics.firmware.generate import sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.translate import Translation, TranslationError, literal
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.rendering.laws import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built
@@ -269,17 +270,17 @@ def test_numbers_read_back_to_the_last_bit() -> None:
     assert literal(3) == "3LL"
 
 
-@njit
+@jit.compiled
 def _power(x):
     return x**4
 
 
-@njit
+@jit.compiled
 def _named(x):
     return max(x, 2.0) + sum((x, x))
 
 
-@njit
+@jit.compiled
 def _with_else(x):
     for _ in range(3):
         x += 1.0
@@ -288,12 +289,12 @@ def _with_else(x):
     return x
 
 
-@njit
+@jit.compiled
 def _slice(a):
     return a[:2][0]
 
 
-@njit
+@jit.compiled
 def _chosen(x):
     a, b = divmod(x, 2.0) if x > 0.0 else (x, x)
     return a + b
@@ -301,7 +302,7 @@ def _chosen(x):
 
 @pytest.mark.parametrize("function", [_power, _named, _with_else, _chosen])
 def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None:
-    with pytest.raises(TranslationError, match=rf"test_haptics_firmware\.{function.py_func.__name__}, line \d+"):
+    with pytest.raises(TranslationError, match=rf"test_firmware\.{function.py_func.__name__}, line \d+"):
         Translation().add(function, (float64,))
 
 

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.holding import holding_torque
 from delta_cad.export.mass_properties import link_mass_properties, mass_report
+from delta_cad.masses import Masses, PointMasses, masses_from_dict
 from delta_cad.mechanism import DeltaGeometry, UnreachableError, forward_kinematics, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from haptics.gravity import gravity_torque, potential_energy
-from delta_cad.masses import Masses, PointMasses, masses_from_dict
 
 PUBLISHED = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
 MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.002, 3e-4)

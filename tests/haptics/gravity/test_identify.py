@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from delta_cad.masses import PointMasses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
 from haptics.gravity import identify as module
 from haptics.gravity.identify import GRAVITY, identify
-from delta_cad.masses import PointMasses
 
 PAPER = json.loads((Path(__file__).parents[2] / "references" / "rcim2018.json").read_text())
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.1121)

@@ -10,6 +10,7 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import FACTOR, FORCE, VELOCITY, Controller, fresh, tick
 from haptics.control.filters import backward_difference
@@ -17,7 +18,6 @@ from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.gravity import gravity_torque
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.model.plant import FREE, Hand
 from haptics.rendering.laws import axis_wall_row, constant_row, law_table, spring_row
 from haptics.simulation.assumptions import (

@@ -7,10 +7,10 @@ import pytest
 
 from delta_cad.design import load_design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from delta_cad.mechanism import jacobian
 from haptics.control.filters import backward_difference
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.model.plant import Hand, Plant
 from haptics.rendering.laws import axis_wall_row, law_table
 from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant

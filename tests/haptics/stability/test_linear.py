@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinematics, jacobian
 from haptics.control.filters import backward_difference, low_pass
 from haptics.gravity import gravity_torque
-from delta_cad.masses import Masses
 from haptics.model.plant import FREE, STATES, Hand, advance, energy, plant
 from haptics.stability.discrete import Body, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models

@@ -12,9 +12,9 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from haptics.model.hands import HANDS
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.model.plant import Hand
 from haptics.simulation.assumptions import DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import Timing

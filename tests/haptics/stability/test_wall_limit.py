@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.control.filters import backward_difference, foaw
 from haptics.model.hands import HAND_MODELS, HANDS
-from delta_cad.masses import Masses
 from haptics.model.plant import Hand, plant
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
 from delta_cad.mechanism.proof.findings import limit_of
-from delta_cad.mechanism.proof.limits import Limits
 from optimizer.certify.certificate import CertificateError, UnreadableError, certify, cube_of, laxer, limits_of, verify
 from optimizer.certify.file import (
     certificate_from_dict,

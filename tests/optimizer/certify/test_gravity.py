@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.holding import holding_torque
 from delta_cad.design import Design, design_from_dict
 from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, forearm_vectors, jacobian, worst_joint_torque
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.mechanism.proof.limits import Limits
 from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
 from optimizer.certify.gravity import (

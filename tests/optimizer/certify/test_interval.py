@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from optimizer.certify.interval import Interval, coordinates, exactly
 
 PROPERTY = settings(deadline=None, derandomize=True, max_examples=200)

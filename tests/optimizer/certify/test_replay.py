@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from delta_cad.mechanism.proof.limits import Limits
+from optimizer.certify.interval import Interval, exactly
 
 from delta_cad.mechanism import (
     DeltaGeometry,
@@ -12,8 +14,6 @@ from delta_cad.mechanism import (
     rod_lean,
     worst_joint_torque,
 )
-from delta_cad.mechanism.proof.limits import Limits
-from optimizer.certify.interval import Interval, exactly
 from optimizer.certify.replay import _definite, breaks, linear_margins, pose, proves, replay
 
 LIMITS = Limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)

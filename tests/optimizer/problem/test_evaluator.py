@@ -137,6 +137,7 @@ def test_without_numba_numpy_does_the_work(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.delitem(sys.modules, "optimizer.problem.compiled", raising=False)
     monkeypatch.delitem(sys.modules, "delta_cad.mechanism.kernel", raising=False)
+    monkeypatch.delitem(sys.modules, "delta_cad.common.jit", raising=False)
     evaluator._compiled.cache_clear()
     try:
         f, g = figures(DESIGNS, half_surface(3)), figures_numpy(DESIGNS, half_surface(3))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from decimal import Decimal, getcontext, localcontext
 
 import numpy as np
+from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.mechanism import DeltaGeometry
-from delta_cad.mechanism.proof.limits import Limits
 
 DIGITS = 50
 D = Decimal

@@ -5,10 +5,10 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-
-from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
 from delta_cad.mechanism.proof.enclosure import HIGH, LOW, MARGINS, constants, margins
 from delta_cad.mechanism.proof.limits import Limits
+
+from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
 from tests.delta_cad.mechanism.oracles import PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
 

@@ -3,11 +3,11 @@
 import math
 
 import pytest
+from delta_cad.mechanism.proof.limits import CONDITIONS, Limits, cosine_sine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from delta_cad.mechanism import GeometryError
-from delta_cad.mechanism.proof.limits import CONDITIONS, Limits, cosine_sine
 
 
 @pytest.mark.parametrize(

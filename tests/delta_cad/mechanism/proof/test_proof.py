@@ -4,6 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from delta_cad.mechanism.proof.enclosure import COUNT, FIRST
+from delta_cad.mechanism.proof.limits import CONDITIONS, Limits
 
 from delta_cad.mechanism import (
     Cube,
@@ -17,8 +19,6 @@ from delta_cad.mechanism import (
     joint_angles,
 )
 from delta_cad.mechanism.kernel import angle_margins, figures
-from delta_cad.mechanism.proof.enclosure import COUNT, FIRST
-from delta_cad.mechanism.proof.limits import CONDITIONS, Limits
 from delta_cad.mechanism.proof.prove import prove
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from delta_cad.design import load_design
+from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor.limits import Limits, safety_limits
 from haptics.control.supervisor.safety import Supervisor
-from delta_cad.masses import Masses
 from haptics.model.plant import Plant, plant
 from tests.committed import PUBLISHED
 

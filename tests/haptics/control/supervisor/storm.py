@@ -7,8 +7,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from delta_cad.common.jit import compiled
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.faults import Fault
@@ -58,7 +58,7 @@ def empty_log(ticks: int) -> Log:
     return Log(three[0], three[1], three[2], np.zeros(ticks), *whole, np.zeros(ticks))
 
 
-@njit(error_model="numpy")  # not cached: a cache does not see that the supervisor in another file has changed
+@compiled
 def storm(lim, par, mem, ticks, seed, log):
     """Fills the log. The handle follows a wandering goal as a mass on a damped spring, so its speed is continuous."""
     np.random.seed(seed)

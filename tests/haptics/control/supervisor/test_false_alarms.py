@@ -7,10 +7,10 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.masses import Masses
 from haptics.control.supervisor.faults import LATCHING, Fault
 from haptics.model.hands import HANDS
 from haptics.model.machine import Machine
-from delta_cad.masses import Masses
 from haptics.rendering.laws import constant_row, law_table
 from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loop import simulate, timing

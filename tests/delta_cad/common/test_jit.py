@@ -1,0 +1,123 @@
+"""Compiled code is found again while its sources stand, never after they changed, and no disk stops a run."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from delta_cad.common.jit import PACKAGES, ROOT, UNUSED_MAX_S
+
+CALLER = """
+from delta_cad.mechanism.proof.enclosure import scalar
+one = ((1.0, 0.0, 0.0, 0.0, 0.0),) * 3
+print(scalar(one, one)[0], sum(scalar.stats.cache_hits.values()))
+"""
+"""`scalar` stands in another file than the sum of forms that it calls."""
+TRIAL = """
+from {room} import compiled
+from optimizer.constant_of_trial import FACTOR
+@compiled
+def product(x):
+    return FACTOR * x
+"""
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """The three packages, to be changed."""
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, tmp_path / "copy" / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path / "copy"
+
+
+def run(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedProcess[str]:
+    """A process that sees the copy, and no other place for what is compiled than the given."""
+    kept = {key: value for key, value in os.environ.items() if key not in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
+    environment = kept | {key: str(value) for key, value in places.items()}
+    return subprocess.run([sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True)
+
+
+def told(process: subprocess.CompletedProcess[str]) -> list[float]:
+    """The numbers that a process printed, which had nothing else to say."""
+    assert process.stderr == ""
+    return [float(word) for word in process.stdout.split()]
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new))
+
+
+def times(folder: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_changed_callee_is_seen_through_a_caller_that_did_not_change(copy: Path, tmp_path: Path) -> None:
+    assert told(run(copy, HOME=tmp_path)) == [3.0, 0.0]
+    before = times(tmp_path / ".cache")
+    assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
+    assert times(tmp_path / ".cache") == before
+    edit(copy / "delta_cad/mechanism/proof/affine_form.py", "c, x, y, z = a[0] + b[0],", "c, x, y, z = a[0] - b[0],")
+    assert told(run(copy, HOME=tmp_path)) == [-1.0, 0.0]
+
+
+def test_a_changed_constant_of_a_file_without_compiled_code_is_seen(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
+    for factor in (2.0, 5.0):
+        (copy / "optimizer/constant_of_trial.py").write_text(f"FACTOR = {factor}\n")
+        process = run(copy, "from optimizer.trial import product; print(product(1.5))", HOME=tmp_path)
+        assert told(process) == [1.5 * factor]
+
+
+def test_a_file_that_hides_its_decorator_is_refused(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TRIAL.format(room="optimizer.globalopt.cutting_points"))
+    (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 1.0\n")
+    process = run(copy, "import optimizer.trial", HOME=tmp_path)
+    assert "optimizer/trial.py is to import its decorator from" in process.stderr
+
+
+def test_edits_beside_compiled_code_cost_nothing(copy: Path, tmp_path: Path) -> None:
+    run(copy, HOME=tmp_path)
+    edit(copy / "delta_cad/common/console.py", "from __future__", "# another line\nfrom __future__")
+    assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
+
+
+@pytest.mark.parametrize("name", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+def test_users_say_where_it_is_kept(copy: Path, tmp_path: Path, name: str) -> None:
+    run(copy, HOME=tmp_path, **{name: tmp_path / "there"})
+    assert not (tmp_path / ".cache").exists()
+    assert list((tmp_path / "there/delta-haptics").rglob("*.nbc"))
+    assert not list(copy.rglob("*.nbc"))
+
+
+def test_damaged_files_are_compiled_anew(copy: Path, tmp_path: Path) -> None:
+    run(copy, HOME=tmp_path)
+    for path in times(tmp_path / ".cache"):
+        os.truncate(path, path.stat().st_size // 2)
+    assert told(run(copy, HOME=tmp_path)) == [3.0, 0.0]
+    assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
+
+
+@pytest.mark.parametrize("trouble", ["no HOME", "no folder can be made", "disk full"])
+def test_where_nothing_can_be_kept_one_line_says_so(copy: Path, tmp_path: Path, trouble: str) -> None:
+    (tmp_path / "file").write_text("")
+    places = {} if trouble == "no HOME" else {"HOME": tmp_path / ("file" if trouble == "no folder can be made" else "")}
+    full = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))\n" if trouble == "disk full" else ""
+    process = run(copy, full + CALLER, **places)
+    assert process.stdout == "3.0 0\n"
+    assert process.stderr.count("\n") == 1
+    assert "NUMBA_CACHE_DIR" in process.stderr
+
+
+def test_folders_that_nobody_used_for_long_are_thrown_away(copy: Path, tmp_path: Path) -> None:
+    old, young = tmp_path / ".cache/delta-haptics/old", tmp_path / ".cache/delta-haptics/young"
+    for folder, age in ((old, UNUSED_MAX_S + 60.0), (young, UNUSED_MAX_S - 3600.0)):
+        folder.mkdir(parents=True)
+        os.utime(folder, (time.time() - age,) * 2)
+    run(copy, HOME=tmp_path)
+    assert (old.exists(), young.exists()) == (False, True)

@@ -1,0 +1,25 @@
+"""Limits from plain numbers, as most tests state them."""
+
+from __future__ import annotations
+
+from delta_cad.mechanism.limits import Kappa, Lean, Limits, Reach, Shoulder, Singularity, Torque
+
+
+def limits(
+    elbow_arm_min: float = 0.0,
+    singularity: bool = True,
+    force: float | None = None,
+    torque_max: float | None = None,
+    kappa_max: float | None = None,
+    shoulder: tuple[float, float] | None = None,
+    lean_max: float | None = None,
+) -> Limits:
+    """Limits with these thresholds in SI units; None leaves one out."""
+    return Limits.of(
+        Reach(elbow_arm_min),
+        Singularity() if singularity else None,
+        None if force is None or torque_max is None else Torque(force, torque_max),
+        None if kappa_max is None else Kappa(kappa_max),
+        None if lean_max is None else Lean(lean_max),
+        None if shoulder is None else Shoulder(*shoulder),
+    )
