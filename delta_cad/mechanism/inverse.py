@@ -1,4 +1,4 @@
-"""Position to shoulder angles: closure margin, inverse kinematics, vectors and angles of each chain, README (1)-(7), (19)-(20)."""
+"""Position to shoulder angles, vectors and angles of each chain, README (1)-(7), (19)-(20)."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class Translation:
         self.structs: dict[str, str] = {}
         self._returns: dict[str, Any] = {}
 
-    def add(self, function: Dispatcher, arguments: tuple[Any, ...]) -> tuple[str, Any]:
+    def add(self, function: Any, arguments: tuple[Any, ...]) -> tuple[str, Any]:
         """Translates a function with everything that it calls.
 
         Args:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, add, at, constant, subtract
 from delta_cad.mechanism.enclosure.table import EXCLUDED, keep
 from optimizer.globalopt.cutting_points import HEIGHT, MOST, RADII, fill_lengths, point_cuts
@@ -44,7 +44,7 @@ def _design_cuts(pose, box, whole, cuts, count):
         cuts: Room.
         count: How many cuts there are.
     """
-    la, lb, height = at(pose, P.UPPER_ARM), at(pose, P.FOREARM_LENGTH), at(pose, HEIGHT)
+    la, lb, height = at(pose, forms.UPPER_ARM), at(pose, forms.FOREARM_LENGTH), at(pose, HEIGHT)
     if whole[1] < np.inf:
         count = keep(cuts, count, subtract(constant(whole[1], 0.0), add(la, at(pose, RADII))))
     if count != EXCLUDED and whole[2] > 0.0:

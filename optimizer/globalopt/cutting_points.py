@@ -1,8 +1,8 @@
 """What a design must meet at one point of its cube, as cuts over a box of designs.
 
 Each cut is an affine form in L_A, L_B, a = R - r and H that is >= 0 for every design of the box that is feasible; a cut
-that is negative in the whole box therefore excludes it. Cuts need not be sharp where a design is infeasible anyway, so w
-is taken as a root of what is not negative, and every unit vector may stand for an eigenvector. The limits' own files
+that is negative in the whole box therefore excludes it. Cuts need not be sharp where a design is infeasible anyway, so
+w is taken as a root of what is not negative, and every unit vector may stand for an eigenvector. The limits' own files
 say what each cuts; README (5)-(9) beside this file has the derivations.
 
 Importing this module loads numba.
@@ -10,10 +10,12 @@ Importing this module loads numba.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from delta_cad.common.jit import compiled, in_turn
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
     add,
@@ -31,9 +33,9 @@ from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
-HALF, DIFFERENCE, RADII, HEIGHT = range(P.ROWS, P.ROWS + 4)
+HALF, DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
 """Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H."""
-ROWS = P.ROWS + 4
+ROWS = forms.ROWS + 4
 
 _CUTTING = tuple(limit for limit in POSE_LIMITS if limit.cut is not None)
 START: dict[type[PoseLimit], int] = {}
@@ -46,14 +48,14 @@ MOST = sum(limit.cuts for limit in _CUTTING)
 """Most cuts of one point."""
 
 
-def _cutting(tier: int) -> object:
+def _cutting(tier: int) -> Any:
     calls = [(limit.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.tier == tier]
     line = "if asked & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
     return in_turn("pose, k, asked, work, cuts, count", calls, line, "return count")
 
 
-_by_chains, _by_forearms = _cutting(P.CHAINS), _cutting(P.FOREARMS)
-_FOREARMS = sum(BITS[limit] for limit in _CUTTING if limit.tier == P.FOREARMS)
+_by_chains, _by_forearms = _cutting(forms.CHAINS), _cutting(forms.FOREARMS)
+_FOREARMS = sum(BITS[limit] for limit in _CUTTING if limit.tier == forms.FOREARMS)
 
 
 def numbers(limits: Limits) -> np.ndarray:
@@ -89,14 +91,14 @@ def fill_lengths(box, pose):
         pose: `table`.
     """
     la, lb = _between(box, 0), _between(box, 1)
-    put(pose, P.UPPER_ARM, la)
-    put(pose, P.FOREARM_LENGTH, lb)
+    put(pose, forms.UPPER_ARM, la)
+    put(pose, forms.FOREARM_LENGTH, lb)
     put(pose, RADII, _between(box, 2))
     put(pose, HEIGHT, _between(box, 3))
     put(pose, HALF, inverse_above(scale(2.0, la), box[0, 0]))
     put(pose, DIFFERENCE, multiply(subtract(la, lb), add(la, lb)))
-    put(pose, P.UPPER_ARM_2, multiply(la, la))
-    put(pose, P.FOREARM_2, multiply(lb, lb))
+    put(pose, forms.UPPER_ARM_2, multiply(la, la))
+    put(pose, forms.FOREARM_2, multiply(lb, lb))
 
 
 @compiled
@@ -112,20 +114,20 @@ def _between(box, j):
 def _fill_chains(x_m, y_m, height, pose):
     """Fills the chains at a point; w and the forearms for designs that are closed."""
     x, y = constant(x_m, 0.0), constant(y_m, 0.0)
-    turn = constant(SIN_60, P.SIN_60_ERROR)
+    turn = constant(SIN_60, forms.SIN_60_ERROR)
     a, z = at(pose, RADII), add(at(pose, HEIGHT), constant(height, 0.0))
-    put(pose, P.Z, z)
+    put(pose, forms.Z, z)
     zz, low = multiply(z, z), lower(z)
     xc, yc, xs, ys = scale(-0.5, x), scale(-0.5, y), multiply(turn, x), multiply(turn, y)
-    put(pose, P.T, y)
-    put(pose, P.T + 1, subtract(yc, xs))
-    put(pose, P.T + 2, add(yc, xs))
-    put(pose, P.Q, subtract(x, a))
-    put(pose, P.Q + 1, subtract(add(xc, ys), a))
-    put(pose, P.Q + 2, subtract(subtract(xc, ys), a))
-    la, half, difference = at(pose, P.UPPER_ARM), at(pose, HALF), at(pose, DIFFERENCE)
+    put(pose, forms.T, y)
+    put(pose, forms.T + 1, subtract(yc, xs))
+    put(pose, forms.T + 2, add(yc, xs))
+    put(pose, forms.Q, subtract(x, a))
+    put(pose, forms.Q + 1, subtract(add(xc, ys), a))
+    put(pose, forms.Q + 2, subtract(subtract(xc, ys), a))
+    la, half, difference = at(pose, forms.UPPER_ARM), at(pose, HALF), at(pose, DIFFERENCE)
     for i in range(3):
-        q, t = at(pose, P.Q + i), at(pose, P.T + i)
+        q, t = at(pose, forms.Q + i), at(pose, forms.T + i)
         rho2 = add(multiply(q, q), zz)
         m = multiply(half, add(add(rho2, multiply(t, t)), difference))
         w2 = subtract(rho2, multiply(m, m))
@@ -133,10 +135,10 @@ def _fill_chains(x_m, y_m, height, pose):
         part = multiply(la, inverse_above(rho2, low * low * INSIDE))
         left = subtract(constant(1.0, 0.0), multiply(m, part))
         across = multiply(w, part)
-        put(pose, P.W2 + i, w2)
-        put(pose, P.W + i, w)
-        put(pose, P.RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
-        put(pose, P.VERTICAL + i, add(multiply(z, left), multiply(q, across)))
+        put(pose, forms.W2 + i, w2)
+        put(pose, forms.W + i, w)
+        put(pose, forms.RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
+        put(pose, forms.VERTICAL + i, add(multiply(z, left), multiply(q, across)))
 
 
 @compiled
@@ -160,5 +162,5 @@ def point_cuts(points, n, k, pose, work, cuts, count):
     count = _by_chains(pose, k, asked, work, cuts, count)
     if count == EXCLUDED or not asked & _FOREARMS:
         return count
-    P.fill_forearms(pose)
+    forms.fill_forearms(pose)
     return _by_forearms(pose, k, asked, work, cuts, count)

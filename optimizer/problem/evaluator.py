@@ -118,7 +118,8 @@ def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, 
     points = points if points.ndim == 3 else points[None]
     out = np.empty((len(designs), 6, points.shape[1]))
     compiled(designs, points, conditioning, angles, out)
-    return Figures(*np.swapaxes(out, 0, 1), designs, points)
+    closure, determinant, moment, quality, low, high = np.swapaxes(out, 0, 1)
+    return Figures(closure, determinant, moment, quality, low, high, designs, points)
 
 
 @cache

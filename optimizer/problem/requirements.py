@@ -206,7 +206,7 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
 
 
 def requirements_hash(given: Requirements) -> str:
-    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out, null left out.
+    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out, no null.
 
     So a limit that the file does not know yet changes no hash.
     """

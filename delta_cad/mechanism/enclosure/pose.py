@@ -26,7 +26,7 @@ from delta_cad.mechanism.enclosure.affine_form import (
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
 Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE = range(0, 24, 3)
-"""First of three rows, one a chain: radial coordinate of the wrist and the one along the shoulder axis (m), w^2 (m^2), w,
+"""First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
 the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2."""
 FOREARM = 24
 """First of nine rows, x, y, z a chain: the forearm in the base frame, m."""

@@ -160,7 +160,7 @@ def centre_of(x: Slopes) -> np.ndarray:
 
 def eigenvectors(matrices: np.ndarray) -> np.ndarray:
     """Computes eigenvectors (n, 3, 3) of symmetric matrices, ascending; of one that is not finite, any."""
-    finite = np.isfinite(matrices).all(axis=(1, 2))[:, None, None]
+    finite = np.asarray(np.isfinite(matrices).all(axis=(1, 2), keepdims=True))
     return np.linalg.eigh(np.where(finite, matrices, np.eye(3)))[1]
 
 

@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
     UP,
@@ -106,9 +106,9 @@ def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
     """
     m = handle_inertia(g, p, masses)
     closed = np.isfinite(elbow_arm(g, p)).all(axis=-1)
-    finite = np.isfinite(m).all(axis=(-2, -1))
-    largest = np.linalg.eigvalsh(np.where(finite[..., None, None], m, np.eye(3)))[..., 2]
-    return np.where(closed, np.where(finite, largest, np.inf), np.nan)
+    finite = np.asarray(np.isfinite(m).all(axis=(-2, -1), keepdims=True))
+    largest = np.linalg.eigvalsh(np.where(finite, m, np.eye(3)))[..., 2]
+    return np.where(closed, np.where(finite[..., 0, 0], largest, np.inf), np.nan)
 
 
 def _masses(limit: EffectiveMass, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -119,8 +119,8 @@ def _masses(limit: EffectiveMass, g: DeltaGeometry, p: np.ndarray) -> np.ndarray
 def _elbow_direction(pose, i, part):
     """L_A e_i, along the chain's radius (part 0) or along z (1): from wrist and forearm, without a division."""
     if part == 0:
-        return subtract(at(pose, P.VERTICAL + i), at(pose, P.Z))
-    return subtract(at(pose, P.Q + i), at(pose, P.RADIAL + i))
+        return subtract(at(pose, forms.VERTICAL + i), at(pose, forms.Z))
+    return subtract(at(pose, forms.Q + i), at(pose, forms.RADIAL + i))
 
 
 @compiled
@@ -132,11 +132,11 @@ def _component(radial, vertical, i, axis):
         return radial if i == 0 else scale(-0.5, radial)
     if i == 0:
         return constant(0.0, 0.0)
-    return multiply(constant(SIN_60 if i == 1 else -SIN_60, P.SIN_60_ERROR), radial)
+    return multiply(constant(SIN_60 if i == 1 else -SIN_60, forms.SIN_60_ERROR), radial)
 
 
 @compiled
-def _entry(pose, k, n, rows, elbows, a, b):
+def _entry(k, n, rows, elbows, a, b):
     """Entry (a, b) of M less the carried mass on the diagonal."""
     at_elbow, cross = constant(k[n + 2], k[n + 3]), constant(k[n + 4], k[n + 5])
     total = constant(0.0, 0.0)
@@ -154,18 +154,18 @@ def _enclose(pose, k, n, work, out, row):
     out[row, :] = math.nan
     rows, elbows = work[6:15], work[15:24]
     for i in range(3):
-        arm = inverse(at(pose, P.W + i))
+        arm = inverse(at(pose, forms.W + i))
         radial, vertical = _elbow_direction(pose, i, 0), _elbow_direction(pose, i, 1)
         for axis in range(3):
-            put(rows, 3 * i + axis, multiply(at(pose, P.FOREARM + 3 * i + axis), arm))
+            put(rows, 3 * i + axis, multiply(at(pose, forms.FOREARM + 3 * i + axis), arm))
             put(elbows, 3 * i + axis, _component(radial, vertical, i, axis))
     a = (
-        _entry(pose, k, n, rows, elbows, 0, 0),
-        _entry(pose, k, n, rows, elbows, 1, 1),
-        _entry(pose, k, n, rows, elbows, 2, 2),
-        _entry(pose, k, n, rows, elbows, 0, 1),
-        _entry(pose, k, n, rows, elbows, 0, 2),
-        _entry(pose, k, n, rows, elbows, 1, 2),
+        _entry(k, n, rows, elbows, 0, 0),
+        _entry(k, n, rows, elbows, 1, 1),
+        _entry(k, n, rows, elbows, 2, 2),
+        _entry(k, n, rows, elbows, 0, 1),
+        _entry(k, n, rows, elbows, 0, 2),
+        _entry(k, n, rows, elbows, 1, 2),
     )
     if not eigenvectors((a[0][0], a[1][0], a[2][0], a[3][0], a[4][0], a[5][0]), work):
         return
@@ -180,13 +180,14 @@ def _enclose(pose, k, n, work, out, row):
 
 @compiled
 def _cut(pose, k, n, work, cuts, count):
-    """Adds that u . M u is allowed for the two heaviest directions u at the box's middle, times V = w1^2 w2^2 w3^2 L_A^2:
+    """Adds that u . M u is allowed, times L_A^2 V with V = w1^2 w2^2 w3^2: no division by w.
 
-    `(m - carried) L_A^2 V - sum_i [ (m_uu L_A^2 + I) (s_i.u)^2 V / w_i^2 + 2 m_uv L_A (s_i.u)(L_A e_i.u) w_i V / w_i^2 ]`
-    is not negative for a feasible design, whatever the unit vector u; it never divides by w.
+    For a feasible design and any unit vector u, here the two heaviest directions at the box's middle,
+    `(m - c) L_A^2 V - sum_i V_i [(m_uu L_A^2 + I) (s_i.u)^2 + 2 m_uv L_A (s_i.u) (L_A e_i.u) w_i]` is not negative,
+    c being the carried mass and V_i = V / w_i^2.
     """
-    la, la2 = at(pose, P.UPPER_ARM), at(pose, P.UPPER_ARM_2)
-    v = (at(pose, P.W2), at(pose, P.W2 + 1), at(pose, P.W2 + 2))
+    la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
+    v = (at(pose, forms.W2), at(pose, forms.W2 + 1), at(pose, forms.W2 + 2))
     others = (multiply(v[1], v[2]), multiply(v[0], v[2]), multiply(v[0], v[1]))
     if not _directions(pose, k, n, work):
         return count
@@ -199,8 +200,8 @@ def _cut(pose, k, n, work, cuts, count):
         total = allowed
         for i in range(3):
             along = add(
-                add(scale(f * x, at(pose, P.FOREARM + 3 * i)), scale(f * y, at(pose, P.FOREARM + 3 * i + 1))),
-                scale(f * z, at(pose, P.FOREARM + 3 * i + 2)),
+                add(scale(f * x, at(pose, forms.FOREARM + 3 * i)), scale(f * y, at(pose, forms.FOREARM + 3 * i + 1))),
+                scale(f * z, at(pose, forms.FOREARM + 3 * i + 2)),
             )
             radial, vertical = _elbow_direction(pose, i, 0), _elbow_direction(pose, i, 1)
             moved = add(
@@ -208,7 +209,7 @@ def _cut(pose, k, n, work, cuts, count):
                 scale(f * z, vertical),
             )
             square = multiply(at_elbow, multiply(along, along))
-            mixed = multiply(scale(2.0, cross), multiply(at(pose, P.W + i), multiply(along, moved)))
+            mixed = multiply(scale(2.0, cross), multiply(at(pose, forms.W + i), multiply(along, moved)))
             total = subtract(total, multiply(others[i], add(square, mixed)))
         count = keep(cuts, count, total)
         if count == EXCLUDED:
@@ -220,17 +221,20 @@ def _cut(pose, k, n, work, cuts, count):
 def _directions(pose, k, n, work):
     """Fills work[3:6] with the eigenvectors of M at the box's middle, the heaviest first; False where it has none."""
     m00 = m11 = m22 = m01 = m02 = m12 = 0.0
-    la2 = pose[P.UPPER_ARM_2, 0]
+    la2 = pose[forms.UPPER_ARM_2, 0]
     la = math.sqrt(la2)
     for i in range(3):
-        w = pose[P.W + i, 0]
+        w = pose[forms.W + i, 0]
         if not w > 0.0:
             return False
-        r, h = (pose[P.VERTICAL + i, 0] - pose[P.Z, 0]) / la, (pose[P.Q + i, 0] - pose[P.RADIAL + i, 0]) / la
+        r, h = (
+            (pose[forms.VERTICAL + i, 0] - pose[forms.Z, 0]) / la,
+            (pose[forms.Q + i, 0] - pose[forms.RADIAL + i, 0]) / la,
+        )
         c, s = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
         ex, ey, ez = c * r, s * r, h
-        nx, ny = pose[P.FOREARM + 3 * i, 0] / w, pose[P.FOREARM + 3 * i + 1, 0] / w
-        nz = pose[P.FOREARM + 3 * i + 2, 0] / w
+        nx, ny = pose[forms.FOREARM + 3 * i, 0] / w, pose[forms.FOREARM + 3 * i + 1, 0] / w
+        nz = pose[forms.FOREARM + 3 * i + 2, 0] / w
         f, g = k[n + 6] + k[n + 8] / la2, k[n + 4]
         m00 += f * nx * nx + 2.0 * g * nx * ex
         m11 += f * ny * ny + 2.0 * g * ny * ey
@@ -256,7 +260,7 @@ class EffectiveMass(PoseLimit):
     figures: ClassVar = (
         FigureOfMerit("effective_mass", "effective mass", "kg", 1.0, True, True, _masses, "mass_max", RANGE),
     )
-    tier: ClassVar = P.FOREARMS
+    tier: ClassVar = forms.FOREARMS
     needs_masses: ClassVar = True
     rows: ClassVar = 1
     size: ClassVar = 9
@@ -297,7 +301,7 @@ class EffectiveMass(PoseLimit):
         return f"effective_mass_max_kg = {self.mass_max:g}"
 
     def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
-        """Gives the mass allowed beside what is carried, m_uu + I / L_A^2, m_uv (over L_A where g is given), m_uu, I."""
+        """Gives the mass allowed beside the carried, m_uu + I / L_A^2, m_uv (by L_A where g is given), m_uu, I."""
         del sign
         m = self.inertia
         la = 1.0 if g is None else g.upper_arm_length
@@ -351,7 +355,7 @@ class EffectiveMass(PoseLimit):
         m = self.inertia
         return f.lightness(m) - m.carried_mass / self.mass_max
 
-    def laxer(self, than: Self) -> bool:
+    def laxer(self, than: Any) -> bool:
         """Compares the thresholds; with other masses it is about another machine, and so laxer."""
         return self.mass_max > than.mass_max or self.inertia != than.inertia
 

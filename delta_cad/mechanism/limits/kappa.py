@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
     UP,
@@ -43,15 +43,15 @@ def _kappa(limit: Kappa, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 def _enclose(pose, k, n, work, out, row):
     """Computes K^2 l3 - l1 of the Gram matrix of the rows s_i / w_i, README (33); 0 where only (34) proves it."""
     out[row, :] = math.nan
-    i1, i2, i3 = inverse(at(pose, P.W)), inverse(at(pose, P.W + 1)), inverse(at(pose, P.W + 2))
-    lb2, det = at(pose, P.FOREARM_2), at(pose, P.DETERMINANT)
+    i1, i2, i3 = inverse(at(pose, forms.W)), inverse(at(pose, forms.W + 1)), inverse(at(pose, forms.W + 2))
+    lb2, det = at(pose, forms.FOREARM_2), at(pose, forms.DETERMINANT)
     a = (
-        multiply(lb2, inverse(at(pose, P.W2))),
-        multiply(lb2, inverse(at(pose, P.W2 + 1))),
-        multiply(lb2, inverse(at(pose, P.W2 + 2))),
-        multiply(at(pose, P.PRODUCT + 2), multiply(i1, i2)),
-        multiply(at(pose, P.PRODUCT + 1), multiply(i1, i3)),
-        multiply(at(pose, P.PRODUCT), multiply(i2, i3)),
+        multiply(lb2, inverse(at(pose, forms.W2))),
+        multiply(lb2, inverse(at(pose, forms.W2 + 1))),
+        multiply(lb2, inverse(at(pose, forms.W2 + 2))),
+        multiply(at(pose, forms.PRODUCT + 2), multiply(i1, i2)),
+        multiply(at(pose, forms.PRODUCT + 1), multiply(i1, i3)),
+        multiply(at(pose, forms.PRODUCT), multiply(i2, i3)),
     )
     if not eigenvectors((a[0][0], a[1][0], a[2][0], a[3][0], a[4][0], a[5][0]), work):
         return
@@ -84,16 +84,16 @@ def _enclose(pose, k, n, work, out, row):
 @compiled
 def _cut(pose, k, n, work, cuts, count):
     """Adds K^2 l3 >= l1 and its like, the eigenvalues as quotients of the Gram matrix of s_i w_j w_k: no division."""
-    v1, v2, v3 = at(pose, P.W2), at(pose, P.W2 + 1), at(pose, P.W2 + 2)
-    w1, w2, w3 = at(pose, P.W), at(pose, P.W + 1), at(pose, P.W + 2)
-    lb2 = at(pose, P.FOREARM_2)
+    v1, v2, v3 = at(pose, forms.W2), at(pose, forms.W2 + 1), at(pose, forms.W2 + 2)
+    w1, w2, w3 = at(pose, forms.W), at(pose, forms.W + 1), at(pose, forms.W + 2)
+    lb2 = at(pose, forms.FOREARM_2)
     a = (
         multiply(lb2, multiply(v2, v3)),
         multiply(lb2, multiply(v1, v3)),
         multiply(lb2, multiply(v1, v2)),
-        multiply(at(pose, P.PRODUCT + 2), multiply(multiply(w1, w2), v3)),
-        multiply(at(pose, P.PRODUCT + 1), multiply(multiply(w1, w3), v2)),
-        multiply(at(pose, P.PRODUCT), multiply(multiply(w2, w3), v1)),
+        multiply(at(pose, forms.PRODUCT + 2), multiply(multiply(w1, w2), v3)),
+        multiply(at(pose, forms.PRODUCT + 1), multiply(multiply(w1, w3), v2)),
+        multiply(at(pose, forms.PRODUCT), multiply(multiply(w2, w3), v1)),
     )
     if not eigenvectors((a[0][0], a[1][0], a[2][0], a[3][0], a[4][0], a[5][0]), work):
         return count
@@ -118,7 +118,7 @@ class Kappa(PoseLimit):
     fields_: ClassVar = (Field("kappa_max", "largest condition number in the cube", ge=1, le=1e6),)
     keys: ClassVar = {"kappa_max": "kappa_max"}
     figures: ClassVar = (FigureOfMerit("kappa", "kappa", "", 1.0, True, True, _kappa, "kappa_max", RANGE),)
-    tier: ClassVar = P.FOREARMS
+    tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
     rows: ClassVar = 1
     size: ClassVar = 2

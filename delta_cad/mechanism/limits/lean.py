@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, lower, scale, subtract, upper
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
@@ -44,7 +44,7 @@ def _enclose(pose, k, n, work, out, row):
     """Computes L_B sin(lean_max) - |t| of each chain; linear but for t's sign."""
     room = constant(k[n], k[n + 1])
     for i in range(3):
-        t = at(pose, P.T + i)
+        t = at(pose, forms.T + i)
         side = -1.0 if t[0] > 0.0 else 1.0
         store(out, row + i, add(room, scale(side, t)))
         out[row + i, LOW] = min(out[row + i, LOW], lower(subtract(room, scale(side, t))))
@@ -63,7 +63,7 @@ class Lean(PoseLimit):
     figures: ClassVar = (
         FigureOfMerit("lean", "lean", "deg", DEGREE, True, False, _leans, "lean_max", (0.0, math.pi / 2.0)),
     )
-    tier: ClassVar = P.COORDINATES
+    tier: ClassVar = forms.COORDINATES
     rows: ClassVar = 3
     size: ClassVar = 2
     enclose: ClassVar = staticmethod(_enclose)

@@ -49,7 +49,7 @@ class Field:
     lt: float | None = None
 
     @property
-    def bounds(self) -> dict[str, float]:
+    def bounds(self) -> dict[str, Any]:
         """Those of the four bounds that are given, by name."""
         found = {name: getattr(self, name) for name in ("ge", "gt", "le", "lt")}
         return {name: value for name, value in found.items() if value is not None}
@@ -273,8 +273,8 @@ class PoseLimit(Limit):
         """
         return replace(self, **{figure.threshold: value})
 
-    def laxer(self, than: Self) -> bool:
-        """Whether it allows more than another one does, each number taken as exact."""
+    def laxer(self, than: Any) -> bool:
+        """Whether it allows more than another one of its kind does, each number taken as exact."""
         return any(
             self.bound(f) > than.bound(f) if f.upper else self.bound(f) < than.bound(f)
             for f in self.figures

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
@@ -30,14 +30,14 @@ def _enclose(pose, k, n, work, out, row):
     """Computes w_i^2 less its least."""
     least = constant(k[n], k[n + 1])
     for i in range(3):
-        store(out, row + i, subtract(at(pose, P.W2 + i), least))
+        store(out, row + i, subtract(at(pose, forms.W2 + i), least))
 
 
 @compiled
 def _cut(pose, k, n, work, cuts, count):
     """Adds w_i^2 >= 0, and for each chain that it is not too far."""
     for i in range(3):
-        count = keep(cuts, count, at(pose, P.W2 + i))
+        count = keep(cuts, count, at(pose, forms.W2 + i))
         if count == EXCLUDED:
             return count
     for i in range(3):
@@ -50,17 +50,17 @@ def _cut(pose, k, n, work, cuts, count):
 @compiled
 def _far(pose, i, cuts, count):
     """Not too far: `L_A + sqrt(L_B^2 - t^2) - rho >= 0` is concave; its tangent at the middle has no error."""
-    q, z, t = at(pose, P.Q + i), at(pose, P.Z), at(pose, P.T + i)
+    q, z, t = at(pose, forms.Q + i), at(pose, forms.Z), at(pose, forms.T + i)
     size = math.sqrt(q[0] * q[0] + z[0] * z[0])
     nq, nz = q[0] / size * INSIDE, z[0] / size * INSIDE
     t0 = max(abs(t[0]) - t[5], 0.0)
-    lb = at(pose, P.FOREARM_LENGTH)
+    lb = at(pose, forms.FOREARM_LENGTH)
     b = max(lb[0], 1.001 * t0)
     f = max(b / math.sqrt(b * b - t0 * t0), 1.0)
     g = math.sqrt(max(f * f - 1.0, 0.0))
     # l <= f L_B - t sqrt(f^2 - 1) for every f >= 1; g's rounding is that of f^2 - 1
     error = ROUND * t0 * (f * f / max(g, 1e-9) + g)
-    room = subtract(add(at(pose, P.UPPER_ARM), scale(f, lb)), constant(t0 * g, error))
+    room = subtract(add(at(pose, forms.UPPER_ARM), scale(f, lb)), constant(t0 * g, error))
     return keep(cuts, count, subtract(room, add(scale(nq, q), scale(nz, z))))
 
 
@@ -76,7 +76,7 @@ class Reach(PoseLimit):
     figures: ClassVar = (
         FigureOfMerit("reach", "elbow arm", "mm", MM_PER_M, False, True, _elbow_arms, "elbow_arm_min", (0.0, 10.0)),
     )
-    tier: ClassVar = P.CHAINS
+    tier: ClassVar = forms.CHAINS
     rows: ClassVar = 3
     size: ClassVar = 2
     always: ClassVar = True

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, multiply, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
@@ -40,9 +40,9 @@ def _angles(limit: Shoulder, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 def _margin(pose, k, n, i):
     """Computes L_A (cos(theta - middle) - cos(half the range)), so that cos and sin need not be divided out."""
     c, s = constant(k[n], k[n + 3]), constant(k[n + 1], k[n + 3])
-    along = multiply(c, subtract(at(pose, P.Q + i), at(pose, P.RADIAL + i)))
-    up = multiply(s, subtract(at(pose, P.Z), at(pose, P.VERTICAL + i)))
-    return subtract(add(along, up), multiply(at(pose, P.UPPER_ARM), constant(k[n + 2], k[n + 3])))
+    along = multiply(c, subtract(at(pose, forms.Q + i), at(pose, forms.RADIAL + i)))
+    up = multiply(s, subtract(at(pose, forms.Z), at(pose, forms.VERTICAL + i)))
+    return subtract(add(along, up), multiply(at(pose, forms.UPPER_ARM), constant(k[n + 2], k[n + 3])))
 
 
 @compiled
@@ -82,7 +82,7 @@ class Shoulder(PoseLimit):
         ),
         FigureOfMerit("shoulder_max", "shoulder, largest", "deg", DEGREE, True, False, _angles, "shoulder_max", RANGE),
     )
-    tier: ClassVar = P.CHAINS
+    tier: ClassVar = forms.CHAINS
     rows: ClassVar = 3
     size: ClassVar = 4
     enclose: ClassVar = staticmethod(_enclose)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import at, scale
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
@@ -27,13 +27,13 @@ def _determinant(limit: Singularity, g: DeltaGeometry, p: np.ndarray) -> np.ndar
 @compiled
 def _enclose(pose, k, n, work, out, row):
     """Computes det S with the sign that it should have."""
-    store(out, row, scale(k[n], at(pose, P.DETERMINANT)))
+    store(out, row, scale(k[n], at(pose, forms.DETERMINANT)))
 
 
 @compiled
 def _cut(pose, k, n, work, cuts, count):
     """Adds det S >= 0: the platform above the elbows."""
-    return keep(cuts, count, at(pose, P.DETERMINANT))
+    return keep(cuts, count, at(pose, forms.DETERMINANT))
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Singularity(PoseLimit):
     constraint: ClassVar = False
     keys: ClassVar = {"": "singularity"}
     figures: ClassVar = (FigureOfMerit("", "det S / L_B^3", "", 1.0, False, False, _determinant, "", (0.0, 0.0)),)
-    tier: ClassVar = P.FOREARMS
+    tier: ClassVar = forms.FOREARMS
     rows: ClassVar = 1
     size: ClassVar = 1
     strict: ClassVar = True

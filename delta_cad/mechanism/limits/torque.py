@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, at, constant, multiply, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
@@ -30,9 +30,9 @@ def _torques(limit: Torque, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 @compiled
 def _margin(pose, lever, i):
     """Computes det^2 - (F L_A / torque)^2 w_i^2 |s_j x s_k|^2."""
-    lb2, det, g = at(pose, P.FOREARM_2), at(pose, P.DETERMINANT), at(pose, P.PRODUCT + i)
+    lb2, det, g = at(pose, forms.FOREARM_2), at(pose, forms.DETERMINANT), at(pose, forms.PRODUCT + i)
     face = subtract(multiply(lb2, lb2), multiply(g, g))
-    return subtract(multiply(det, det), multiply(multiply(lever, at(pose, P.W2 + i)), face))
+    return subtract(multiply(det, det), multiply(multiply(lever, at(pose, forms.W2 + i)), face))
 
 
 @compiled
@@ -45,7 +45,7 @@ def _enclose(pose, k, n, work, out, row):
 @compiled
 def _cut(pose, k, n, work, cuts, count):
     """Adds the margin of each joint."""
-    lever = multiply(at(pose, P.UPPER_ARM_2), constant(k[n], k[n + 1]))
+    lever = multiply(at(pose, forms.UPPER_ARM_2), constant(k[n], k[n + 1]))
     for i in range(3):
         count = keep(cuts, count, _margin(pose, lever, i))
         if count == EXCLUDED:
@@ -64,7 +64,7 @@ class Torque(PoseLimit):
     fields_: ClassVar = ()
     keys: ClassVar = {"force": "force_N", "torque_max": "torque_max_N_m"}
     figures: ClassVar = (FigureOfMerit("torque", "torque", "N m", 1.0, True, True, _torques, "torque_max", RANGE),)
-    tier: ClassVar = P.FOREARMS
+    tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
     rows: ClassVar = 3
     size: ClassVar = 2
@@ -110,7 +110,7 @@ class Torque(PoseLimit):
         """Computes det - F moment / torque: also refuses every direct singularity."""
         return f.determinant - self.force / self.torque_max * f.moment
 
-    def laxer(self, than: Self) -> bool:
+    def laxer(self, than: Any) -> bool:
         """Compares the torque of a unit force, in exact fractions."""
         return Fraction(self.torque_max) * Fraction(than.force) > Fraction(than.torque_max) * Fraction(self.force)
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from delta_cad.common.jit import compiled, in_turn
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.table import COLUMNS
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
@@ -14,7 +16,7 @@ FIRST: dict[type[PoseLimit], int] = {}
 """First row of a limit in the list of margins."""
 START: dict[type[PoseLimit], int] = {}
 """Place of a limit's numbers behind those of the mechanism."""
-MARGINS, SIZE = 0, P.NUMBERS
+MARGINS, SIZE = 0, forms.NUMBERS
 for _limit in POSE_LIMITS:
     FIRST[_limit], START[_limit] = MARGINS, SIZE
     MARGINS, SIZE = MARGINS + _limit.rows, SIZE + _limit.size
@@ -30,15 +32,17 @@ def _bits(*tiers: int) -> int:
     return sum(BITS[limit] for limit in _of_tier(*tiers))
 
 
-def _enclosing(tier: int) -> object:
+def _enclosing(tier: int) -> Any:
     """Calls the enclosures of a tier whose margins are wanted, one after the other."""
     calls = [(limit.enclose, BITS[limit], START[limit], FIRST[limit]) for limit in _of_tier(tier)]
     return in_turn("pose, k, needed, work, out", calls, "if needed & {1}: {0}(pose, k, {2}, work, out, {3})")
 
 
-_by_coordinates, _by_chains, _by_forearms = (_enclosing(tier) for tier in (P.COORDINATES, P.CHAINS, P.FOREARMS))
-_CHAINS, _FOREARMS = _bits(P.CHAINS, P.FOREARMS), _bits(P.FOREARMS)
-_CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != P.COORDINATES and not limit.always)
+_by_coordinates, _by_chains, _by_forearms = (
+    _enclosing(tier) for tier in (forms.COORDINATES, forms.CHAINS, forms.FOREARMS)
+)
+_CHAINS, _FOREARMS = _bits(forms.CHAINS, forms.FOREARMS), _bits(forms.FOREARMS)
+_CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != forms.COORDINATES and not limit.always)
 """Margins that mean nothing where a chain is open."""
 
 
@@ -54,7 +58,7 @@ def numbers(g: DeltaGeometry, limits: Limits, sign: float) -> np.ndarray:
         (n,) numbers; NaN for limits that are not asked.
     """
     out = np.full(SIZE, np.nan)
-    out[: P.NUMBERS] = P.lengths(g)
+    out[: forms.NUMBERS] = forms.lengths(g)
     for limit in limits:
         start = START[type(limit)]
         out[start : start + limit.size] = limit.numbers(g, sign)
@@ -63,7 +67,7 @@ def numbers(g: DeltaGeometry, limits: Limits, sign: float) -> np.ndarray:
 
 def room() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Makes room for `margins`: the table of forms, space to work in, the list of margins."""
-    return P.table(), np.empty((24, 6)), np.full((MARGINS, COLUMNS), np.nan)
+    return forms.table(), np.empty((24, 6)), np.full((MARGINS, COLUMNS), np.nan)
 
 
 @compiled
@@ -78,11 +82,11 @@ def margins(box, k, needed, pose, work, out):
         work: (24, 6) room.
         out: (n, 6) filled: `LOW`, `HIGH`, `CENTRE`, slopes; NaN where nothing can be said.
     """
-    P.fill_coordinates(box, k, pose)
+    forms.fill_coordinates(box, k, pose)
     _by_coordinates(pose, k, needed, work, out)
     if not needed & _CHAINS:
         return
-    closed = P.fill_chains(k, pose)
+    closed = forms.fill_chains(k, pose)
     if not closed:
         for row in range(MARGINS):
             if (_CLOSED >> row) & 1:
@@ -90,5 +94,5 @@ def margins(box, k, needed, pose, work, out):
         needed &= ~_CLOSED
     _by_chains(pose, k, needed, work, out)
     if needed & _FOREARMS:
-        P.fill_forearms(pose)
+        forms.fill_forearms(pose)
         _by_forearms(pose, k, needed, work, out)

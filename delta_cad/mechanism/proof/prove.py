@@ -221,7 +221,7 @@ def _search(frame, k, stack, state, fate, points, stuck, found, pose, work, tabl
         cell[6] = pending
         cell[2 * axis] += 1
         cell[2 * axis + 1] *= 2
-        for half in range(2):
+        for _half in range(2):
             for i in range(7):
                 stack[state[0], i] = cell[i]
             state[0] += 1
