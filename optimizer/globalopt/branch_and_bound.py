@@ -100,6 +100,19 @@ def _allowed(point, mask, points, count, numbers, whole, pose, work, cuts):
 
 
 @compiled
+def _by_use(hits, count):
+    """Sorts cutting points, those first that excluded most; by insertion, for there are few."""
+    order = np.empty(count, dtype=np.int64)
+    for n in range(count):
+        k = n
+        while k > 0 and hits[order[k - 1]] < hits[n]:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = n
+    return order
+
+
+@compiled
 def search(boxes, masks, flags, state, points, count, hits, numbers, whole, candidate, budget):
     """Examines up to `budget` boxes, depth first.
 
@@ -124,7 +137,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
     matrix, right = np.empty((SIZE, SIZE)), np.empty((SIZE, 1))
     point = np.empty((2, SYMBOLS))
-    order = np.argsort(-hits[:count])
+    order = _by_use(hits, count)
     box, mask = np.empty((2, SYMBOLS)), np.empty(POINTS, dtype=np.uint8)
     while state[0] > 0 and budget > 0:
         budget -= 1

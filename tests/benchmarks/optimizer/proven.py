@@ -103,7 +103,7 @@ def _three(say: Callable[[str], None]) -> list[Figure]:
         times = in_turns({str(gap): partial(_solved, problem, gap) for gap in (1e-3, 1e-5)}, ROUNDS, process_time)
         for gap, most in ((1e-3, 10.0), (1e-5, 5.0)):
             note = (
-                f"{found[gap].boxes:,} boxes, {found[gap].witnesses} witness points; processor time, with the incumbent"
+                f"{found[gap].boxes:,} boxes, {found[gap].cutting_points} cutting points; processor time, with the incumbent"
             )
             out.append(of_repeats(SUBJECT, f"{name}, gap {gap:g}, warm", times[str(gap)], "s", most, note=note))
         boxes = [float(found[gap].boxes) for gap in GAPS]
@@ -120,7 +120,7 @@ def _arm(say: Callable[[str], None]) -> list[Figure]:
             start = process_time()
             found = _solved(problem, gap)
             seconds = process_time() - start
-            note = f"{found.boxes:,} boxes, {found.witnesses} witness points"
+            note = f"{found.boxes:,} boxes, {found.cutting_points} cutting points"
             out.append(Figure(SUBJECT, f"{name}, gap {gap:g}, warm", seconds, "s", most, note=note))
     return out
 
