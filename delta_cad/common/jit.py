@@ -26,11 +26,11 @@ class Compiled:
         update_wrapper(self, function)
 
     def __getattr__(self, name: str) -> Any:
-        """Gives what numba's dispatcher has; it is made when it is first asked for."""
-        if name == "dispatcher":
+        """Gives what numba's dispatcher has; `dispatcher`, and `inner` for compiled callers, are made when needed."""
+        if name in ("dispatcher", "inner"):
             from delta_cad.common.machine_code import dispatcher_of
 
-            made = self.__dict__["dispatcher"] = dispatcher_of(self.py_func, **self.options)
+            made = self.__dict__[name] = dispatcher_of(self.py_func, name == "inner", **self.options)
             return made
         if name.startswith("__"):
             raise AttributeError(name)

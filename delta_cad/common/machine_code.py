@@ -125,8 +125,20 @@ class _Locator(InTreeCacheLocator):
         """Makes nothing: what was kept once is used from a disk that cannot be written, too."""
 
 
+class _InnerLocator(_Locator):
+    """Keeps functions without a way in from Python apart from those that have one."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        super().__init__(function, file)
+        self._cache_path = os.path.join(self._cache_path, "inner")
+
+
 class _Kept(CompileResultCacheImpl):
     _locator_classes: ClassVar = [_Locator]
+
+
+class _KeptInner(CompileResultCacheImpl):
+    _locator_classes: ClassVar = [_InnerLocator]
 
 
 class _Cache(FunctionCache):
@@ -162,16 +174,23 @@ class _Cache(FunctionCache):
             _not_kept(f"{place}: {error.strerror}")
 
 
-def dispatcher_of(function: Callable[..., Any], **options: Any) -> Any:
+class _InnerCache(_Cache):
+    _impl_class = _KeptInner
+
+
+def dispatcher_of(function: Callable[..., Any], inner: bool, **options: Any) -> Any:
     """Makes numba's dispatcher of a function, whose machine code is kept.
 
     Args:
         function: The function.
+        inner: Whether only compiled code calls it: the way in from Python takes a sixth of the compiler's time.
         options: Of numba's compiler.
 
     Raises:
         ImportError: Its file does not name the room, so that an edit of it would not change the folder.
     """
+    if inner:
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     dispatcher: Any = njit(error_model="numpy", **options)(function)
     typed = dispatcher.get_call_template
 
@@ -184,11 +203,11 @@ def dispatcher_of(function: Callable[..., Any], **options: Any) -> Any:
     if path.startswith(PACKAGES) and path not in sources():
         raise ImportError(f"{path} is to import its decorator from delta_cad.common.jit, or its code may grow stale")
     if folder() is not None:
-        dispatcher._cache = _Cache(function)
+        dispatcher._cache = _InnerCache(function) if inner else _Cache(function)
     return dispatcher
 
 
 @typeof_impl.register(Compiled)
 def _type_of(value: Compiled, _context: Any) -> types.Dispatcher:
-    """Types a compiled function that compiled code names: as numba's own."""
-    return types.Dispatcher(value.dispatcher)
+    """Types a compiled function that compiled code names: as numba's own, without the way in from Python."""
+    return types.Dispatcher(value.inner)

@@ -97,11 +97,9 @@ def _reference(
     given, row = numbers(g, Limits.of(Singularity()), 1.0), FIRST[Singularity]
     centre = np.array([0.0, 0.0, 0.5 * (cube.bottom_height + cube.upper[2])])
     for point in (centre, *cube_corners(cube)):
-        margins(np.array([*point, 0.0, 0.0, 0.0, 0.0]), given, BITS[Singularity], pose, work, table)
-        if table[row, LOW] > 0.0:
-            return _triple(point), 1.0
-        if table[row, HIGH] < 0.0:
-            return _triple(point), -1.0
+        sign = _sign(np.array([*point, 0.0, 0.0, 0.0, 0.0]), given, BITS[Singularity], row, pose, work, table)
+        if sign != 0.0:
+            return _triple(point), sign
     return _triple(centre), 1.0
 
 
@@ -135,6 +133,13 @@ def _box(
 def _share(leaves: list[np.ndarray]) -> float:
     """Share of the cube that the leaves cover."""
     return float(sum((2.0 ** -chunk[:, ::2].sum(axis=1)).sum() for chunk in leaves))
+
+
+@compiled
+def _sign(point, k, bit, row, pose, work, table):
+    """The sign of a margin at a point where it is certain, else 0."""
+    margins(point, k, bit, pose, work, table)
+    return 1.0 if table[row, LOW] > 0.0 else (-1.0 if table[row, HIGH] < 0.0 else 0.0)
 
 
 @compiled
