@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import fcntl
 import json
 from importlib import import_module
@@ -94,8 +95,14 @@ def test_subjects_are_chosen_by_full_or_last_name(capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize("name", MINUTES)
-def test_every_subject_can_be_imported(name: str) -> None:
-    assert callable(import_module(f"tests.benchmarks.{name}").run)
+def test_every_subject_can_be_imported_with_what_it_imports_later(name: str) -> None:
+    module = import_module(f"tests.benchmarks.{name}")
+    assert callable(module.run)
+    for node in ast.walk(ast.parse(Path(module.__file__ or "").read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for imported in node.names:
+                if not hasattr(import_module(node.module), imported.name):
+                    import_module(f"{node.module}.{imported.name}")
 
 
 @pytest.mark.parametrize("package", start_time.PACKAGES)
