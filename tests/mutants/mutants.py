@@ -16,7 +16,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
             "side, cube.half_side, cube",
             "side, 0.5 * cube.half_side, cube",
         ),
-        ("prove", "a determinant that may be 0 proves", "(bit != 3 or table[bit, LOW] > 0.0)", "True"),
+        ("prove", "a halved box leaves its upper half out", "cell[2 * axis + 1] += 1", "cell[2 * axis + 1] += 0"),
     ),
     MECHANISM: (("workspace", "the cube is sampled to half its height", "+ 2.0 * self.half_side", "+ self.half_side"),),
     GLOBALOPT: (
@@ -31,7 +31,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         ("tiling", "a box beside the cube is a tile", "not 0 <= i < 2**k", "not 0 <= i <= 2**k"),
         ("interval", "an upper end is not moved outwards", "np.nextafter(hi, np.inf))", "hi)"),
         ("replay", "a chain takes its neighbour's forearms", "[i - 2], p.forearm[i - 1]", "[i - 1], p.forearm[i]"),
-        ("replay", "a determinant that may be 0 is proved", 'low > 0.0 if condition == "singularity" else', ""),
+        ("replay", "rods lean to one side only", "for side in (1.0, -1.0)", "for side in (-1.0,)"),
         ("gravity", "the carried weight is dropped", "self.force + self.weight, math", "self.force, math"),
         ("gravity", "too small a reserve passes", "reserve**2 < Fraction(m.arm_moment) ** 2 * g2", "reserve < 0"),
     ),
