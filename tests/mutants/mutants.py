@@ -8,6 +8,7 @@ GLOBALOPT, CERTIFY = "optimizer/globalopt", "optimizer/certify"
 MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
     PROOF: (
         ("affine_form", "a product forgets its rounding", "+ ROUND * (ma * mb) + TINY", "+ TINY"),
+        ("affine_form", "a product forgets a mixed term", "abs(a[2] * b[3] + a[3] * b[2])", "0.0"),
         ("enclosure", "kappa forgets the smallest eigenvalue's bound", "(k[10] + k[11]) * below", "0.0 * below"),
         ("prove", "a point refutes that may break a limit", "table[bit, HIGH] < 0.0", "table[bit, LOW] < 0.0"),
         (

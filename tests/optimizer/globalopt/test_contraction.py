@@ -1,4 +1,4 @@
-"""Contraction of a box of designs by rows: nothing that a row allows is cut off, in exact fractions, and little is left."""
+"""Contraction of a box of designs by rows, held to exact fractions: nothing allowed is cut off, and little else left."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def exact_interval(rows: np.ndarray, box: np.ndarray, axis: int) -> tuple[Fracti
 
 
 def random_case(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of magnitude 1 at most, each cutting one length, by a small slope too; a box of centimetres to nanometres."""
+    """Rows of magnitude 1 at most, each cutting one length, by small slopes too; a box of centimetres to nanometres."""
     rows = np.zeros((rng.integers(1, 6), 6))
     for row in rows:
         slopes = rng.uniform(-1.0, 1.0, AXES) * 10.0 ** rng.uniform(-4.0, 0.0, AXES)
