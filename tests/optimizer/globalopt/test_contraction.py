@@ -1,4 +1,4 @@
-"""Contraction of a box of designs by rows, held to exact fractions: nothing allowed is cut off, and little else left."""
+"""Contraction of a box of designs by rows, held to exact fractions: nothing allowed is cut off, little else left."""
 
 from __future__ import annotations
 
