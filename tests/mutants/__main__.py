@@ -37,10 +37,11 @@ def failure(copy: Path, tests: list[str], cache: str | Path) -> str | None:
     return lines[0] if lines else f"pytest's exit code {run.returncode}"
 
 
-def verdict(copy: Path, room: str, module: str, old: str, new: str, shared: Path) -> str:
+def verdict(file: Path, old: str, new: str, copy: Path, tests: Path, shared: Path) -> str:
     """What becomes of a fault: `caught`, `SURVIVED` or `not planted`, and by what."""
-    file, tests = copy / room / f"{module}.py", copy / "tests" / room
-    likely = sorted(str(path) for path in tests.glob(f"test_{module[:3]}*.py"))  # they catch most of them, in seconds
+    likely = sorted(
+        str(path) for path in tests.rglob(f"test_{file.stem[:3]}*.py")
+    )  # they catch most of them, in seconds
     text = file.read_text(encoding="utf-8")
     if text.count(old) != 1:
         return f"not planted: {old!r} stands there {text.count(old)} times, not once"
@@ -59,16 +60,16 @@ def main(words: list[str]) -> int:
     with TemporaryDirectory() as folder:
         copy, shared = Path(folder) / "project", Path(folder) / "compiled"
         shutil.copytree(ROOT, copy, ignore=LEFT_OUT)
-        for room, faults in MUTANTS.items():
+        for tests, faults in MUTANTS.items():
             before = len(verdicts)
-            for module, fault, old, new in faults:
-                name, start = f"{room}/{module}.py: {fault}", perf_counter()
+            for file, fault, old, new in faults:
+                name, start = f"{file}: {fault}", perf_counter()
                 if words and not any(word in name for word in words):
                     continue
-                if len(verdicts) == before and (found := failure(copy, [f"tests/{room}"], shared)) is not None:
+                if len(verdicts) == before and (found := failure(copy, [tests], shared)) is not None:
                     print(f"without any fault: {found}")
                     return 1
-                verdicts.append(verdict(copy, room, module, old, new, shared))
+                verdicts.append(verdict(copy / file, old, new, copy, copy / tests, shared))
                 print(f"{name}: {verdicts[-1]} ({perf_counter() - start:.0f} s)", flush=True)
     caught = sum(v.startswith("caught") for v in verdicts)
     print(f"{caught} of {len(verdicts)} faults caught")

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from delta_cad.mechanism.proof.affine_form import ROUND
+from delta_cad.mechanism.enclosure.affine_form import ROUND
 from optimizer.globalopt.branch_and_bound import PAD, _contract
 
 AXES = 4

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from optimizer.globalopt.design_box import space_of
+from optimizer.globalopt.design_box import design_box
 from optimizer.problem.step import step_problem
 from tests.optimizer.tasks import task
 
@@ -28,7 +28,7 @@ def test_the_space_is_rounded_outwards_and_hardly_wider(seed: int) -> None:
         fixed += int((low == high).sum())
         reach = float(rng.uniform(low[0] + low[2], high[0] + high[2] + 5.0))
         la, lb, R, r, H = ((float(a), float(b)) for a, b in zip(low, high, strict=True))
-        space = space_of(step_problem(task(lb, r, H, (0, 50), R, la, {"outline_radius_max_mm": reach}), 1))
+        space = design_box(step_problem(task(lb, r, H, (0, 50), R, la, {"outline_radius_max_mm": reach}), 1))
         assert space is not None
         exact = np.array(
             [
