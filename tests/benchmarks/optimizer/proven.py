@@ -103,7 +103,8 @@ def _three(say: Callable[[str], None]) -> list[Figure]:
         times = interleaved({str(gap): partial(_solved, problem, gap) for gap in (1e-3, 1e-5)}, ROUNDS, process_time)
         for gap, most in ((1e-3, 10.0), (1e-5, 5.0)):
             note = (
-                f"{found[gap].boxes:,} boxes, {found[gap].cutting_points} cutting points; processor time, with the incumbent"
+                f"{found[gap].boxes:,} boxes, {found[gap].cutting_points} cutting points; "
+                "processor time, with the incumbent"
             )
             out.append(of_repeats(SUBJECT, f"{name}, gap {gap:g}, warm", times[str(gap)], "s", most, note=note))
         boxes = [float(found[gap].boxes) for gap in GAPS]
