@@ -4,7 +4,7 @@ BASE_PYTHON ?= python3
 PYTHON := $(VENV)/bin/python
 STAMP := $(VENV)/.installed
 
-.PHONY: build test bench lint clean
+.PHONY: build test bench coverage mutants lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -20,6 +20,15 @@ lint: $(STAMP)
 
 bench: $(STAMP)
 	$(PYTHON) -m tests.benchmarks
+
+# Share of lines and branches that the tests run, for each package; compiled functions are left out, see pyproject.toml.
+coverage: $(STAMP)
+	$(PYTHON) -m pytest -n 2 --cov --cov-report=
+	@for name in delta_cad optimizer haptics; do \
+		echo "$$name: $$($(PYTHON) -m coverage report --include="$$name/*" --format=total) %"; done
+
+mutants: $(STAMP)
+	$(PYTHON) -m tests.mutants
 
 $(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
 	sh scripts/system_libraries.sh

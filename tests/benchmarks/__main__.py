@@ -1,76 +1,92 @@
-"""`python -m tests.benchmarks`: measures, shows its progress, writes `out/bench.md` and `out/bench.json`."""
+"""`python -m tests.benchmarks [SUBJECT ...]`: measures all subjects or those named, shows its progress, writes a page.
+
+All of them write `out/bench.md` and `out/bench.json`; some alone write `out/bench-some.*` instead.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
-from importlib import import_module
-from importlib.util import find_spec
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from time import perf_counter
 
 from tests.benchmarks.figure import Figure
 from tests.benchmarks.machine import machine
 from tests.benchmarks.page import page, record
+from tests.benchmarks.subject import NotMeasuredError, measure
 from tests.benchmarks.timing import ROOT
 
-SUBJECTS = (
-    "start_time",
-    "delta_cad.mechanism_time",
-    "delta_cad.build_time",
-    "delta_cad.clearance_sweep",
-    "delta_cad.clearance_growth",
-    "delta_cad.kernel",
-    "optimizer.certificates",
-    "optimizer.synthesis",
-    "optimizer.proven",
-    "optimizer.seeds",
-    "optimizer.atlas",
-    "optimizer.front",
-    "haptics.wall",
-    "haptics.simulation",
-    "haptics.firmware",
-)
+MINUTES = {
+    "start_time": 5.0,
+    "delta_cad.mechanism_time": 5.0,
+    "delta_cad.build_time": 10.0,
+    "delta_cad.clearance_sweep": 5.0,
+    "delta_cad.clearance_growth": 10.0,
+    "delta_cad.kernel": 5.0,
+    "optimizer.certificates": 10.0,
+    "optimizer.synthesis": 15.0,
+    "optimizer.proven": 15.0,
+    "optimizer.seeds": 30.0,
+    "optimizer.atlas": 10.0,
+    "optimizer.front": 15.0,
+    "haptics.wall": 10.0,
+    "haptics.simulation": 10.0,
+    "haptics.firmware": 10.0,
+}
+"""Subjects and the time after which each is given up: a multiple of what it takes on a quiet two-core machine."""
 
 
-def _subject(name: str) -> str:
-    """A module as its subject is told."""
-    return name.rsplit(".", 1)[-1].replace("_", " ")
+def chosen(words: Sequence[str]) -> list[str]:
+    """The subjects that words name, by full or last name; all of them without words.
+
+    Raises:
+        SystemExit: A word names none; exit code 2.
+    """
+    by_name = {short: name for name in MINUTES for short in (name, name.rsplit(".", 1)[-1])}
+    unknown = [word for word in words if word not in by_name]
+    if unknown:
+        print(f"no such subject: {', '.join(unknown)}; there are {', '.join(MINUTES)}", file=sys.stderr)
+        raise SystemExit(2)
+    return [by_name[word] for word in words] or list(MINUTES)
 
 
-def main() -> int:
-    """Measures every subject; a target that is missed is told, a subject that could not be measured is exit code 1."""
+def run(modules: Mapping[str, float], out: Path, stem: str) -> int:
+    """Measures subjects one after the other and writes their page.
+
+    Args:
+        modules: Full module name -> seconds after which it is given up.
+        out: Folder of the page, made if it is missing.
+        stem: Name of the page without suffix.
+
+    Returns:
+        1 if a subject could not be measured, else 0; a target that is missed is told only.
+    """
     before, start = machine(), perf_counter()
-
-    def say(text: str) -> None:
-        print(f"{perf_counter() - start:6.1f} s  {text}", file=sys.stderr, flush=True)
-
     figures: list[Figure] = []
-    subjects = [name for name in SUBJECTS if find_spec(f"tests.benchmarks.{name}")]
     failed: list[str] = []
-    for name in set(SUBJECTS) - set(subjects):
-        failed.append(f"{_subject(name)}: there is no such benchmark")
-    for number, name in enumerate(subjects, 1):
-        say(f"[{number}/{len(subjects)}] {_subject(name)}")
+    for number, (module, limit_s) in enumerate(modules.items(), 1):
+        name = module.rsplit(".", 1)[-1].replace("_", " ")
+        print(f"{perf_counter() - start:6.1f} s  [{number}/{len(modules)}] {name}", file=sys.stderr, flush=True)
         try:
-            found = import_module(f"tests.benchmarks.{name}").run(lambda text: say(f"      {text}"))
-        except RuntimeError as error:
-            failed.append(f"{_subject(name)}: {error}")
-            say(f"      not measured: {error}")
-            continue
-        for f in found:
-            say(f"      {f.name}: {f.value:.4g} {f.unit}")
-        figures += found
-    after, seconds = machine(), perf_counter() - start
-    out = ROOT / "out"
+            figures += measure(module, limit_s)
+        except NotMeasuredError as error:
+            failed.append(f"{name}: {error}")
+            print(f"        not measured: {error}", file=sys.stderr, flush=True)
+    result = (figures, failed, before, machine(), perf_counter() - start)
+    text = page(*result)
     out.mkdir(exist_ok=True)
-    text = page(figures, failed, before, after, seconds)
-    (out / "bench.md").write_text(text, encoding="utf-8")
-    (out / "bench.json").write_text(
-        json.dumps(record(figures, failed, before, after, seconds), indent=1) + "\n", encoding="utf-8"
-    )
+    (out / f"{stem}.md").write_text(text, encoding="utf-8")
+    (out / f"{stem}.json").write_text(json.dumps(record(*result), indent=1) + "\n", encoding="utf-8")
     print(text)
     return 1 if failed else 0
 
 
+def main(words: Sequence[str]) -> int:
+    """Measures the subjects that words name, or all."""
+    modules = {f"tests.benchmarks.{name}": 60.0 * MINUTES[name] for name in chosen(words)}
+    return run(modules, ROOT / "out", "bench-some" if words else "bench")
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from statistics import median
 from typing import Any
 
@@ -42,6 +42,12 @@ class Figure:
     def to_json(self) -> dict[str, Any]:
         """The figure as JSON types."""
         return {**asdict(self), "reached": self.reached}
+
+    @classmethod
+    def from_json(cls, told: dict[str, Any]) -> Figure:
+        """The figure that `to_json` wrote."""
+        values = {f.name: told[f.name] for f in fields(cls)}
+        return cls(**{**values, "spread": tuple(values["spread"]) if values["spread"] else None})
 
 
 def of_repeats(

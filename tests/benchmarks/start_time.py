@@ -38,7 +38,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 
 def _subcommands(package: str) -> list[str]:
     """The subcommands that a package's parser knows."""
-    parser: Callable[[], argparse.ArgumentParser] = import_module(f"{package}.cli").parser
+    parser: Callable[[], argparse.ArgumentParser] = import_module(f"{package}.commands.cli").parser
     return [
         name
         for action in parser()._actions

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 POLL_S = 0.1  # the build holds its peak for seconds
 
 
-def in_turns(
+def interleaved(
     functions: Mapping[str, Callable[[], object]], rounds: int, clock: Callable[[], float] = perf_counter
 ) -> dict[str, list[float]]:
     """Times of functions, s, one of each in every round, so that a slow spell of the machine hits all of them.

@@ -21,7 +21,7 @@ from delta_cad.dimensions import dimensions
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.part import Occurrence
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT, in_turns, slope
+from tests.benchmarks.timing import ROOT, interleaved, slope
 
 SUBJECT = "checks"
 GRIDS = (4, 6, 9)  # positions along each edge of the cube
@@ -41,7 +41,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     for part in assembly.parts:
         meshes[part.number]
     say("outline")
-    outline = in_turns({"": lambda: swept_outline(assembly, limits, meshes)}, OUTLINES)[""]
+    outline = interleaved({"": lambda: swept_outline(assembly, limits, meshes)}, OUTLINES)[""]
     figures = [of_repeats(SUBJECT, "bound of the swept outline", outline, "s")]
 
     bodies, pairs, times = [], [], []

@@ -11,7 +11,7 @@ import numpy as np
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_grid
 from tests.benchmarks.delta_cad.mechanism_time import evaluation_by_solve
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import in_turns, ratios, slope
+from tests.benchmarks.timing import interleaved, ratios, slope
 
 SUBJECT = "evaluation kernel"
 PUBLISHED, CUBE = DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375)
@@ -40,7 +40,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     say(f"{len(p):,} points, {ROUNDS} rounds")
     horner, room = _peak(), np.linspace(0.0, 0.5, 1024)
     coordinates, out = np.ascontiguousarray(p.T), np.empty((5, len(p)))
-    times = in_turns(
+    times = interleaved(
         {
             # ten times, for the clock's sake
             "kernel": lambda: [kernel.figures_into(PUBLISHED, coordinates, out) for _ in range(10)],
@@ -61,7 +61,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     for n in SIZES:
         some = p[rng.integers(0, len(p), n)]
         repeat = SIZES[-1] // n
-        clock = in_turns(
+        clock = interleaved(
             {"": lambda s=some, r=repeat: [kernel.figures(PUBLISHED, s) for _ in range(r)]}, 3, process_time
         )
         grown.append(min(clock[""]) / repeat)

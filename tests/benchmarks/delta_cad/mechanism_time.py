@@ -12,7 +12,7 @@ from delta_cad import mechanism
 from delta_cad.design import load_design
 from delta_cad.mechanism import DeltaGeometry
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT, in_turns, ratios, slope
+from tests.benchmarks.timing import ROOT, interleaved, ratios, slope
 
 SUBJECT = "mechanism"
 EDGE = 21  # 9,261 points
@@ -39,7 +39,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     functions[ours] = partial(evaluation, g, p)
     functions[peer] = partial(evaluation_by_solve, g, p)
     _agree(g, p)
-    times = in_turns(functions, ROUNDS)
+    times = interleaved(functions, ROUNDS)
     figures = [of_repeats(SUBJECT, n, [t / len(p) * 1e9 for t in times[n]], "ns/point") for n in functions]
     figures.append(
         of_repeats(
@@ -51,7 +51,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
         )
     )
     say("growth with the number of points")
-    grown = [min(in_turns({"": partial(evaluation, g, _random(p, n))}, 3, process_time)[""]) for n in SIZES]
+    grown = [min(interleaved({"": partial(evaluation, g, _random(p, n))}, 3, process_time)[""]) for n in SIZES]
     note = f"{SIZES[0]:,} to {SIZES[-1]:,} points, processor time: {grown[0] * 1e3:.1f} to {grown[-1] * 1e3:.0f} ms"
     return [*figures, Figure(SUBJECT, "growth: time against points, log-log slope", slope(SIZES, grown), "", note=note)]
 

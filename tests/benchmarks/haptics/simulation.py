@@ -18,7 +18,7 @@ import numpy as np
 
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.haptics.wall import MASSES
-from tests.benchmarks.timing import ROOT, in_turns, python, ratios, slope, succeeded
+from tests.benchmarks.timing import ROOT, interleaved, python, ratios, slope, succeeded
 
 SUBJECT = "haptics"
 PEER = "haptics beside MuJoCo"
@@ -153,9 +153,9 @@ def measured() -> None:
         more = {"hand": HANDS["medium"], "anchor": aim, "push": np.zeros((ticks, 3)), "count": encoder_count(machine)}
         return simulate(par, controller, laws, timing(1e-3, 0.5e-3, substeps), middle, **more)
 
-    times = in_turns({"": lambda: loop(TICKS)}, ROUNDS, process_time)[""]
-    lengths = [median(in_turns({"": lambda n=n: loop(n)}, 3, process_time)[""]) for n in LENGTHS]
-    turns = in_turns({str(n): lambda n=n: loop(TICKS, n) for n in SUBSTEPS}, ROUNDS, process_time)
+    times = interleaved({"": lambda: loop(TICKS)}, ROUNDS, process_time)[""]
+    lengths = [median(interleaved({"": lambda n=n: loop(n)}, 3, process_time)[""]) for n in LENGTHS]
+    turns = interleaved({str(n): lambda n=n: loop(TICKS, n) for n in SUBSTEPS}, ROUNDS, process_time)
     inside = [np.polyfit(SUBSTEPS, column, 1)[1] / TICKS * 1e6 for column in zip(*turns.values(), strict=True)]
 
     thetas = inverse_kinematics(machine.geometry, loop(TICKS).measured)
@@ -263,7 +263,7 @@ def beside() -> None:
     few, moved = round(ERROR_S / STEP_S), ours(200_000, ERROR_S)
     # over the whole second in pieces, each from home, so that both stay inside their workspace
     pieces = STEPS // few
-    times = in_turns(
+    times = interleaved(
         {
             "ours": lambda: [ours(few, ERROR_S) for _ in range(pieces)],
             "theirs": lambda: [theirs(few) for _ in range(pieces)],

@@ -7,13 +7,13 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 
 import numpy as np
-from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.design import load_design
 from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry, MechanismError, cube_extremes
+from delta_cad.mechanism.limits import Kappa, Lean, Limits, Reach, Shoulder, Singularity, Torque
 from tests.benchmarks.delta_cad.kernel import CUBE, PUBLISHED
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.timing import ROOT, in_turns, python, succeeded
+from tests.benchmarks.timing import ROOT, interleaved, python, succeeded
 
 SUBJECT = "certificates"
 ROUNDS = 15
@@ -24,9 +24,9 @@ import os, sys, time
 os.environ["NUMBA_CACHE_DIR"] = sys.argv[1]
 start = time.perf_counter()
 from delta_cad.mechanism import Cube, DeltaGeometry
-from delta_cad.mechanism.proof.limits import Limits
+from delta_cad.mechanism.limits import Kappa, Limits, Singularity, Torque
 from delta_cad.mechanism.proof.prove import prove
-limits = Limits(force=3.0, torque_max=0.8, kappa_max=3.0)
+limits = Limits.of(Singularity(), Torque(force=3.0, torque_max=0.8), Kappa(3.0))
 prove(DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375), limits)
 print(time.perf_counter() - start)
 """
@@ -51,20 +51,20 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 
 def limits_near(e: CubeExtremes, factor: float) -> Limits:
     """All six conditions at the extremes times a factor."""
-    return Limits(
-        elbow_arm_min=float(np.sqrt(e.closure_margin_min.value)) / factor,
-        force=3.0,
-        torque_max=e.torque_max.value * factor,
-        kappa_max=e.kappa_max.value * factor,
-        shoulder=(e.shoulder_min.value - (factor - 1.0), e.shoulder_max.value + (factor - 1.0)),
-        lean_max=min(e.lean_max.value * factor, 1.57),
+    return Limits.of(
+        Reach(float(np.sqrt(e.closure_margin_min.value)) / factor),
+        Singularity(),
+        Torque(force=3.0, torque_max=e.torque_max.value * factor),
+        Kappa(e.kappa_max.value * factor),
+        Shoulder(e.shoulder_min.value - (factor - 1.0), e.shoulder_max.value + (factor - 1.0)),
+        Lean(min(e.lean_max.value * factor, 1.57)),
     )
 
 
 def _published(say: Callable[[str], None]) -> list[Figure]:
     from delta_cad.mechanism.kernel import angle_margins, figures
     from delta_cad.mechanism.proof.prove import prove
-    from optimizer.certify.certificate import certify, cube_of, verify
+    from optimizer.certify.certificate import certify, verify
 
     limits = limits_near(cube_extremes(PUBLISHED, CUBE, 3.0), 1.001)
     say("proof and replay of the published design 0.1 % above its extremes")
@@ -72,12 +72,12 @@ def _published(say: Callable[[str], None]) -> list[Figure]:
     if proof.verdict != "proved":
         raise RuntimeError(f"the published design 0.1 % above its extremes is {proof.verdict}")
     design = load_design(ROOT / "best.json")
-    own = limits_near(cube_extremes(design.geometry, cube_of(design), 3.0), 1.001)
-    certificate = certify(design, own)
-    times = in_turns(
+    certificate = certify(design)
+    times = interleaved(
         {"prove": lambda: prove(PUBLISHED, CUBE, limits), "verify": lambda: verify(certificate, design)}, ROUNDS
     )
     say(f"{POINTS:,} points against the proof")
+    reach, torque, kappa, angles, lean = (limits.get(kind) for kind in (Reach, Torque, Kappa, Shoulder, Lean))
     rng, worst = np.random.default_rng(1), np.full(5, np.inf)
     for _ in range(POINTS // 1_000_000):
         unit = rng.uniform(-1.0, 1.0, (1_000_000, 3))
@@ -87,13 +87,13 @@ def _published(say: Callable[[str], None]) -> list[Figure]:
             np.array([0.0, 0.0, CUBE.bottom_height + CUBE.half_side]) + CUBE.half_side * unit, CUBE.lower, CUBE.upper
         )
         found = figures(PUBLISHED, p)
-        shoulder, lean = angle_margins(PUBLISHED, p, limits.shoulder or (0.0, 0.0), limits.lean_max or 0.0)
+        shoulder, leaning = angle_margins(PUBLISHED, p, (angles.shoulder_min, angles.shoulder_max), lean.lean_max)
         margins = (
-            found.closure_margin - limits.elbow_arm_min**2,
-            (limits.torque_max or 0.0) - 3.0 * found.torque_arms,
-            (limits.kappa_max or 0.0) - found.kappa,
+            found.closure_margin - reach.elbow_arm_min**2,
+            torque.torque_max - torque.force * found.torque_arms,
+            kappa.kappa_max - found.kappa,
             shoulder,
-            lean,
+            leaning,
         )
         worst = np.minimum(worst, [m.min() for m in margins])
     if not (worst >= 0.0).all():
@@ -128,7 +128,10 @@ def _random(say: Callable[[str], None]) -> list[Figure]:
         above = prove(g, cube, limits_near(e, 1.001))
         seconds.append(perf_counter() - start)
         undecided += above.verdict == "undecided"
-        kept += prove(g, cube, Limits(force=3.0, torque_max=e.torque_max.value * 0.99)).verdict != "refuted"
+        kept += (
+            prove(g, cube, Limits.of(Singularity(), Torque(force=3.0, torque_max=e.torque_max.value * 0.99))).verdict
+            != "refuted"
+        )
         if len(seconds) % 50 == 0:
             say(f"{len(seconds)} of {DESIGNS} random designs")
     return [

@@ -12,7 +12,7 @@ from optimizer.problem.requirements import load_requirements
 from optimizer.problem.step import Problem, step_problem
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.optimizer.peers import peer
-from tests.benchmarks.timing import ROOT, in_turns, python, slope, succeeded
+from tests.benchmarks.timing import ROOT, interleaved, python, slope, succeeded
 from tests.optimizer.tasks import task
 
 SUBJECT = "proven optimum"
@@ -100,10 +100,11 @@ def _three(say: Callable[[str], None]) -> list[Figure]:
     for name, problem in three_variables().items():
         say(name)
         found = {gap: _solved(problem, gap) for gap in GAPS}
-        times = in_turns({str(gap): partial(_solved, problem, gap) for gap in (1e-3, 1e-5)}, ROUNDS, process_time)
+        times = interleaved({str(gap): partial(_solved, problem, gap) for gap in (1e-3, 1e-5)}, ROUNDS, process_time)
         for gap, most in ((1e-3, 10.0), (1e-5, 5.0)):
             note = (
-                f"{found[gap].boxes:,} boxes, {found[gap].cutting_points} cutting points; processor time, with the incumbent"
+                f"{found[gap].boxes:,} boxes, {found[gap].cutting_points} cutting points; "
+                "processor time, with the incumbent"
             )
             out.append(of_repeats(SUBJECT, f"{name}, gap {gap:g}, warm", times[str(gap)], "s", most, note=note))
         boxes = [float(found[gap].boxes) for gap in GAPS]

@@ -18,7 +18,7 @@ from optimizer.synthesis.three_step import Run
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.optimizer.numpy_objective import agree, numpy_objective
 from tests.benchmarks.optimizer.peers import PEERS, Outcome, own, peer
-from tests.benchmarks.timing import ROOT, in_turns, python, slope, succeeded
+from tests.benchmarks.timing import ROOT, interleaved, python, slope, succeeded
 from tests.optimizer.tasks import task
 
 SUBJECT = "synthesis"
@@ -42,7 +42,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     """
     joystick = load_requirements(ROOT / "joystick.toml")
     say(f"three steps, {ROUNDS} rounds")
-    times = in_turns({"": Run(joystick).results}, ROUNDS, process_time)[""]
+    times = interleaved({"": Run(joystick).results}, ROUNDS, process_time)[""]
     return [
         *_against_numpy(say),
         of_repeats(SUBJECT, "three steps GA+SQP, joystick.toml, warm", times, "s", 10.0),
@@ -55,12 +55,12 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 def _against_numpy(say: Callable[[str], None]) -> list[Figure]:
     agree()
     say("the same search on the NumPy objective, between rounds of ours")
-    before = in_turns({"": Run(PUBLISHED).results}, ROUNDS, process_time)[""]
+    before = interleaved({"": Run(PUBLISHED).results}, ROUNDS, process_time)[""]
     start = process_time()
     with numpy_objective():
         theirs = Run(PUBLISHED).results()
     seconds = process_time() - start
-    after = in_turns({"": Run(PUBLISHED).results}, ROUNDS, process_time)[""]
+    after = interleaved({"": Run(PUBLISHED).results}, ROUNDS, process_time)[""]
     # roundings of 1e-16 decide ties otherwise, so that generations part ways; the optimum is the same
     for a, b in zip(Run(PUBLISHED).results(), theirs, strict=True):
         if not np.isclose(a.objective, b.objective, rtol=CLOSE):
@@ -154,4 +154,4 @@ def _count(problem: Problem, x: np.ndarray, n: int) -> int:
 
 
 def _least(function: Callable[[], object]) -> float:
-    return min(in_turns({"": function}, 3, process_time)[""])
+    return min(interleaved({"": function}, 3, process_time)[""])
