@@ -40,7 +40,7 @@ MOST = POINTS
 FIRST_GRID = 3
 """Points along an edge of the cube's surface that are cutting points from the start."""
 DIRECT = 200_000
-"""Boxes, some 10 s, in which the gap that is asked for is tried at once: a quarter of the boxes of the way by decades."""
+"""Boxes, some 10 s, in which the requested gap is tried at once: a quarter of the boxes of the way by decades."""
 FIRST_GAP = 0.1
 DECADE = 10.0
 STARTS = 3
