@@ -3,6 +3,9 @@
 Binary tournament, simulated binary crossover, polynomial mutation, no design twice, the best survive: pymoo's `GA` with
 its defaults. Its crossover and mutation are called as they are; what stands around them there in loops over
 individuals takes longer than to evaluate the designs. Random numbers are drawn in pymoo's order.
+
+Why it is here: with pymoo's own `GA` the three steps GA+SQP with the paper's populations, warm, take 3.7 times as long
+(median of 7 rounds in turns in one run, 3.6 to 4.0; 5.9 s of processor time against 1.5 s) for the same objectives.
 """
 
 from __future__ import annotations
