@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import math
+
 import pytest
 
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import step_problem
+from tests.benchmarks.optimizer.seeds import from_bound, spread
 from tests.optimizer.seed_study import distance, trial
 from tests.optimizer.tasks import task
 
@@ -41,3 +45,15 @@ def test_ga_sqp_takes_up_the_ga_that_was_run_alone() -> None:
     assert found["ga+sqp"].history["ga"] == found["ga"].history["ga"]
     assert found["ga+sqp"].evaluations > found["ga"].evaluations
     assert distance(found["ga"], 2.0 * found["ga"].objective) == 1.0
+
+
+def test_the_study_tells_the_share_of_seeds_that_fail() -> None:
+    infinite = math.inf
+    assert spread([infinite] * 3) == "infeasible from all 3 seeds"
+    assert spread([infinite, 0.25, 0.001]) == "0.1 to 25 % (33 % of the seeds succeed, 1 infeasible)"
+    good, some, none = (from_bound("case", a, "") for a in ([0.001, 0.002], [infinite, 0.001], [infinite, infinite]))
+    assert (good.value, good.spread, good.reached) == (0.2, (0.1, 0.2), True)
+    assert [(f.value, f.unit, f.spread, f.reached) for f in (some, none)] == [
+        (50.0, "%", None, False), (100.0, "%", None, False),
+    ]  # fmt: skip
+    json.dumps([f.to_json() for f in (good, some, none)], allow_nan=False)
