@@ -4,71 +4,35 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from optimizer.atlas.atlas import Row
 from optimizer.atlas.grid import Grid
-from optimizer.synthesis.checkpoint import CheckpointError
+from optimizer.synthesis.checkpoint import Records
 
 SCHEMA = "delta-atlas/1"
 
 
-class Rows:
-    """Rows in a file: first the atlas's key, then a row a line. A line that a kill cut off is dropped.
+class RowFile(Records):
+    """The rows of an atlas in a file, appended as they arrive in any order.
 
     Attributes:
-        found: Index of the set -> its row.
+        rows: Index of the set -> its row.
     """
 
+    OTHER = "is of another atlas: its grid differs"
+
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
-        """Opens the file.
-
-        Args:
-            path: The file.
-            key: What makes an atlas the same atlas.
-            resume: Whether to take up what the file holds; else it is begun anew.
-
-        Raises:
-            CheckpointError: The file is of another atlas, or none at all.
-            OSError: It cannot be read or written.
-        """
-        self.found: dict[int, Row] = {}
-        self._path = path
-        if resume and path.exists():
-            text = path.read_text(encoding="utf-8", errors="replace")
-            self._take_up(text[: text.rfind("\n") + 1].splitlines(), key)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("".join(_line(item) for item in ({"key": key}, *self.found.values())), encoding="utf-8")
-        self._file: TextIO = path.open("a", encoding="utf-8")
+        """Opens the file; see `Records`."""
+        super().__init__(path, key, resume)
+        self.rows: dict[int, Row] = {row["index"]: row for row in self.found}
 
     def add(self, row: Row) -> None:
-        """Keeps one more."""
-        self.found[row["index"]] = row
-        self._file.write(_line(row))
-        self._file.flush()
-
-    def close(self) -> None:
-        """Closes the file and leaves it."""
-        self._file.close()
-
-    def remove(self) -> None:
-        """Closes the file and takes it away: the atlas is written."""
-        self.close()
-        self._path.unlink(missing_ok=True)
-
-    def _take_up(self, lines: list[str], key: dict[str, Any]) -> None:
-        try:
-            records = [json.loads(line) for line in lines]
-            if records and records[0]["key"] != key:
-                raise CheckpointError(
-                    f"{self._path.name}: is of another atlas: its grid differs; run without --resume to begin anew"
-                )
-            self.found = {record["index"]: record for record in records[1:]}
-        except (json.JSONDecodeError, KeyError, TypeError):
-            raise CheckpointError(f"{self._path.name}: is no checkpoint of an atlas") from None
+        """Keeps one more row."""
+        self.rows[row["index"]] = row
+        self.append(row)
 
 
 def record(grid: Grid, rows: Sequence[Row]) -> dict[str, Any]:
@@ -126,16 +90,5 @@ def csv_text(rows: Sequence[Row]) -> str:
     return out.getvalue()
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes a file whole or not at all: beside its place, then renamed."""
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
-
-
 def _plain(value: Any) -> Any:
     return " to ".join(f"{v:g}" for v in value) if isinstance(value, list) else value
-
-
-def _line(item: dict[str, Any]) -> str:
-    return json.dumps(item, separators=(",", ":"), allow_nan=False) + "\n"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,13 +89,15 @@ def cells(grid: Grid, rows: Sequence[Row], column: str) -> np.ndarray:
     return best
 
 
-def draw(grid: Grid, rows: Sequence[Row], path: Path) -> None:
+def draw(grid: Grid, rows: Sequence[Row]) -> bytes:
     """Draws the map: one panel a step, the first axis upwards, hatched where the set cannot be met.
 
     Args:
         grid: That can be `mapped`.
         rows: One for each set.
-        path: PNG to write, whole or not at all.
+
+    Returns:
+        The picture, a PNG.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -126,9 +128,9 @@ def draw(grid: Grid, rows: Sequence[Row], path: Path) -> None:
         _ticks(axes, first, second)
         axes.set_title(titles[column], fontsize=9)
     figure.suptitle(f"{grid.name} (hatched: cannot be met)", fontsize=10)
-    partial = path.with_name(path.name + ".part")
-    figure.savefig(partial, format="png", dpi=130)
-    partial.replace(path)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=130)
+    return picture.getvalue()
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Inte
 
 if TYPE_CHECKING:
     from optimizer.atlas.atlas import Failure
-    from optimizer.atlas.file import Rows
+    from optimizer.atlas.file import RowFile
     from optimizer.atlas.grid import Grid
 
 NAME = "atlas"
@@ -48,12 +48,12 @@ def run(given: argparse.Namespace) -> int:
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
     from optimizer.atlas.atlas import key_of
-    from optimizer.atlas.file import Rows
+    from optimizer.atlas.file import RowFile
     from optimizer.synthesis.checkpoint import CheckpointError
 
     folder = given.out / "atlas" / grid.name
     try:
-        rows = Rows(folder / "rows.jsonl", key_of(grid), given.resume)
+        rows = RowFile(folder / "rows.jsonl", key_of(grid), given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
@@ -61,16 +61,16 @@ def run(given: argparse.Namespace) -> int:
     return _solve(grid, rows, folder, given)
 
 
-def _solve(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> int:
+def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
     """Solves what is not solved yet, and writes the atlas once all is."""
     from optimizer.atlas.atlas import ClusterError, collect, given_cluster, local_cluster, workers_here
 
-    todo = [one for one in grid.sets if one.index not in rows.found]
+    todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
     with Interrupt() as asked, Line() as line:
         try:
             if todo:
-                line.show(f"atlas {len(rows.found)}/{len(grid.sets)} sets; starting workers")
+                line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
                 workers = min(given.workers or workers_here(), len(todo))
                 with local_cluster(workers) if given.scheduler is None else given_cluster(given.scheduler) as client:
 
@@ -85,8 +85,8 @@ def _solve(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> i
             return refuse(str(error), BAD_INPUT)
         except KeyboardInterrupt:  # pressed twice
             failed = []
-    missing = len(grid.sets) - len(rows.found)
-    kept = f"{len(rows.found)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
+    missing = len(grid.sets) - len(rows.rows)
+    kept = f"{len(rows.rows)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
     if missing:
         rows.close()
         if failed:
@@ -96,21 +96,24 @@ def _solve(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> i
     return _deliver(grid, rows, folder, given)
 
 
-def _deliver(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) -> int:
-    from optimizer.atlas.file import csv_text, record, write_text
+def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
+    from delta_cad.common.files import write_all
+    from optimizer.atlas.file import csv_text, record
     from optimizer.atlas.page import draw, mapped, page
 
-    ordered = [rows.found[one.index] for one in grid.sets]
+    ordered = [rows.rows[one.index] for one in grid.sets]
+    picture = folder / "atlas.png"
+    text = json.dumps(record(grid, ordered), indent=1, allow_nan=False)
+    contents: dict[Path, str | bytes] = {picture: draw(grid, ordered)} if mapped(grid) else {}
+    contents |= {
+        folder / "atlas.json": text + "\n",
+        folder / "atlas.csv": csv_text(ordered),
+        folder / "atlas.md": page(grid, ordered, picture.name if contents else None),
+    }
     try:
-        picture = folder / "atlas.png"
-        if mapped(grid):
-            draw(grid, ordered, picture)
-        else:
+        if picture not in contents:
             picture.unlink(missing_ok=True)
-        text = json.dumps(record(grid, ordered), indent=1, allow_nan=False)
-        write_text(folder / "atlas.json", text + "\n")
-        write_text(folder / "atlas.csv", csv_text(ordered))
-        write_text(folder / "atlas.md", page(grid, ordered, picture.name if mapped(grid) else None))
+        write_all(contents)
     except OSError as error:
         rows.close()
         return refuse(f"{folder}: {error.strerror or error}", BAD_INPUT)
@@ -120,7 +123,7 @@ def _deliver(grid: Grid, rows: Rows, folder: Path, given: argparse.Namespace) ->
     return DONE
 
 
-def _told(grid: Grid, rows: Rows) -> str:
-    met = sum(bool(row["feasible"]) for row in rows.found.values())
-    done = len(rows.found)
+def _told(grid: Grid, rows: RowFile) -> str:
+    met = sum(bool(row["feasible"]) for row in rows.rows.values())
+    done = len(rows.rows)
     return f"atlas {done}/{len(grid.sets)} sets: {met} met, {done - met} not"

@@ -24,7 +24,7 @@ import pytest
 from delta_cad.common.console import INTERRUPTED
 from optimizer.atlas import atlas
 from optimizer.atlas.atlas import ClusterError, Failure, Row, collect, given_cluster, key_of, local_cluster
-from optimizer.atlas.file import Rows, csv_text, flat
+from optimizer.atlas.file import RowFile, csv_text, flat
 from optimizer.atlas.grid import Grid, grid_from_dict, load_grid
 from optimizer.atlas.page import cells, draw, mapped, page
 from optimizer.commands import cli
@@ -191,14 +191,14 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(file: Path, tmp_path: Path
     assert bare(told(tmp_path)) == bare(serial)
     seconds = {row["index"]: row["seconds"] for row in told(tmp_path)}
     for line in lines[1:-1]:  # taken over, not solved again
-        row = json.loads(line)
+        row = json.loads(line)["record"]
         assert seconds[row["index"]] == row["seconds"]
 
 
 def test_a_finished_checkpoint_needs_no_cluster(
     file: Path, grid: Grid, serial: list[Row], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = Rows(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=False)
+    rows = RowFile(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=False)
     for row in reversed(serial):
         rows.add(row)
     rows.close()
@@ -222,8 +222,8 @@ def test_sets_that_fail_exit_1_and_are_kept_for_resume(
         "2 sets came to no result, the first, set 5: OSError: disk full; "
         "1 of 6 sets are kept; run again with --resume to go on\n"
     )
-    rows = Rows(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=True)
-    assert list(rows.found) == [0]
+    rows = RowFile(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=True)
+    assert list(rows.rows) == [0]
     rows.remove()
 
 
@@ -313,13 +313,13 @@ def test_checkpoint_of_another_atlas_or_no_checkpoint_is_refused(
     file: Path, grid: Grid, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "atlas" / "tiny" / "rows.jsonl"
-    Rows(path, key_of(grid) | {"sets": 5}, resume=False).close()
+    RowFile(path, key_of(grid) | {"sets": 5}, resume=False).close()
     assert call("atlas", file, "--out", tmp_path, "--resume") == 2
     assert capsys.readouterr().err.startswith("rows.jsonl: is of another atlas: its grid differs; run without --resume")
     for text in ("nonsense\n", "[]\n", "{}\n", json.dumps({"key": key_of(grid)}) + "\n3\n"):
         path.write_text(text)
-        with pytest.raises(CheckpointError, match="is no checkpoint of an atlas"):
-            Rows(path, key_of(grid), resume=True)
+        with pytest.raises(CheckpointError, match="is not a checkpoint, or is damaged in line"):
+            RowFile(path, key_of(grid), resume=True)
 
 
 def test_csv_holds_every_row_and_number(serial: list[Row]) -> None:
@@ -334,7 +334,7 @@ def test_csv_holds_every_row_and_number(serial: list[Row]) -> None:
     assert list(flat(serial)[-1]) == list(lines[0])  # the order of a full row
 
 
-def test_page_and_map_say_what_is_met(grid: Grid, serial: list[Row], tmp_path: Path) -> None:
+def test_page_and_map_say_what_is_met(grid: Grid, serial: list[Row]) -> None:
     assert mapped(grid)
     table = cells(grid, serial, "step_2_half_side_mm")
     assert np.isnan(table[0]).all()
@@ -344,11 +344,8 @@ def test_page_and_map_say_what_is_met(grid: Grid, serial: list[Row], tmp_path: P
     better["steps"][1]["objective"] += 1.0
     worse["steps"][1]["objective"] -= 1.0
     assert cells(grid, [worse, better, serial[3]], "step_2_half_side_mm")[1, 0] == expected[0] + 1.0
-    draw(grid, serial, tmp_path / "map.png")
-    draw(grid, serial[:3] * 2, tmp_path / "none.png")
-    for path in tmp_path.iterdir():
-        assert path.read_bytes().startswith(b"\x89PNG")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.png", "none.png"]
+    for rows in (serial, serial[:3] * 2):
+        assert draw(grid, rows).startswith(b"\x89PNG")
     text = page(grid, serial, "map.png")
     assert "6 sets by `sqp`; 3 are met, 3 are not." in text
     assert "What cannot be met together, and in how many sets: outline (3)." in text

@@ -424,20 +424,3 @@ def test_the_lock_of_a_killed_run_is_released(tmp_path: Path) -> None:
             Checkpoint(path, {"seed": 1}, resume=True)
         run.kill()
     Checkpoint(path, {"seed": 1}, resume=True).remove()
-
-
-def test_a_checkpoint_that_was_taken_away_before_it_was_locked_is_opened_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path, calls = tmp_path / "c.jsonl", []
-
-    def lock(*_: object) -> None:
-        calls.append(path)
-        if len(calls) == 1:
-            path.unlink()
-
-    monkeypatch.setattr("optimizer.synthesis.checkpoint.fcntl.flock", lock)
-    store = Checkpoint(path, KEY, resume=False)
-    assert len(calls) == 2
-    assert path.read_text() == '{"key":{"seed":1,"steps":[1,2]}}\n'
-    store.close()
