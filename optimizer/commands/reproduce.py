@@ -38,31 +38,30 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.common.files import write_all
-    from optimizer.paper.cases import cases
-    from optimizer.paper.facts import facts
-    from optimizer.paper.page import page
-    from optimizer.paper.runs import Reproduction
-    from optimizer.search.genetic import GeneticError
+    from optimizer.paper.page import page, record
+    from optimizer.paper.published import published_runs
+    from optimizer.paper.reproduction import Reproduction
+    from optimizer.search.genetic import GENERATIONS, GeneticError
 
+    generations = GENERATIONS if given.generations is None else given.generations
     with Line() as line:
         line.show("loading the solvers; they are compiled once on a machine, in some 20 s")
-        run = Reproduction(given.seed, given.population, given.generations, tell=line.show)
+        made = Reproduction(given.seed, given.population, generations, report=line.show)
         try:
-            rows = run.recompute(cases(given.tables))
+            runs = made.recompute(published_runs(given.tables))
         except GeneticError as error:
             return refuse(str(error), BAD_INPUT)
-    told = facts(rows, run)
-    text = json.dumps(told, indent=1, allow_nan=False) + "\n"
+    facts = record(runs, made)
+    text = json.dumps(facts, indent=1, allow_nan=False) + "\n"
     try:
-        write_all({given.out / "reproduce.json": text, given.out / "reproduce.md": page(told)})
+        write_all({given.out / "reproduce.json": text, given.out / "reproduce.md": page(runs, made)})
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     if given.json:
         print(text, end="")
     else:
-        print("\n".join((told["summary"], *told["verdict"])))
+        print("\n".join((facts["summary"], *facts["verdict"])))
         print(f"the tables, ours beside them: {given.out / 'reproduce.md'}, {given.out / 'reproduce.json'}")
-    open_ = [row.case.name for row in rows if row.proven.status != "proved"]
-    lost = [row.case.name for row in rows if row.method("ga+sqp").objective is None]
-    reasons = [f"the optimum of {name} is not proved" for name in open_] + [f"GA+SQP fails on {name}" for name in lost]
+    reasons = [f"the optimum of {r.run.name} is not proved" for r in runs if r.proven.status != "proved"]
+    reasons += [f"GA+SQP fails on {r.run.name}" for r in runs if r.found["ga+sqp"].objective is None]
     return refuse("; ".join(reasons), NOT_MET) if reasons else DONE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from optimizer.front.limits import at_side
-from optimizer.paper.cases import cases
+from optimizer.paper.published import published_runs
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE
@@ -53,7 +53,7 @@ def published_designs(given: Requirements) -> list[Published]:
         One for each row that has a result.
     """
     found = []
-    for case in cases(TABLES):
+    for case in published_runs(TABLES):
         if case.result is not None:
             result = Result(at_side(given, case.result[SIDE]), "published", case.result, "converged")
             method, kappa, torque = case.method, result.max_kappa, result.max_torque

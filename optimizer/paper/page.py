@@ -1,181 +1,167 @@
-"""The page of the recomputed tables, in Markdown, from the same facts as the JSON file."""
+"""The recomputed tables as plain data for JSON, and as a page in Markdown."""
 
 from __future__ import annotations
 
-from optimizer.paper.facts import Facts, free_bounds
-from optimizer.paper.runs import AGREEMENT
-from optimizer.paper.words import percent, signed
-from optimizer.problem.evaluator import VARIABLES
+import importlib.metadata
+from collections.abc import Callable
+from typing import Any
 
-TITLES = {
-    "4": "Tables 3 and 4: step 1 by GA",
-    "6": "Tables 5 and 6: step 1 by GA, longer forearm",
-    "7": "Table 7: step 2 by GA",
-    "8": "Table 8: step 3 by GA",
-    "9": "Table 9: step 1 by SQP",
-    "10": "Table 10: step 2 by SQP",
-    "11": "Table 11: step 3 by SQP",
-    "12": "Table 12: step 3 by GA, then by SQP from its result",
-}
+from optimizer.paper.evaluation import finite
+from optimizer.paper.published import LETTERS, STEP_OF_TABLE, numbers
+from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun, Reproduction
+from optimizer.paper.statements import NOTES, VERDICT, Runs, percent, signed, statements, summary
+from optimizer.problem.step import SIDE
+from optimizer.search import genetic
+
+SCHEMA = "delta-reproduction/1"
 AIMS = {
     1: "Largest half side L (mm) within the reach.",
     2: "Largest half side L (mm) within the reach and the joint torque.",
     3: "Smallest worst condition number over the cube.",
 }
-VERDICTS = ("off by", f"within {percent(AGREEMENT, 1)}", "with half the last digit")
 NONE = "-"
 
 
-def page(told: Facts) -> str:
-    """The page.
+def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
+    """All facts as plain data for JSON: no number in it is infinite.
 
     Args:
-        told: What `paper_facts.facts` found.
-
-    Returns:
-        Markdown.
+        runs: The recomputed runs.
+        made: What recomputed them.
     """
+    rows = {table: [r.record() for r in runs if r.run.table == table] for table in STEP_OF_TABLE}
+    return {
+        "schema": SCHEMA,
+        "source": numbers()["source"],
+        "version": importlib.metadata.version("delta-haptics"),
+        "seed": made.seed,
+        "gap_asked": made.gap,
+        "agreement": AGREEMENT,
+        "summary": summary(runs),
+        "verdict": statements(runs, VERDICT),
+        "table_2": _parameters(made),
+        "tables": {
+            str(table): {"step": step, "objective": "kappa" if step == 3 else "half_side_mm", "rows": rows[table]}
+            for table, step in STEP_OF_TABLE.items()
+            if rows[table]
+        },
+        "notes": statements(runs, NOTES),
+    }
+
+
+def _parameters(made: Reproduction) -> list[dict[str, Any]]:
+    """Table 2: the paper's GA and ours."""
+    paper = numbers()["table_2_ga_parameters"]
+    ours = [genetic.POPULATIONS[step] if made.population is None else made.population for step in (1, 2, 3)]
+    return [
+        {"parameter": "population in steps 1, 2, 3", "paper": paper["population"], "ours": ours},
+        {"parameter": "variables in steps 1, 2, 3", "paper": paper["variables"], "ours": [6, 6, 3]},
+        {"parameter": "crossover fraction", "paper": paper["crossover_fraction"], "ours": genetic.CROSSOVER},
+        {"parameter": "migration fraction", "paper": paper["migration_fraction"], "ours": None},
+        {"parameter": "generations", "paper": paper["generations"], "ours": made.generations},
+    ]
+
+
+def page(runs: Runs, made: Reproduction) -> str:
+    """The page in Markdown; arguments as of `record`."""
+    facts = record(runs, made)
     parts = [
         "# The published tables, recomputed",
-        f"**{told['summary']}**",
-        *told["verdict"],
-        f"Source: {told['source']}. Ours: version {told['version']}, seed {told['seed']}; proofs to a gap of "
-        f"{told['gap_asked']:g}. Lengths in mm.",
+        f"**{facts['summary']}**",
+        *facts["verdict"],
+        f"Source: {facts['source']}. Ours: version {facts['version']}, seed {made.seed}; proofs to a gap of "
+        f"{made.gap:g}. Lengths in mm.",
         "How to read it: *printed* is the paper's number; *follows* is what the printed lengths give by the paper's "
-        "own equations; *ours* are GA, SQP and GA+SQP under the same bounds (SQP from the paper's start where there is "
-        "one); *proven* is a bound that no design within those bounds can beat; *gap* is how far the printed result is "
-        "from that bound, negative where it is beyond it; *off by* is *printed* against *follows*, and two verdicts "
-        f"are given of it: whether it is within {percent(told['agreement'], 1)}, and whether it is with half of the "
-        "last printed digit added to that.",
+        "own equations: the largest L that they allow, or kappa; *off by* is *printed* against *follows*, and two "
+        f"verdicts are given of it: whether it is within {percent(AGREEMENT, 1)}, and whether it is with half of the "
+        "last printed digit added to that; torque and kappa are the printed design's; *ours* are GA, SQP and GA+SQP "
+        "under the same bounds (SQP from the paper's start where there is one), *its kappa* is that of GA+SQP; "
+        "*proven* is a bound that no design within those bounds can beat; *gap* is how far the printed result is from "
+        "that bound, negative where it is beyond it.",
         "## Table 2: parameters of the genetic algorithm",
-        _parameters(told["table_2"]),
+        _table(["parameter", "paper", "ours"], [list(map(_value, row.values())) for row in facts["table_2"]]),
+        "Ours has one island, so that nothing migrates.",
     ]
-    for number, table in told["tables"].items():
-        parts += [f"## {TITLES[number]}", AIMS[table["step"]]]
-        parts.append(_kappa(table["rows"]) if table["step"] == 3 else _sides(table["rows"], table["step"]))
-        remarks = _remarks(table["rows"])
-        parts += ["\n".join(f"- {text}" for text in remarks)] if remarks else []
-    parts += ["## Notes", "\n".join(f"{n + 1}. {text}" for n, text in enumerate(told["notes"]))]
+    for table, step in STEP_OF_TABLE.items():
+        if mine := [r for r in runs if r.run.table == table]:
+            cells = [[cell(r) for _, cell in COLUMNS] for r in mine]
+            parts += [f"## Table {table}: step {step}", AIMS[step], _table([head for head, _ in COLUMNS], cells)]
+            parts += ["\n".join(remarks)] if (remarks := _remarks(mine)) else []
+    parts += ["## Notes", "\n".join(f"{n}. {text}" for n, text in enumerate(facts["notes"], 1))]
     return "\n\n".join(parts) + "\n"
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join("| " + " | ".join(line) + " |" for line in (head, ["---"] * len(head), *rows))
 
 
-def _number(value: float | None, digits: int) -> str:
-    return NONE if value is None else f"{value:.{digits}f}"
+def _number(value: float | None, digits: int = 4) -> str:
+    return NONE if value is None or value != value else f"{value:.{digits}f}"
 
 
-def _share(value: float | None) -> str:
-    return NONE if value is None else percent(value)
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
+    if value is None or isinstance(value, bool):
+        return {None: NONE, True: "yes", False: "no"}[value]
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _lengths(design: Facts | None, wanted: tuple[int, ...]) -> str:
-    return NONE if design is None else ", ".join(f"{design[f'{VARIABLES[k]}_mm']:g}" for k in wanted)
+def _of_published(name: str) -> Callable[[ReproducedRun], str]:
+    return lambda r: _number(r.published and getattr(r.published, name))
 
 
-def _parameters(rows: list[Facts]) -> str:
-    def words(value: object) -> str:
-        if value is None:
-            return "one island, no migration"
-        return ", ".join(str(v) for v in value) if isinstance(value, list) else str(value)
-
-    return _table(["parameter", "paper", "ours"], [[r["parameter"], words(r["paper"]), words(r["ours"])] for r in rows])
+def _of_method(name: str) -> Callable[[ReproducedRun], str]:
+    return lambda r: _number(r.found[name].objective)
 
 
-def _sides(rows: list[Facts], step: int) -> str:
-    head = [
-        "row",
-        "bounds",
-        "L_B, r, H",
-        "printed L",
-        "keeps its constraints",
-        "follows: its lengths allow L",
-        *VERDICTS,
-    ]
-    head += ["our GA", "our SQP", "our GA+SQP", "proven L at most", "gap"]
-    if step == 2:
-        head += ["torque of the printed design, N m", "its kappa", "kappa of the optimum"]
-    lines = []
-    for row in rows:
-        ours = row["by_our_equations"]
-        line = [
-            str(row["row"]),
-            free_bounds(row),
-            _lengths(row["printed"], (1, 3, 4)),
-            NONE if row["printed_objective"] is None else f"{row['printed_objective']:g}",
-            _faults(ours),
-            _number(row["follows"], 3),
-            *_verdicts(row),
-            *(_number(row["found"][name]["objective"], 3) for name in ("ga", "sqp", "ga+sqp")),
-            _number(row["proven"]["bound"], 4),
-            _share(row["gap"]),
-        ]
-        if step == 2:
-            line += [
-                _number(None if ours is None else ours["max_torque_N_m"], 3),
-                _number(None if ours is None else ours["max_kappa"], 3),
-                _number(row["found"]["ga+sqp"]["max_kappa"], 1),
-            ]
-        lines.append(line)
-    return _table(head, lines)
+def _lengths(r: ReproducedRun) -> str:
+    return NONE if r.run.result is None else ", ".join(f"{r.run.result[k]:g}" for k in (1, 3, 4))
 
 
-def _kappa(rows: list[Facts]) -> str:
-    head = ["row", "method", "bounds", "L_B, r, H", "printed kappa", "follows: kappa", "Frobenius", "torque, N m"]
-    head += ["keeps its constraints", *VERDICTS, "our GA", "our SQP", "our GA+SQP", "proven kappa at least", "gap"]
-    lines = []
-    for row in rows:
-        ours = row["by_our_equations"] or {}
-        lines.append(
-            [
-                str(row["row"]),
-                row["method"],
-                free_bounds(row),
-                _lengths(row["printed"], (1, 3, 4)),
-                _number(row["printed_objective"], 3),
-                _number(row["follows"], 4),
-                _number(ours.get("max_kappa_frobenius"), 3),
-                _number(ours.get("max_torque_N_m"), 3),
-                _faults(row["by_our_equations"]),
-                *_verdicts(row),
-                *(_number(row["found"][name]["objective"], 4) for name in ("ga", "sqp", "ga+sqp")),
-                _number(row["proven"]["bound"], 5),
-                _share(row["gap"]),
-            ]
-        )
-    return _table(head, lines)
+def _bounds(r: ReproducedRun) -> str:
+    """The bounds of the lengths that are free."""
+    bounds = zip(LETTERS[:SIDE], r.run.lower, r.run.upper, strict=False)
+    return ", ".join(f"{letter} {low:g} to {high:g}" for letter, low, high in bounds if low != high)
 
 
-def _faults(judged: Facts | None) -> str:
-    if judged is None:
-        return "no results"
-    words = [f"{f['name']} missed by {f['by']:.3g} {f['unit']}".strip() for f in judged["faults"]]
-    return ", ".join(words) or "yes"
+def _faults(r: ReproducedRun) -> str:
+    return "no results" if r.published is None else ", ".join(map(str, r.published.faults)) or "yes"
 
 
-def _verdicts(row: Facts) -> tuple[str, ...]:
-    """Under `VERDICTS`: the deviation, and whether it is within the agreement bare, and beside the print's rounding."""
-    if row["difference"] is None:
-        return (NONE,) * len(VERDICTS)
-    both = (row["within_agreement"], row["within_beside_half_last_digit"])
-    return (signed(row["difference"]), *("yes" if good else "no" for good in both))
+COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
+    ("row", lambda r: str(r.run.row)),
+    ("method", lambda r: r.run.method),
+    ("bounds", _bounds),
+    ("L_B, r, H", _lengths),
+    ("printed", lambda r: _value(r.run.objective)),
+    ("follows: its lengths allow", lambda r: _number(r.follows)),
+    ("off by", lambda r: NONE if r.difference is None else signed(r.difference)),
+    (f"within {percent(AGREEMENT, 1)}", lambda r: _value(r.within)),
+    ("with half the last digit", lambda r: _value(r.agrees)),
+    ("keeps its constraints", _faults),
+    ("torque, N m", _of_published("max_torque_N_m")),
+    ("kappa", _of_published("max_kappa")),
+    ("kappa, Frobenius", _of_published("max_kappa_frobenius")),
+    *((f"our {name.upper()}", _of_method(name)) for name in METHODS),
+    ("its kappa", lambda r: _number(finite(r.found["ga+sqp"].result.max_kappa))),
+    ("proven", lambda r: _number(r.proven.bound, 5)),
+    ("gap", lambda r: NONE if r.gap is None else percent(r.gap)),
+)
+"""Heading and cell of each column."""
 
 
-def _remarks(rows: list[Facts]) -> list[str]:
-    """What must be known of rows beside their numbers; each text once, with the rows that it is about."""
+def _remarks(runs: Runs) -> list[str]:
+    """What must be known of runs beside their numbers; each text once, with the rows that it is about."""
     about: dict[str, list[str]] = {}
-    for row in rows:
-        proven, sqp = row["proven"], row["found"]["sqp"]
-        texts = [row["note"], *row["changed"]]
-        if proven["status"] != "proved":
-            gap = "" if proven["gap"] is None else f", gap {proven['gap']:.1e}"
-            texts.append(f"the proof ended with: {proven['status']}{gap}")
-        if sqp["start"] == "paper" and sqp["ending"] != "converged":
-            texts.append(f"SQP from the paper's start: {sqp['ending']}")
-        for text in texts:
-            if text:
-                about.setdefault(text, []).append(str(row["row"]))
-    return [f"row{'s' if len(found) > 1 else ''} {', '.join(found)}: {text}" for text, found in about.items()]
+    for r in runs:
+        proven, sqp = r.proven, r.found["sqp"]
+        texts = [r.run.note, *r.changed]
+        if proven.status != "proved":
+            gap = f", gap {proven.gap:.1e}" if proven.gap == proven.gap else ""
+            texts.append(f"the proof ended with: {proven.status}{gap}")
+        if sqp.start == "paper" and sqp.ending != "converged":
+            texts.append(f"SQP from the paper's start: {sqp.ending}")
+        for text in filter(None, texts):
+            about.setdefault(text, []).append(str(r.run.row))
+    return [f"- row{'s' * (len(rows) > 1)} {', '.join(rows)}: {text}" for text, rows in about.items()]

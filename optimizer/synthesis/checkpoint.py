@@ -74,22 +74,23 @@ class Records:
         self._lines.remove()
 
     def _take_up(self, key: str) -> None:
+        same = True
         for number, line in enumerate(self._lines.found, 1):
             try:
                 data = json.loads(line)
                 if number == 1:
                     same = _text({"key": data["key"]}) == key
-                else:
-                    if crc32(_text(data["record"]).encode()) != data["crc32"]:
-                        raise ValueError
+                elif crc32(_text(data["record"]).encode()) == data["crc32"]:
                     self.found.append(data["record"])
+                else:
+                    raise ValueError
             except (ValueError, KeyError, TypeError, RecursionError):
-                raise CheckpointError(
-                    f"{self._lines.path.name}: is not a checkpoint, or is damaged in line {number}; "
-                    "run without --resume to begin anew"
-                ) from None
+                raise self._refused(f"is not a checkpoint, or is damaged in line {number}") from None
             if not same:
-                raise CheckpointError(f"{self._lines.path.name}: {self.OTHER}; run without --resume to begin anew")
+                raise self._refused(self.OTHER)
+
+    def _refused(self, why: str) -> CheckpointError:
+        return CheckpointError(f"{self._lines.path.name}: {why}; run without --resume to begin anew")
 
 
 class Checkpoint(Records):

@@ -7,13 +7,15 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from delta_cad.common import console
 from optimizer.commands import cli
-from optimizer.paper.page import page
+from optimizer.paper.published import published_runs
+from optimizer.paper.reproduction import Reproduction
 from tests.terminal import shown_on_a_terminal
 
 SMALL = ["--population", "12", "--generations", "3"]
@@ -28,13 +30,13 @@ def test_command_writes_page_and_json_and_the_same_again(tmp_path: Path, capsys:
         assert call("reproduce", "--out", tmp_path / name / "new", "--tables", "11,8", *SMALL, "--seed", "3") == 0
         out, err = capsys.readouterr()
         assert err == ""
-        assert out.startswith("Step 3 does not reproduce (off by up to 212.8 %).\nStep 3 does not reproduce: ")
+        assert out.startswith("Step 3 does not reproduce (off by up to 212.8 %).\n")
         assert sorted(f.name for f in (tmp_path / name / "new").iterdir()) == ["reproduce.json", "reproduce.md"]
     for name in ("reproduce.json", "reproduce.md"):
         assert (tmp_path / "a" / "new" / name).read_bytes() == (tmp_path / "b" / "new" / name).read_bytes()
     told = json.loads((tmp_path / "a" / "new" / "reproduce.json").read_text())
     assert (list(told["tables"]), told["seed"]) == (["8", "11"], 3)
-    assert (tmp_path / "a" / "new" / "reproduce.md").read_text() == page(told)
+    assert f"**{told['summary']}**" in (tmp_path / "a" / "new" / "reproduce.md").read_text()
     assert call("reproduce", "--out", tmp_path / "a", "--tables", "8", *SMALL, "--json") == 0
     assert capsys.readouterr().out == (tmp_path / "a" / "reproduce.json").read_text()
 
@@ -87,6 +89,20 @@ def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     assert code == 0
     assert b"table 8 row 2 (2 of 2): proof of the optimum" in shown
     assert shown.endswith(b"\r\x1b[K")
+
+
+def test_exit_code_1_where_a_proof_or_method_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (r,) = Reproduction(population=12, generations=3).recompute(published_runs((8,))[:1])
+    outside = replace(r.found["ga+sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
+    found = r.found | {"ga+sqp": r.found["ga+sqp"]._replace(result=outside)}
+    poor = replace(r, proven=replace(r.proven, status="gap not reached"), found=found)
+    monkeypatch.setattr(Reproduction, "recompute", lambda *_: [poor])
+    assert call("reproduce", "--out", tmp_path, "--tables", "8") == 1
+    err = capsys.readouterr().err
+    assert err == "the optimum of table 8 row 1 is not proved; GA+SQP fails on table 8 row 1\n"
+    assert (tmp_path / "reproduce.md").exists()
 
 
 def test_help_loads_no_solver() -> None:

@@ -1,0 +1,18 @@
+"""All published runs recomputed once, with a small GA: proofs and SQP do not depend on it."""
+
+from __future__ import annotations
+
+import pytest
+
+from optimizer.paper.published import published_runs
+from optimizer.paper.reproduction import ReproducedRun, Reproduction
+
+
+@pytest.fixture(scope="session")
+def made() -> Reproduction:
+    return Reproduction(population=12, generations=3)
+
+
+@pytest.fixture(scope="session")
+def runs(made: Reproduction) -> list[ReproducedRun]:
+    return made.recompute(published_runs())
