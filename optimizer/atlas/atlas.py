@@ -23,11 +23,11 @@ from optimizer.atlas.grid import Grid, Set
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-Row = dict[str, Any]
+AtlasRow = dict[str, Any]
 CONNECT_S = 10
 """For a scheduler to answer and for its first worker to be there."""
 RETRIES = 2
-"""Of a task that raised; one whose worker died is given away as often as the scheduler allows, three times."""
+"""Further tries of a task that raised; one whose worker died the scheduler gives away three times."""
 LOOK_S = 0.2
 """Between two looks at Ctrl-C."""
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -50,7 +50,7 @@ class Failure(NamedTuple):
     reason: str
 
 
-def solve(one: Mapping[str, Any]) -> Row:
+def solve(one: Mapping[str, Any]) -> AtlasRow:
     """Solves one set; what runs on the workers.
 
     Args:
@@ -66,7 +66,7 @@ def solve(one: Mapping[str, Any]) -> Row:
     from optimizer.synthesis.three_step import Run
 
     start = process_time()
-    row: Row = {name: one[name] for name in ("index", "inputs", "method", "seed")}
+    row: AtlasRow = {name: one[name] for name in ("index", "inputs", "method", "seed")}
     row |= {"feasible": False, "steps": [], "conflict": [], "conflict_step": None, "message": ""}
     given = requirements_from_dict(one["requirements"])
     sizes = {"population": one["population"], "generations": one["generations"]}
@@ -83,7 +83,7 @@ def solve(one: Mapping[str, Any]) -> Row:
 def collect(
     client: Client,
     sets: Iterable[Set],
-    take: Callable[[Row], None],
+    take: Callable[[AtlasRow], None],
     stop: Callable[[], bool] = bool,
 ) -> list[Failure]:
     """Solves sets on a cluster.
@@ -204,7 +204,7 @@ def given_cluster(address: str) -> Iterator[Client]:
 
 
 def key_of(grid: Grid) -> dict[str, Any]:
-    """What makes an atlas the same atlas, for its checkpoint."""
+    """The key of its checkpoint: what makes an atlas the same atlas."""
     return {"atlas": 1, "sha256": grid.sha256, "sets": len(grid.sets)}
 
 
@@ -225,5 +225,5 @@ def _quiet() -> Iterator[None]:
 
 
 def workers_here() -> int:
-    """How many processes this machine has cores for."""
+    """Number of processes that this machine has cores for."""
     return len(os.sched_getaffinity(0))

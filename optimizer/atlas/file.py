@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from optimizer.atlas.atlas import Row
+from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.grid import Grid
 from optimizer.synthesis.checkpoint import Records
 
@@ -27,15 +27,15 @@ class RowFile(Records):
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
         """Opens the file; see `Records`."""
         super().__init__(path, key, resume)
-        self.rows: dict[int, Row] = {row["index"]: row for row in self.found}
+        self.rows: dict[int, AtlasRow] = {row["index"]: row for row in self.found}
 
-    def add(self, row: Row) -> None:
+    def add(self, row: AtlasRow) -> None:
         """Keeps one more row."""
         self.rows[row["index"]] = row
         self.append(row)
 
 
-def record(grid: Grid, rows: Sequence[Row]) -> dict[str, Any]:
+def record(grid: Grid, rows: Sequence[AtlasRow]) -> dict[str, Any]:
     """The atlas as JSON types.
 
     Args:
@@ -51,7 +51,7 @@ def record(grid: Grid, rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def flat(rows: Sequence[Row]) -> list[dict[str, Any]]:
+def flat(rows: Sequence[AtlasRow]) -> list[dict[str, Any]]:
     """Rows as columns: inputs, seed, method, feasible, what contradicts, each step's objective, the last step's design.
 
     Args:
@@ -78,7 +78,7 @@ def objective_column(step: dict[str, Any]) -> str:
     return f"step_{step['step']}_{step['objective_name']}{unit}"
 
 
-def csv_text(rows: Sequence[Row]) -> str:
+def csv_text(rows: Sequence[AtlasRow]) -> str:
     """The table as CSV, with a header; columns that only some rows have stand where the first of these has them."""
     table = flat(rows)
     fullest = max(table, key=len)

@@ -96,7 +96,7 @@ class Grid:
 
     @property
     def sha256(self) -> str:
-        """Of all that decides the results."""
+        """SHA-256 of all that decides the results, in hexadecimal."""
         told = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
         text = json.dumps([self.name, [axis.field for axis in self.axes], told], sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode("ascii")).hexdigest()

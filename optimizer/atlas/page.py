@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from optimizer.atlas.atlas import Row
+from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.file import flat, objective_column
 from optimizer.atlas.grid import Axis, Grid
 
 LINES_MAX = 500
-"""Of the table on the page; all rows are in the CSV."""
+"""Rows of the table on the page; all are in the CSV."""
 CELLS_MAX = 150
 """Up to which each cell of a map shows its number."""
 TITLES = {"half_side": "largest half side, mm", "kappa": "smallest worst condition number"}
@@ -26,7 +26,7 @@ LEFT_OUT = ("method", "conflict_step", "ending", "seconds")
 """Columns of the CSV that the page spares."""
 
 
-def page(grid: Grid, rows: Sequence[Row], picture: str | None) -> str:
+def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
     """The atlas as Markdown.
 
     Args:
@@ -61,13 +61,13 @@ def page(grid: Grid, rows: Sequence[Row], picture: str | None) -> str:
 
 
 def mapped(grid: Grid) -> bool:
-    """Whether the grid can be drawn: two axes of numbers, at least two of each."""
+    """Tells whether the grid can be drawn: two axes of numbers, at least two of each."""
     return len(grid.axes) == 2 and all(
         len(axis.values) > 1 and not any(isinstance(value, list) for value in axis.values) for axis in grid.axes
     )
 
 
-def cells(grid: Grid, rows: Sequence[Row], column: str) -> np.ndarray:
+def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
     """Best objective of each pair of values, over the seeds.
 
     Args:
@@ -89,7 +89,7 @@ def cells(grid: Grid, rows: Sequence[Row], column: str) -> np.ndarray:
     return best
 
 
-def draw(grid: Grid, rows: Sequence[Row]) -> bytes:
+def draw(grid: Grid, rows: Sequence[AtlasRow]) -> bytes:
     """Draws the map: one panel a step, the first axis upwards, hatched where the set cannot be met.
 
     Args:

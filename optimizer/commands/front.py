@@ -16,14 +16,16 @@ if TYPE_CHECKING:
 
     from delta_cad.design import Design
     from optimizer.front.convergence import Trace
-    from optimizer.front.front import Point
+    from optimizer.front.front import FrontPoint
     from optimizer.front.trade import Trade
     from optimizer.problem.requirements import Requirements
+
+    Drawing = tuple[str, str, Callable[[], Any]]
 
 NAME = "front"
 TEXT = "the front of cube size against worst kappa, torque and outline, with pictures"
 SEEDS = 6
-"""Of the convergence picture: the range of six holds a seventh with 5 chances in 7."""
+"""Seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7."""
 
 
 class _StoppedError(Exception):
@@ -49,8 +51,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
-    from delta_cad.mechanism import Cube, MechanismError
+    from delta_cad.mechanism import MechanismError
     from optimizer.front.maps import require_held
+    from optimizer.paper.evaluation import mechanism_of
     from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
 
     try:
@@ -60,7 +63,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     if design is not None:
         try:
-            require_held(design.geometry, Cube(design.cube.bottom_height_mm / 1e3, design.cube.half_side_mm / 1e3))
+            require_held(*mechanism_of(lengths_of(design)))
         except MechanismError as error:
             return refuse(f"{given.design}: {error}", BAD_INPUT)
     if find_spec("matplotlib") is None:
@@ -111,9 +114,10 @@ class _Run:
     ) -> None:
         self.task, self.design, self.given, self.folder = task, design, given, folder
         self.store, self.asked, self.line = store, asked, line
+        self.partial = folder.with_name(folder.name + ".partial")
 
     def run(self) -> int:
-        """Everything, in order; returns the exit code."""
+        """Traces, proves, draws and writes; returns the exit code."""
         from optimizer.front.convergence import traces
         from optimizer.front.limits import at_side
         from optimizer.front.page import record
@@ -121,42 +125,56 @@ class _Run:
         from optimizer.front.published import published_designs
         from optimizer.front.trade import Trader
 
-        trader = Trader(self.task, self.given.points, self.given.seed, self._point, self.asked, self.store)
-        trade = trader.trade()
+        given, show = self.given, self.line.show
+
+        def point(curve: str, count: int, newest: FrontPoint | None) -> None:
+            show(f"{curve}, point {count}" + ("" if newest is None else f": {_words(newest)}"))
+
+        def proof(done: int, total: int) -> None:
+            show(f"proof {done} of {total}")
+
+        def seed(method: str, number: int, seeds: int) -> None:
+            show(f"convergence, {method}, seed {number + 1} of {seeds}")
+
+        trade = Trader(self.task, given.points, given.seed, point, self.asked, self.store).trade()
         if trade.finished:
-            trade = replace(trade, main=proved(trade.main, self._proof, self.asked, self.store))
+            trade = replace(trade, main=proved(trade.main, proof, self.asked, self.store))
         found: list[Trace] = []
-        subject = self._convergence_point(trade)
+        subject = compared(trade)
         if trade.finished and subject is not None:
-            found = traces(at_side(self.task, subject.half_side), self.given.seeds, self._seed, self.asked, self.store)
+            found = traces(at_side(self.task, subject.half_side), given.seeds, seed, self.asked, self.store)
         published = published_designs(self.task)
-        facts = record(trade, self.given.seed, published, found)
-        if not self.asked():
-            try:
-                self._write(trade, facts, published, found, subject)
-            except _StoppedError:
-                pass
-            else:
+        facts = record(trade, given.seed, published, found)
+        try:
+            drawings = [] if self.asked() else self._drawings(trade, published, found, subject)
+            if not self.asked():
+                self._write(self.folder, trade, facts, published, drawings)
                 self.store.remove()
                 return self._tell(trade, facts)
-        return self._interrupted(trade, facts, published)
+        except _StoppedError:
+            pass
+        self.store.close()
+        trade = replace(trade, finished=False)  # also where only proofs, seeds or pictures are missing
+        self._write(self.partial, trade, facts | {"status": "interrupted"}, published, [])
+        points = sum(len(curve.points) for curve in trade.curves)
+        kept = f"{points} points so far in {self.partial}"
+        return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
 
-    def _write(self, trade: Trade, facts: dict[str, Any], published: Any, found: list[Trace], subject: Any) -> None:
-        from delta_cad.common.files import whole_folder
-        from optimizer.front.page import page, write_csv, write_facts
+    def _drawings(self, trade: Trade, published: Any, found: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
+        """Name, caption and drawing of every picture."""
+        from optimizer.front.maps import slices
+        from optimizer.paper.evaluation import mechanism_of
         from optimizer.pictures import convergence, front, maps, workspace
         from optimizer.pictures import trade as trades
 
-        chosen = None if self.design is not None else self._chosen(trade)
-        geometry, cube, name = self._pictured(chosen)
+        chosen = None if self.design is not None else pictured(trade)
         force, task = self.task.requirements.force_N, self.task.name
-
-        def slices() -> Any:
-            from optimizer.front.maps import slices
-
-            return maps.maps(slices(geometry, cube, force), force, name)
-
-        drawings: list[tuple[str, str, Callable[[], Any]]] = [
+        if self.design is None:
+            lengths, name = pictured(trade).result.design_mm, task
+        else:
+            lengths, name = lengths_of(self.design), self.design.name
+        (geometry, cube), name = mechanism_of(lengths), title_of(lengths, name)
+        drawings: list[Drawing] = [
             (
                 "front",
                 "cube size against worst kappa and torque",
@@ -164,53 +182,43 @@ class _Run:
             ),
             ("trade", "the front with another outline and with less torque", lambda: trades.trade(trade, task)),
             ("workspace", "the workspace with the cube in it", lambda: workspace.workspace(geometry, cube, name)),
-            ("maps", "condition number and joint torque over slices of the cube", slices),
+            (
+                "maps",
+                "condition number and joint torque over slices of the cube",
+                lambda: maps.maps(slices(geometry, cube, force), force, name),
+            ),
         ]
-        if found:
+        if found and subject is not None:
             title = f"Step 3 at a cube of {2 * subject.half_side:.4g} mm"
             draw = lambda: convergence.convergence(found, subject.kappa, title)  # noqa: E731
             drawings.append(("convergence", "GA and SQP over the seeds", draw))
-        with whole_folder(self.folder) as folder:
-            self._draw(drawings, folder)
-            write_csv(trade, folder / "front.csv")
-            write_facts(facts, folder / "front.json")
-            text = page(trade, published, [(f"{name}.png", what) for name, what, _ in drawings])
-            (folder / "front.md").write_text(text, encoding="utf-8")
+        return drawings
 
-    def _draw(self, drawings: list[tuple[str, str, Callable[[], Any]]], folder: Path) -> None:
+    def _write(self, place: Path, trade: Trade, facts: dict[str, Any], published: Any, drawings: list[Drawing]) -> None:
+        """Puts a whole folder in its place, or raises `_StoppedError` between two pictures."""
+        from delta_cad.common.files import whole_folder
+        from optimizer.front.page import files, page
         from optimizer.pictures.style import save
 
-        for name, _, draw in drawings:
-            self.line.show(f"picture: {name}")
-            if self.asked():
-                raise _StoppedError
-            save(draw(), folder, name)
-
-    def _interrupted(self, trade: Trade, facts: dict[str, Any], published: Any) -> int:
-        from delta_cad.common.files import whole_folder
-        from optimizer.front.page import page, write_csv, write_facts
-
-        self.store.close()
-        trade = replace(trade, finished=False)  # also where only proofs, seeds or pictures are missing
-        partial = self.folder.with_name(self.folder.name + ".partial")
-        with whole_folder(partial) as folder:
-            write_csv(trade, folder / "front.csv")
-            write_facts(facts | {"status": "interrupted"}, folder / "front.json")
-            (folder / "front.md").write_text(page(trade, published, []), encoding="utf-8")
-        points = sum(len(curve.points) for curve in trade.curves)
-        return refuse(
-            f"interrupted; {points} points so far in {partial}; run again with --resume to go on", INTERRUPTED
-        )
+        with whole_folder(place) as folder:
+            for name, _, draw in drawings:
+                self.line.show(f"picture: {name}")
+                if self.asked():
+                    raise _StoppedError
+                save(draw(), folder, name)
+            text = page(trade, published, [(f"{name}.png", what) for name, what, _ in drawings])
+            for name, content in files(facts, text).items():
+                (folder / name).write_text(content, encoding="utf-8")
 
     def _tell(self, trade: Trade, facts: dict[str, Any]) -> int:
         from shutil import rmtree
 
-        rmtree(self.folder.with_name(self.folder.name + ".partial"), ignore_errors=True)
+        from optimizer.front.page import telling
+
+        rmtree(self.partial, ignore_errors=True)
         if self.given.json:
             print(json.dumps(facts, indent=1, allow_nan=False))
             return DONE
-        from optimizer.front.page import telling
-
         for what, point in telling(trade):
             print(f"{what}: {_words(point)}")
         beyond = " and ".join(trade.main.beyond) or "not found"
@@ -218,50 +226,36 @@ class _Run:
         print(f"{len(trade.main.points)} points and the pictures in {self.folder}")
         return DONE
 
-    def _chosen(self, trade: Trade) -> Point:
-        """The point at the requirements' cube, or where `synthesize` ends without one: the largest."""
-        wanted = self.task.step_3.half_side_mm
-        points = trade.main.points
-        return next((point for point in points if point.half_side == wanted), points[-1])
 
-    def _convergence_point(self, trade: Trade) -> Point | None:
-        """At the requirements' cube, or at the knee: at the largest cube one design alone is feasible."""
-        wanted = self.task.step_3.half_side_mm
-        return next((point for point in trade.main.points if point.half_side == wanted), trade.knee)
-
-    def _pictured(self, chosen: Point | None) -> tuple[Any, Any, str]:
-        from delta_cad.mechanism import Cube, DeltaGeometry
-
-        if self.design is not None:
-            d = self.design
-            sizes = d.mechanism
-            L_A, L_B, R, r = (
-                sizes.upper_arm_length_mm,
-                sizes.forearm_length_mm,
-                sizes.base_radius_mm,
-                sizes.platform_radius_mm,
-            )
-            H, L, name = d.cube.bottom_height_mm, d.cube.half_side_mm, d.name
-        else:
-            assert chosen is not None  # one of the two is given
-            (L_A, L_B, R, r, H, L), name = chosen.result.design_mm, self.task.name
-        geometry = DeltaGeometry(
-            base_radius=R / 1e3, platform_radius=r / 1e3, upper_arm_length=L_A / 1e3, forearm_length=L_B / 1e3
-        )
-        lengths = ", ".join(f"{n} {v:.4g}" for n, v in (("R", R), ("r", r), ("L_A", L_A), ("L_B", L_B), ("H", H)))
-        return geometry, Cube(H / 1e3, L / 1e3), f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"
-
-    def _point(self, curve: str, count: int, newest: Point | None) -> None:
-        told = "" if newest is None else f": {_words(newest)}"
-        self.line.show(f"{curve}, point {count}{told}")
-
-    def _proof(self, done: int, total: int) -> None:
-        self.line.show(f"proof {done} of {total}")
-
-    def _seed(self, method: str, seed: int, seeds: int) -> None:
-        self.line.show(f"convergence, {method}, seed {seed + 1} of {seeds}")
+def pictured(trade: Trade) -> FrontPoint:
+    """The point at the requirements' cube, or where `synthesize` ends without one: the largest."""
+    return _wanted(trade) or trade.main.points[-1]
 
 
-def _words(point: Point) -> str:
+def compared(trade: Trade) -> FrontPoint | None:
+    """The point at the requirements' cube, or at the knee: at the largest cube one design alone is feasible."""
+    return _wanted(trade) or trade.knee
+
+
+def _wanted(trade: Trade) -> FrontPoint | None:
+    side = trade.main.given.step_3.half_side_mm
+    return next((point for point in trade.main.points if point.half_side == side), None)
+
+
+def lengths_of(design: Design) -> tuple[float, ...]:
+    """The six lengths of a design file in mm, in the order of the optimiser's variables."""
+    sizes, cube = design.mechanism, design.cube
+    four = (sizes.upper_arm_length_mm, sizes.forearm_length_mm, sizes.base_radius_mm, sizes.platform_radius_mm)
+    return *four, cube.bottom_height_mm, cube.half_side_mm
+
+
+def title_of(design_mm: tuple[float, ...], name: str) -> str:
+    """The title of a design's pictures."""
+    L_A, L_B, R, r, H, L = design_mm
+    lengths = ", ".join(f"{n} {v:.4g}" for n, v in (("R", R), ("r", r), ("L_A", L_A), ("L_B", L_B), ("H", H)))
+    return f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"
+
+
+def _words(point: FrontPoint) -> str:
     binds = f"; binds: {', '.join(point.active)}" if point.active else ""
     return f"cube of {2 * point.half_side:.4g} mm, worst kappa {point.kappa:.4g}, torque {point.torque:.4g} N m{binds}"

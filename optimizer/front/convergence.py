@@ -1,4 +1,4 @@
-"""How GA and SQP come to the optimum of one step 3, seed by seed: best objective so far against designs evaluated."""
+"""Convergence of GA and SQP on one step 3, seed by seed: best objective so far against designs evaluated."""
 
 from __future__ import annotations
 
@@ -30,14 +30,10 @@ class Trace(NamedTuple):
     best: tuple[float, ...]
 
 
-Report = Callable[[str, int, int], None]
-"""Told before each run: method, seed, and how many seeds there are."""
-
-
 def traces(
     problem: Problem,
     seeds: int,
-    report: Report | None = None,
+    report: Callable[[str, int, int], None] | None = None,
     stop: Callable[[], bool] = bool,
     store: Store | None = None,
 ) -> list[Trace]:
@@ -46,7 +42,7 @@ def traces(
     Args:
         problem: A step 3.
         seeds: How many, from 0.
-        report: Told of each run.
+        report: Called before each run: method, seed, and how many seeds there are.
         stop: Asked before each run and in it; True ends there.
         store: Keeps each run; None keeps nothing.
 

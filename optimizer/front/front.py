@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from optimizer.front.limits import BEYOND, RANGE_MIN, at_side, beyond, no_cube
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.requirements import Requirements
-from optimizer.problem.step import MM_PER_M, SIDE, Problem, outline_of, step_problem
+from optimizer.problem.step import SIDE, Problem, outline_of, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import explain
@@ -31,9 +32,9 @@ COLD = 3
 """Cold starts of each; the neighbour is a fourth."""
 POINTS_MIN = 4
 SMALLEST_SHARE = 0.25
-"""Where the requirements bound no half side from below: a smaller part of the largest cube is no workspace."""
+"""Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace."""
 PIECE_MIN = 1e-4
-"""Of the range: a shorter piece is not halved, whatever kappa does in it."""
+"""Shortest piece that is halved, as a part of the range, whatever kappa does in it."""
 LARGER_ROUNDS = 5
 """Times that a larger cube found beyond the largest is followed; once has not been seen yet."""
 BETTER = 1e-9
@@ -53,7 +54,7 @@ class FrontError(ValueError):
 
 
 @dataclass(frozen=True)
-class Point:
+class FrontPoint:
     """One design of the front.
 
     Attributes:
@@ -112,7 +113,7 @@ class Curve:
     given: Requirements
     name: str
     words: str
-    points: tuple[Point, ...]
+    points: tuple[FrontPoint, ...]
     largest: float = math.nan
     beyond: tuple[str, ...] = ()
     finished: bool = True
@@ -127,8 +128,8 @@ class Curve:
         return None
 
 
-Report = Callable[[str, int, Point | None], None]
-"""Told after each point: name of the curve, how many points it has, and the newest."""
+PointReport = Callable[[str, int, FrontPoint | None], None]
+"""Called after each point with the name of the curve, how many points it has, and the newest."""
 
 
 @dataclass
@@ -151,7 +152,7 @@ class Tracer:
     seed: int = 0
     name: str = "as required"
     words: str = "as required"
-    report: Report | None = None
+    report: PointReport | None = None
     stop: Callable[[], bool] = bool
     store: Store | None = None
     _found: dict[float, Result] = field(default_factory=dict, init=False)
@@ -174,7 +175,7 @@ class Tracer:
         high = top.design_mm[SIDE]
         low = self._smallest(high)
         finished = self._coarse(low, high, top.design_mm) and self._fine(low, high) and self._sweeps()
-        points = tuple(Point(result, active_constraints(result)) for result in self._front())
+        points = tuple(FrontPoint(result, active_constraints(result)) for result in self._front())
         if finished and not points:
             raise FrontError("no design holds between the points of the search's grid; give another --seed")
         beyond = self._beyond(high) if finished else ()
@@ -274,7 +275,7 @@ class Tracer:
         if known is None or (result.feasible and result.max_kappa < known.max_kappa * (1.0 - BETTER)):
             self._found[side] = result
         if self.report is not None and known is None:
-            self.report(self.name, len(self._found), Point(self._found[side], ()))
+            self.report(self.name, len(self._found), FrontPoint(self._found[side], ()))
 
     def _descend(self, problem: Problem, near: list[tuple[float, ...]], cold: bool) -> dict[str, Any]:
         starts = [problem.scaled(np.array(design)) for design in near]
@@ -293,7 +294,7 @@ class Tracer:
         }
 
     def _front(self) -> list[Result]:
-        """What is feasible, finite and not dominated, ascending."""
+        """The feasible results that no other one dominates, ascending."""
         kept: list[Result] = []
         least = math.inf
         for side in sorted(self._found, reverse=True):
@@ -304,7 +305,7 @@ class Tracer:
         return kept[::-1]
 
     def _beyond(self, high: float) -> tuple[str, ...]:
-        """What cannot be met together a little beyond the largest half side."""
+        """Names the constraints that cannot be met together a little beyond the largest half side."""
         key = f"{self.name}/beyond"
         kept = self.store.finished(key) if self.store else None
         if kept is None:
@@ -315,7 +316,7 @@ class Tracer:
 
 
 def active_constraints(result: Result) -> tuple[str, ...]:
-    """What binds at a design: constraints whose worst margin is used up, and free variables at a bound.
+    """Names what binds at a design: constraints whose worst margin is used up, and free variables at a bound.
 
     Args:
         result: Of step 3.

@@ -7,7 +7,7 @@ from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError, explain
 
 RANGE_MIN = 1e-3
-"""Of the largest half side: less is no range of sizes but one size; of its upper bound: less is no cube."""
+"""Part of the largest half side: less is no range of sizes but one size; part of its upper bound: less is no cube."""
 BEYOND = 0.01
 """Larger by this part than the largest half side: where it is asked which constraints contradict each other."""
 
@@ -36,7 +36,7 @@ def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
 
 
 def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
-    """What contradicts every cube that is one, where only a cube without size is left: kappa of 1 holds in a point.
+    """Finds what contradicts every cube that has a size, where only one without is left: kappa of 1 holds in a point.
 
     Args:
         given: The requirements.

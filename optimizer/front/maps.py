@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, SingularError, cube_surface
 from delta_cad.mechanism.inverse import require_closed
 from delta_cad.mechanism.statics import conditioning, direct_margin, worst_joint_torque
@@ -15,7 +16,7 @@ GRID = 121
 SURFACE = 21
 """Points along an edge of the surface on which a cube is looked at before it is mapped."""
 MARGIN = 0.2
-"""Of the half side that a map shows around the cube."""
+"""Margin around the cube that a map shows, as a part of the half side."""
 
 
 def require_held(g: DeltaGeometry, cube: Cube) -> None:
@@ -88,7 +89,7 @@ def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Sl
     found = []
     for name, z in (("bottom", H), ("middle", H + L), ("top", float(cube.upper[2]))):
         p = np.stack([x, y, np.full_like(x, z)], axis=-1)
-        found.append(_slice(g, p, force, f"{name}, z = {1e3 * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
+        found.append(_slice(g, p, force, f"{name}, z = {MM_PER_M * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
     across, up = np.meshgrid(line, rise)
     p = np.stack([across, np.zeros_like(across), up], axis=-1)
     sides = (-L, L, H, float(cube.upper[2]))

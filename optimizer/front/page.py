@@ -4,77 +4,59 @@ from __future__ import annotations
 
 import csv
 import importlib.metadata
+import io
 import json
-import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from optimizer.front.convergence import Trace
-from optimizer.front.front import Curve, Point
+from optimizer.front.front import Curve, FrontPoint
 from optimizer.front.limits import BEYOND
-from optimizer.front.published import Published
+from optimizer.front.published import PublishedDesign
 from optimizer.front.trade import Trade
+from optimizer.paper.evaluation import finite
+from optimizer.paper.page import markdown_table
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_hash
 
 COLUMNS = (
-    "curve",
-    "cube_side_mm",
-    "half_side_mm",
-    "max_kappa",
-    "proven_bound",
-    "max_torque_N_m",
-    "outline_radius_mm",
-    "outline_width_mm",
-    "outline_depth_mm",
+    *("curve", "cube_side_mm", "half_side_mm", "max_kappa", "proven_bound", "max_torque_N_m"),
+    *("outline_radius_mm", "outline_width_mm", "outline_depth_mm"),
     *(f"{name}_mm" for name in VARIABLES[:5]),
     "active",
 )
-"""Of `front.csv`; `active` is joined by "; "."""
+"""Columns of `front.csv`, and names of a point's numbers in `front.json`."""
 TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
+FURTHER = ("front", "what changes", "largest side mm", "kappa there", "torque N m", "outline mm", "torque binds")
+PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")
 
 
-def row(curve: str, point: Point) -> dict[str, Any]:
-    """One point under the names of `COLUMNS`, `active` as a list."""
-    width, depth = point.outline
-    return {
-        "curve": curve,
-        "cube_side_mm": 2.0 * point.half_side,
-        "half_side_mm": point.half_side,
-        "max_kappa": point.kappa,
-        "proven_bound": point.bound,
-        "max_torque_N_m": point.torque,
-        "outline_radius_mm": point.reach,
-        "outline_width_mm": width,
-        "outline_depth_mm": depth,
-        **{f"{name}_mm": value for name, value in zip(VARIABLES[:5], point.result.design_mm, strict=False)},
-        "active": list(point.active),
-    }
+def row(curve: str, point: FrontPoint) -> dict[str, Any]:
+    """One point as plain data under the names of `COLUMNS`."""
+    sides, sizes = (2.0 * point.half_side, point.half_side), (point.reach, *point.outline)
+    worst = (point.kappa, point.bound, point.torque)
+    numbers = (*sides, *worst, *sizes, *point.result.design_mm[:5])
+    return dict(zip(COLUMNS, (curve, *numbers, list(point.active)), strict=True))
 
 
-def telling(trade: Trade) -> list[tuple[str, Point]]:
+def telling(trade: Trade) -> list[tuple[str, FrontPoint]]:
     """The points of the front as required that tell most: ends, knee, the requirements' cube, changes of what binds."""
     points, wanted = trade.main.points, trade.main.given.step_3.half_side_mm
-    found: list[tuple[str, Point]] = []
+    found: list[tuple[str, FrontPoint]] = []
     for k, point in enumerate(points):
-        words = []
-        if k == 0:
-            words.append("smallest")
-        elif set(point.active) != set(points[k - 1].active):
-            words.append("other limits bind from here")
-        if point is trade.knee:
-            words.append("knee")
-        if point.half_side == wanted:
-            words.append("the requirements' cube")
-        if k == len(points) - 1:
-            words.append("largest")
-        if words:
-            found.append((", ".join(words), point))
+        said = {
+            "smallest": k == 0,
+            "other limits bind from here": k > 0 and set(point.active) != set(points[k - 1].active),
+            "knee": point is trade.knee,
+            "the requirements' cube": point.half_side == wanted,
+            "largest": k == len(points) - 1,
+        }
+        if words := ", ".join(what for what, holds in said.items() if holds):
+            found.append((words, point))
     return found
 
 
-def record(trade: Trade, seed: int, published: Sequence[Published], traces: Sequence[Trace]) -> dict[str, Any]:
+def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces: Sequence[Trace]) -> dict[str, Any]:
     """All facts as plain data for JSON."""
     given = trade.main.given
     return {
@@ -83,9 +65,20 @@ def record(trade: Trade, seed: int, published: Sequence[Published], traces: Sequ
         "version": importlib.metadata.version("delta-haptics"),
         "seed": seed,
         "status": "finished" if trade.finished else "interrupted",
-        "torque_needed_N_m": _finite(trade.torque_needed),
+        "torque_needed_N_m": finite(trade.torque_needed),
         "torque_available_N_m": given.requirements.joint_torque_N_m - given.limits.gravity_torque_N_m,
-        "curves": [_curve(curve) for curve in trade.curves],
+        "curves": [
+            {
+                "name": curve.name,
+                "words": curve.words,
+                "largest_half_side_mm": finite(curve.largest),
+                "proven_half_side_mm": curve.largest_bound,
+                "beyond": list(curve.beyond),
+                "finished": curve.finished,
+                "points": [row(curve.name, point) for point in curve.points],
+            }
+            for curve in trade.curves
+        ],
         "telling": [{"what": what, "half_side_mm": point.half_side} for what, point in telling(trade)],
         "published": [
             {
@@ -93,8 +86,8 @@ def record(trade: Trade, seed: int, published: Sequence[Published], traces: Sequ
                 "row": found.row,
                 "method": found.method,
                 **{f"{name}_mm": value for name, value in zip(VARIABLES, found.design_mm, strict=True)},
-                "max_kappa": _finite(found.kappa),
-                "max_torque_N_m": _finite(found.torque),
+                "max_kappa": finite(found.kappa),
+                "max_torque_N_m": finite(found.torque),
                 "misses": list(found.misses),
             }
             for found in published
@@ -104,30 +97,30 @@ def record(trade: Trade, seed: int, published: Sequence[Published], traces: Sequ
                 "method": trace.method,
                 "seed": trace.seed,
                 "evaluations": list(trace.evaluations),
-                "max_kappa": [_finite(value) for value in trace.best],
+                "max_kappa": [finite(value) for value in trace.best],
             }
             for trace in traces
         ],
     }
 
 
-def write_csv(trade: Trade, path: Path) -> None:
-    """Every point of every front, a line each, numbers with all their digits."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        for curve in trade.curves:
-            for point in curve.points:
-                line = row(curve.name, point)
-                writer.writerow(line | {"active": "; ".join(line["active"])})
+def files(facts: dict[str, Any], text: str) -> dict[str, str]:
+    """The files of a front without its pictures: name -> content.
+
+    Args:
+        facts: What `record` gives.
+        text: The page.
+    """
+    lines = [point | {"active": "; ".join(point["active"])} for curve in facts["curves"] for point in curve["points"]]
+    table = io.StringIO()
+    writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    json_text = json.dumps(facts, indent=1, allow_nan=False) + "\n"
+    return {"front.csv": table.getvalue(), "front.json": json_text, "front.md": text}
 
 
-def write_facts(facts: dict[str, Any], path: Path) -> None:
-    """The facts as JSON."""
-    path.write_text(json.dumps(facts, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def page(trade: Trade, published: Sequence[Published], pictures: Sequence[tuple[str, str]]) -> str:
+def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[tuple[str, str]]) -> str:
     """The page as Markdown.
 
     Args:
@@ -136,76 +129,43 @@ def page(trade: Trade, published: Sequence[Published], pictures: Sequence[tuple[
         pictures: Name of each picture's file and what it shows.
     """
     main, given = trade.main, trade.main.given
-    force = given.requirements.force_N
-    left = given.requirements.joint_torque_N_m - given.limits.gravity_torque_N_m
-    lines = [f"# {given.name}: cube, conditioning, torque, outline", ""]
+    parts = [f"# {given.name}: cube, conditioning, torque, outline"]
     if not trade.finished:
-        lines += ["**Interrupted: what follows is as far as the run came.**", ""]
+        parts.append("**Interrupted: what follows is as far as the run came.**")
     if main.points:
         low, high = main.points[0], main.points[-1]
-        lines += [
+        left = given.requirements.joint_torque_N_m - given.limits.gravity_torque_N_m
+        parts += [
             f"{len(main.points)} designs from a cube of {2 * low.half_side:.4g} mm with worst kappa {low.kappa:.4g} "
             f"to one of {2 * high.half_side:.4g} mm with {high.kappa:.4g}. None has a larger cube and a smaller kappa.",
-            "",
             _beyond(main),
-            f"Torque for {force:g} N: at most {trade.torque_needed:.4g} N m on the front, {left:.4g} N m are left "
-            f"beside gravity's share; the limit binds {_binding(main, 'torque')}.",
-            "",
-            *_table(TABLE, [_cells(what, point) for what, point in telling(trade)]),
-            "",
+            f"Torque for {given.requirements.force_N:g} N: at most {trade.torque_needed:.4g} N m on the front, "
+            f"{left:.4g} N m are left beside gravity's share; the limit binds {_binding(main, 'torque')}.",
+            markdown_table(TABLE, [_cells(what, point) for what, point in telling(trade)]),
         ]
-    further = [*trade.outlines, *trade.torques]
-    if further:
-        lines += ["## With other requirements", ""]
-        lines += _table(
-            ("front", "what changes", "largest side mm", "kappa there", "torque N m", "outline mm", "torque binds"),
-            [_further(curve) for curve in further],
-        )
-        lines += [""]
-    lines += _proofs(main)
+    if further := trade.curves[1:]:
+        parts += ["## With other requirements", markdown_table(FURTHER, [_further(curve) for curve in further])]
+    if gaps := [1.0 - point.bound / point.kappa for point in main.points if point.bound is not None]:
+        parts += ["## Proven", _proven(main, gaps)]
     if published:
-        lines += ["## Published designs by our equations", ""]
-        lines += _table(
-            ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses"),
-            [_beside(main, found) for found in published],
-        )
-        lines += [""]
-    lines += [f"![{what}]({name})\n" for name, what in pictures]
-    return "\n".join(lines).rstrip() + "\n"
+        table = markdown_table(PUBLISHED, [_beside(main, found) for found in published])
+        parts += ["## Published designs by our equations", table]
+    return "\n\n".join([*parts, *(f"![{what}]({name})" for name, what in pictures)]) + "\n"
 
 
-def _proofs(curve: Curve) -> list[str]:
-    """What was proved, as a paragraph."""
-    gaps = [1.0 - point.bound / point.kappa for point in curve.points if point.bound is not None]
-    if not gaps:
-        return []
-    lines = [
-        "## Proven",
-        "",
+def _proven(curve: Curve, gaps: list[float]) -> str:
+    largest, median = (f"{100.0 * gap:.2g} %" for gap in (max(gaps), sorted(gaps)[len(gaps) // 2]))
+    text = (
         f"For {len(gaps)} of the {len(curve.points)} points it is proved, over every design within the requirements "
-        f"and not by sampling, how much smaller a worst kappa could be with the same cube: {_percent(max(gaps))} at "
-        f"most, {_percent(sorted(gaps)[len(gaps) // 2])} in the median.",
-    ]
+        f"and not by sampling, how much smaller a worst kappa could be with the same cube: {largest} at most, {median} "
+        "in the median."
+    )
     if curve.largest_bound is not None:
-        more = _percent(curve.largest_bound / curve.largest - 1.0)
-        lines[-1] += f" No cube has a side above {2.0 * curve.largest_bound:.6g} mm, {more} more than the largest here."
-    return [*lines, ""]
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
-
-
-def _curve(curve: Curve) -> dict[str, Any]:
-    return {
-        "name": curve.name,
-        "words": curve.words,
-        "largest_half_side_mm": _finite(curve.largest),
-        "proven_half_side_mm": curve.largest_bound,
-        "beyond": list(curve.beyond),
-        "finished": curve.finished,
-        "points": [row(curve.name, point) for point in curve.points],
-    }
+        more = 100.0 * (curve.largest_bound / curve.largest - 1.0)
+        text += (
+            f" No cube has a side above {2.0 * curve.largest_bound:.6g} mm, {more:.2g} % more than the largest here."
+        )
+    return text
 
 
 def _beyond(curve: Curve) -> str:
@@ -225,32 +185,23 @@ def _binding(curve: Curve, name: str) -> str:
     return f"from {sides[0]:.4g} to {sides[-1]:.4g} mm" if sides else "nowhere"
 
 
-def _cells(what: str, point: Point) -> tuple[str, ...]:
-    L_A, L_B, R, r, H = point.result.design_mm[:5]
-    lengths = (f"{value:.4g}" for value in (L_A, L_B, R, r, H))
-    binds = ", ".join(point.active) or "nothing"
-    return (what, f"{2 * point.half_side:.4g}", f"{point.kappa:.4g}", f"{point.torque:.4g}", *lengths, binds)
+def _cells(what: str, point: FrontPoint) -> list[str]:
+    numbers = (2.0 * point.half_side, point.kappa, point.torque, *point.result.design_mm[:5])
+    return [what, *(f"{value:.4g}" for value in numbers), ", ".join(point.active) or "nothing"]
 
 
-def _further(curve: Curve) -> tuple[str, ...]:
+def _further(curve: Curve) -> list[str]:
     if not curve.points:
-        return (curve.name, curve.words, "none", f"impossible: {' and '.join(curve.beyond)}", "", "", "")
+        return [curve.name, curve.words, "none", f"impossible: {' and '.join(curve.beyond)}", "", "", ""]
     last = curve.points[-1]
+    numbers = [f"{value:.4g}" for value in (2.0 * last.half_side, last.kappa, last.torque)]
     width, depth = last.outline
-    return (
-        curve.name,
-        curve.words,
-        f"{2 * last.half_side:.4g}",
-        f"{last.kappa:.4g}",
-        f"{last.torque:.4g}",
-        f"{width:.0f} x {depth:.0f}",
-        _binding(curve, "torque"),
-    )
+    return [curve.name, curve.words, *numbers, f"{width:.0f} x {depth:.0f}", _binding(curve, "torque")]
 
 
-def _beside(main: Curve, found: Published) -> tuple[str, ...]:
+def _beside(main: Curve, found: PublishedDesign) -> list[str]:
     own = main.kappa_at(found.half_side)
-    return (
+    return [
         f"{found.table}, {found.row}",
         found.method,
         f"{2 * found.half_side:.4g}",
@@ -258,12 +209,4 @@ def _beside(main: Curve, found: Published) -> tuple[str, ...]:
         "beyond the front" if own is None else f"{own:.4g}",
         f"{found.torque:.4g}",
         ", ".join(found.misses) or "nothing",
-    )
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return [f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows)]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    ]

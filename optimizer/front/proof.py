@@ -12,22 +12,22 @@ from optimizer.problem.step import Problem, step_problem
 from optimizer.synthesis.three_step import Store
 
 GAP = 1e-4
-"""That is asked of each proof, as a share of the objective."""
+"""Gap that is asked of each proof, as a share of the objective."""
 BOXES = 12_000
-"""Of designs, for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is."""
-
-Report = Callable[[int, int], None]
-"""Told after each proof: how many are done, and how many there are."""
+"""Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is."""
 
 
 def proved(
-    curve: Curve, report: Report | None = None, stop: Callable[[], bool] = bool, store: Store | None = None
+    curve: Curve,
+    report: Callable[[int, int], None] | None = None,
+    stop: Callable[[], bool] = bool,
+    store: Store | None = None,
 ) -> Curve:
     """Adds a proven bound to every point of a front, and to its largest cube.
 
     Args:
         curve: The front.
-        report: Told of each proof.
+        report: Called after each proof: how many are done, and how many there are.
         stop: Asked before and in each proof; True ends with the bounds there are.
         store: Keeps each proof; None keeps nothing.
 

@@ -13,10 +13,10 @@ from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import Result
 
 TABLES = (7, 8, 10, 11, 12)
-"""Of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP."""
+"""Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP."""
 
 
-class Published(NamedTuple):
+class PublishedDesign(NamedTuple):
     """One published design, recomputed.
 
     Attributes:
@@ -43,7 +43,7 @@ class Published(NamedTuple):
         return self.design_mm[SIDE]
 
 
-def published_designs(given: Requirements) -> list[Published]:
+def published_designs(given: Requirements) -> list[PublishedDesign]:
     """The designs of `TABLES` with the force of the requirements.
 
     Args:
@@ -53,16 +53,16 @@ def published_designs(given: Requirements) -> list[Published]:
         One for each row that has a result.
     """
     found = []
-    for case in published_runs(TABLES):
-        if case.result is not None:
-            result = Result(at_side(given, case.result[SIDE]), "published", case.result, "converged")
-            method, kappa, torque = case.method, result.max_kappa, result.max_torque
-            found.append(Published(case.table, case.row, method, case.result, kappa, torque, misses(given, result)))
+    for run in published_runs(TABLES):
+        if run.result is not None:
+            result = Result(at_side(given, run.result[SIDE]), "published", run.result, "converged")
+            worst = (result.max_kappa, result.max_torque)
+            found.append(PublishedDesign(run.table, run.row, run.method, run.result, *worst, misses(given, result)))
     return found
 
 
 def misses(given: Requirements, result: Result) -> tuple[str, ...]:
-    """What of the requirements a design does not meet: constraints by name, then bounds with the value."""
+    """Names what of the requirements a design does not meet: constraints by name, then bounds with the value."""
     named = [name for name, value in result.violations.items() if value > ROUNDING and name != "half_side"]
     for name, value in zip(VARIABLES, result.design_mm, strict=True):
         low, high = getattr(given.bounds_mm, name)

@@ -1,4 +1,4 @@
-"""What a mechanism reaches: exact contours of its workspace in a section, and its shell, README (4) of the mechanism.
+"""Reachable workspace: its exact contours in a section, and its shell, README (4) of the mechanism.
 
 A chain's limit is where its upper arm and forearm lie in one line, `h_i = 0`: with the forearm at the angle beta from
 the plane of the upper arm, `rho = L_A + L_B cos beta` and `t = L_B sin beta`, where rho < 0 is the fold. So every
@@ -19,7 +19,7 @@ from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 SAMPLES = 720
 """Along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve."""
 BISECTIONS = 60
-"""Of an end of a contour: more than a double can resolve."""
+"""Halvings to an end of a contour: more than a double can resolve."""
 RAYS = 241
 RADIAL_SCAN = 400
 """Points along a ray, from outside inwards, before its end is bisected."""
@@ -193,7 +193,7 @@ def _pieces(contour: Contour) -> list[np.ndarray]:
 
 
 def _ends(contour: Contour, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:
-    """Where a contour ends between parameters at which it is there and at which it is not."""
+    """Finds where a contour ends, between parameters at which it is there and at which it is not."""
     for _ in range(BISECTIONS):
         middle = (inside + outside) / 2.0
         there = contour(middle)[1] >= 0.0 if len(middle) else np.zeros(0, dtype=bool)

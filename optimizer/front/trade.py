@@ -1,4 +1,4 @@
-"""What a designer may trade: the front as required, and how it moves with the outline and with the joints' torque.
+"""The trades a designer may make: the front as required, and how it moves with the outline and with the joints' torque.
 
 Each further front changes one requirement and keeps all others. A smaller or larger outline scales the bounds of L_A
 and R along with it: where the requirements fix both, nothing could follow it otherwise.
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from optimizer.front.front import POINTS_MIN, Curve, Point, Report, Tracer
+from optimizer.front.front import POINTS_MIN, Curve, FrontPoint, PointReport, Tracer
 from optimizer.front.limits import conflict_words
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import outline_of, step_problem
@@ -56,8 +56,8 @@ class Trade:
         return max((point.torque for point in self.main.points), default=math.nan)
 
     @property
-    def knee(self) -> Point | None:
-        """Where a larger cube begins to cost more: farthest below the straight line from end to end in log kappa."""
+    def knee(self) -> FrontPoint | None:
+        """The point where a larger cube begins to cost more: farthest below the line from end to end in log kappa."""
         points = self.main.points
         if len(points) < 3:
             return None
@@ -83,7 +83,7 @@ class Trader:
     given: Requirements
     count: int = 50
     seed: int = 0
-    report: Report | None = None
+    report: PointReport | None = None
     stop: Callable[[], bool] = bool
     store: Store | None = None
     _done: list[Curve] = field(default_factory=list, init=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import DeltaGeometry, direct_margin, inverse_jacobian, reach_excess
+from delta_cad.mechanism import Cube, DeltaGeometry, direct_margin, inverse_jacobian, reach_excess
 from delta_cad.mechanism.jacobian import velocity_map
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.paper.published import LETTERS, Lengths
@@ -121,11 +121,16 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def mechanism_of(design_mm: Lengths) -> tuple[DeltaGeometry, Cube]:
+    """The mechanism and the cube of (6) lengths in mm."""
+    L_A, L_B, R, r, H, L = (x / MM_PER_M for x in design_mm)
+    return DeltaGeometry(base_radius=R, platform_radius=r, upper_arm_length=L_A, forearm_length=L_B), Cube(H, L)
+
+
 def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.ndarray]:
     """The mechanism of six lengths, and points (..., 3) in the coordinates of its cube as positions in m."""
-    L_A, L_B, R, r, H, L = (x / MM_PER_M for x in design_mm)
-    g = DeltaGeometry(base_radius=R, platform_radius=r, upper_arm_length=L_A, forearm_length=L_B)
-    return g, L * points + np.array([0.0, 0.0, H + L])
+    g, cube = mechanism_of(design_mm)
+    return g, cube.half_side * points + np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 
 
 def _shortfalls(problem: Problem, result: Result) -> tuple[Shortfall, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from optimizer.paper.evaluation import finite
@@ -79,20 +79,25 @@ def page(runs: Runs, made: Reproduction) -> str:
         "*proven* is a bound that no design within those bounds can beat; *gap* is how far the printed result is from "
         "that bound, negative where it is beyond it.",
         "## Table 2: parameters of the genetic algorithm",
-        _table(["parameter", "paper", "ours"], [list(map(_value, row.values())) for row in facts["table_2"]]),
+        markdown_table(["parameter", "paper", "ours"], [list(map(_value, row.values())) for row in facts["table_2"]]),
         "Ours has one island, so that nothing migrates.",
     ]
     for table, step in STEP_OF_TABLE.items():
         if mine := [r for r in runs if r.run.table == table]:
             cells = [[cell(r) for _, cell in COLUMNS] for r in mine]
-            parts += [f"## Table {table}: step {step}", AIMS[step], _table([head for head, _ in COLUMNS], cells)]
+            parts += [
+                f"## Table {table}: step {step}",
+                AIMS[step],
+                markdown_table([head for head, _ in COLUMNS], cells),
+            ]
             parts += ["\n".join(remarks)] if (remarks := _remarks(mine)) else []
     parts += ["## Notes", "\n".join(f"{n}. {text}" for n, text in enumerate(facts["notes"], 1))]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    return "\n".join("| " + " | ".join(line) + " |" for line in (head, ["---"] * len(head), *rows))
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))
 
 
 def _number(value: float | None, digits: int = 4) -> str:

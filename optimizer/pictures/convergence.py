@@ -1,4 +1,4 @@
-"""How GA and SQP converge over the seeds."""
+"""Picture of how GA and SQP converge over the seeds."""
 
 from __future__ import annotations
 

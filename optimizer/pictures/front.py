@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, YELLOW, styled
-from optimizer.front.front import Curve, Point
-from optimizer.front.published import Published
+from optimizer.front.front import Curve, FrontPoint
+from optimizer.front.published import PublishedDesign
 from optimizer.pictures.style import kappa_scale, pretty
 
 MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
@@ -24,7 +24,7 @@ NEAR_LIMIT = 1.5
 
 
 @styled
-def front(curve: Curve, published: Sequence[Published], chosen: Point | None, title: str) -> Figure:
+def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint | None, title: str) -> Figure:
     """Draws it.
 
     Args:
@@ -71,7 +71,7 @@ def front(curve: Curve, published: Sequence[Published], chosen: Point | None, ti
     return figure
 
 
-def _published(ax: Axes, found: Published, name: str) -> None:
+def _published(ax: Axes, found: PublishedDesign, name: str) -> None:
     mark, colour, size = MARKERS[found.table]
     face, edge, width = ("white", colour, 1.4) if found.misses else (colour, BLACK, 0.6)
     ax.plot(
@@ -87,7 +87,7 @@ def _published(ax: Axes, found: Published, name: str) -> None:
 
 
 def _impossible(ax: Axes, curve: Curve) -> None:
-    """What is proved to be impossible: as a larger cube holds every smaller one, a bound holds for all larger cubes."""
+    """Shades what is proved to be impossible; a bound holds for all larger cubes, as each holds every smaller one."""
     sides, bounds = [], []
     for point in curve.points:
         if point.bound is not None:
@@ -127,7 +127,7 @@ def _limit(ax: Axes, limit: float | None, words: str) -> None:
         )
 
 
-def _binding(ax: Axes, points: Sequence[Point]) -> None:
+def _binding(ax: Axes, points: Sequence[FrontPoint]) -> None:
     """A strip that tells which constraints bind where; what binds everywhere is left out."""
     always = set.intersection(*(set(p.active) for p in points)) if points else set()
     sets = [tuple(name for name in p.active if name not in always) for p in points]
@@ -151,7 +151,7 @@ def _binding(ax: Axes, points: Sequence[Point]) -> None:
         ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2, handlelength=1.2)
 
 
-def _legend(curve: Curve, published: Sequence[Published], chosen: Point | None) -> list[Any]:
+def _legend(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint | None) -> list[Any]:
     handles: list[Any] = [
         Line2D(
             [], [], color=BLUE, marker="o", markersize=3.2, linewidth=1.4, label=f"front, {len(curve.points)} designs"

@@ -11,14 +11,14 @@ from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
 from delta_cad.common.picture_style import styled
+from delta_cad.common.units import MM_PER_M as MM
 from optimizer.front.maps import Slice
 from optimizer.pictures.style import pretty
 
-MM = 1000.0
 SAME = 1e-6
 """Part by which two worst values may differ and still both be the worst of all: an optimum has several."""
 LEVELS = 9
-"""Of the contour lines inside the range."""
+"""Contour lines inside the range."""
 
 
 @styled

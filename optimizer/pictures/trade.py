@@ -1,4 +1,4 @@
-"""How the front moves with the outline and with the joints' torque."""
+"""Picture of how the front moves with the outline and with the joints' torque."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, styled
+from delta_cad.common.units import MM_PER_M as MM
 from delta_cad.mechanism import DeltaGeometry, closure_margin
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.statics import direct_margin
@@ -19,7 +20,6 @@ from delta_cad.mechanism.workspace import Cube
 from optimizer.front.reachable import contours_at_height, contours_in_mirror_plane, shell
 from optimizer.pictures.style import pretty
 
-MM = 1000.0
 VIEW = (22.0, -62.0)
 """Elevation and azimuth of the eye, degrees."""
 CUT_AWAY = 75.0

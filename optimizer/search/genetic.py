@@ -24,7 +24,7 @@ SEARCH_GRID = 9
 
 
 class Generation(NamedTuple):
-    """What a generation was worth; with the seed it is all that is needed to take a search up again.
+    """Objectives and margins of a generation; with the seed it is all that is needed to take a search up again.
 
     Attributes:
         objective: (population,) to be minimised.
@@ -58,7 +58,7 @@ class Population:
     evaluations: int
 
 
-Report = Callable[[int, int, float], None]
+GenerationReport = Callable[[int, int, float], None]
 """Called after each generation with its number, how many there are, and the best objective so far."""
 
 
@@ -70,7 +70,7 @@ def evolve(
     known: np.ndarray | None = None,
     record: Sequence[Generation] = (),
     keep: Callable[[Generation], None] | None = None,
-    report: Report | None = None,
+    report: GenerationReport | None = None,
     stop: Callable[[], bool] = bool,
 ) -> Population:
     """Runs the genetic algorithm.
@@ -83,7 +83,7 @@ def evolve(
         known: (K, free variables) designs that the first generation contains.
         record: Generations of an earlier run with the same arguments; they are told, not evaluated again.
         keep: Given each generation after it was evaluated.
-        report: Told of each generation.
+        report: Called after each generation.
         stop: Asked after each generation; True ends the search there.
 
     Returns:

@@ -107,7 +107,7 @@ class Checkpoint(Records):
                 self._kept.setdefault(record["phase"], []).append(Generation(**arrays))
 
     def finished(self, phase: str) -> dict[str, Any] | None:
-        """What a finished phase came to."""
+        """The result of a finished phase; None where it is not finished."""
         return self._done.get(phase)
 
     def finish(self, phase: str, data: dict[str, Any]) -> None:

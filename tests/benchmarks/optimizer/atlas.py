@@ -51,10 +51,10 @@ def run(say: Callable[[str], None]) -> list[Figure]:
 
 def _timed(grid: Grid, workers: int) -> tuple[list[float], float, list[dict[str, Any]], float]:
     """Seconds of the rounds, to start and end the cluster; rows without their seconds; these, of the last round."""
-    from optimizer.atlas.atlas import Row, collect, local_cluster
+    from optimizer.atlas.atlas import AtlasRow, collect, local_cluster
 
     times: list[float] = []
-    found: list[Row] = []
+    found: list[AtlasRow] = []
     before = perf_counter()
     with local_cluster(workers) as client:
         collect(client, grid.sets[:workers], found.append)  # everything is loaded

@@ -23,7 +23,7 @@ import pytest
 
 from delta_cad.common.console import INTERRUPTED
 from optimizer.atlas import atlas
-from optimizer.atlas.atlas import ClusterError, Failure, Row, collect, given_cluster, key_of, local_cluster
+from optimizer.atlas.atlas import AtlasRow, ClusterError, Failure, collect, given_cluster, key_of, local_cluster
 from optimizer.atlas.file import RowFile, csv_text, flat
 from optimizer.atlas.grid import Grid, grid_from_dict, load_grid
 from optimizer.atlas.page import cells, draw, mapped, page
@@ -60,13 +60,13 @@ def grid(file: Path) -> Grid:
     return load_grid(file)
 
 
-def bare(rows: list[Row]) -> list[Row]:
+def bare(rows: list[AtlasRow]) -> list[AtlasRow]:
     """Rows without what may differ, through JSON as the file has them."""
     return [{k: v for k, v in json.loads(json.dumps(row)).items() if k != "seconds"} for row in rows]
 
 
 @pytest.fixture(scope="module")
-def serial(file: Path) -> list[Row]:
+def serial(file: Path) -> list[AtlasRow]:
     """One after the other in one process. One BLAS thread, as the workers have: with two the last digits differ."""
     code = (
         "import json, sys\nfrom dataclasses import asdict\nfrom optimizer.atlas.atlas import solve\n"
@@ -88,11 +88,11 @@ def call(*arguments: str | Path) -> int:
     return cli.main([str(argument) for argument in arguments])
 
 
-def told(out: Path) -> list[Row]:
+def told(out: Path) -> list[AtlasRow]:
     return json.loads((out / "atlas" / "tiny" / "atlas.json").read_text())["rows"]
 
 
-def test_infeasible_sets_are_rows_with_the_contradiction_named(serial: list[Row]) -> None:
+def test_infeasible_sets_are_rows_with_the_contradiction_named(serial: list[AtlasRow]) -> None:
     assert [row["feasible"] for row in serial] == [False] * 3 + [True] * 3
     for row in serial[:3]:
         assert row["conflict"] == ["outline"]
@@ -109,8 +109,8 @@ def test_infeasible_sets_are_rows_with_the_contradiction_named(serial: list[Row]
     assert half[0] < half[1]  # more torque, a larger cube, until something else holds it
 
 
-def test_two_processes_give_the_serial_rows_in_any_order(client: Client, grid: Grid, serial: list[Row]) -> None:
-    rows: list[Row] = []
+def test_two_processes_give_the_serial_rows_in_any_order(client: Client, grid: Grid, serial: list[AtlasRow]) -> None:
+    rows: list[AtlasRow] = []
     assert collect(client, reversed(grid.sets), rows.append) == []
     assert bare(sorted(rows, key=lambda row: row["index"])) == bare(serial)
     there = client.run(lambda: (os.getpid(), *(os.environ.get(name) for name in atlas.THREADS)))
@@ -120,7 +120,7 @@ def test_two_processes_give_the_serial_rows_in_any_order(client: Client, grid: G
 
 
 def test_command_on_a_given_scheduler_writes_the_serial_rows(
-    client: Client, file: Path, tmp_path: Path, serial: list[Row], capsys: pytest.CaptureFixture[str]
+    client: Client, file: Path, tmp_path: Path, serial: list[AtlasRow], capsys: pytest.CaptureFixture[str]
 ) -> None:
     address = client.scheduler_info()["address"]
     assert call("atlas", file, "--scheduler", address, "--out", tmp_path, "--json") == 0
@@ -133,12 +133,12 @@ def test_command_on_a_given_scheduler_writes_the_serial_rows(
     ]  # fmt: skip
 
 
-def test_a_worker_killed_in_between_costs_no_row(grid: Grid, serial: list[Row]) -> None:
-    rows: list[Row] = []
+def test_a_worker_killed_in_between_costs_no_row(grid: Grid, serial: list[AtlasRow]) -> None:
+    rows: list[AtlasRow] = []
     with local_cluster(2) as client:
         first = sorted(client.run(os.getpid).values())[0]
 
-        def take(row: Row) -> None:
+        def take(row: AtlasRow) -> None:
             if not rows:
                 os.kill(first, signal.SIGKILL)
             rows.append(row)
@@ -149,7 +149,7 @@ def test_a_worker_killed_in_between_costs_no_row(grid: Grid, serial: list[Row]) 
 
 
 def test_a_set_that_raises_is_a_failure_with_its_reason_and_the_others_are_rows(client: Client, grid: Grid) -> None:
-    rows: list[Row] = []
+    rows: list[AtlasRow] = []
     broken = replace(grid.sets[3], method="magic")
     failed = collect(client, [broken, grid.sets[4]], rows.append)
     assert failed == [Failure(3, "ProblemError: method is 'magic'; it must be one of ga, sqp, ga+sqp, proven")]
@@ -157,7 +157,7 @@ def test_a_set_that_raises_is_a_failure_with_its_reason_and_the_others_are_rows(
 
 
 def test_stop_gives_up_what_is_not_done(client: Client, grid: Grid) -> None:
-    rows: list[Row] = []
+    rows: list[AtlasRow] = []
     assert collect(client, grid.sets, rows.append, lambda: len(rows) == 2) == []
     assert len(rows) == 2
 
@@ -170,7 +170,7 @@ def test_a_lost_scheduler_and_a_worker_that_dies_again_and_again_are_told() -> N
     assert atlas._reason(killed) == "its workers died again and again"
 
 
-def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(file: Path, tmp_path: Path, serial: list[Row]) -> None:
+def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(file: Path, tmp_path: Path, serial: list[AtlasRow]) -> None:
     """SIGINT to the command and all its processes, as a terminal sends it; then a line torn by hand."""
     command = [sys.executable, "-m", "optimizer", "atlas", str(file), "--workers", "1", "--out", str(tmp_path)]
     kept = tmp_path / "atlas" / "tiny" / "rows.jsonl"
@@ -196,7 +196,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(file: Path, tmp_path: Path
 
 
 def test_a_finished_checkpoint_needs_no_cluster(
-    file: Path, grid: Grid, serial: list[Row], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    file: Path, grid: Grid, serial: list[AtlasRow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rows = RowFile(tmp_path / "atlas" / "tiny" / "rows.jsonl", key_of(grid), resume=False)
     for row in reversed(serial):
@@ -208,7 +208,7 @@ def test_a_finished_checkpoint_needs_no_cluster(
 
 
 def test_sets_that_fail_exit_1_and_are_kept_for_resume(
-    file: Path, grid: Grid, serial: list[Row], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    file: Path, grid: Grid, serial: list[AtlasRow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str], client: Client,
 ) -> None:  # fmt: skip
     def some(_client: object, _sets: object, take: Any, _stop: object) -> list[Failure]:
@@ -322,7 +322,7 @@ def test_checkpoint_of_another_atlas_or_no_checkpoint_is_refused(
             RowFile(path, key_of(grid), resume=True)
 
 
-def test_csv_holds_every_row_and_number(serial: list[Row]) -> None:
+def test_csv_holds_every_row_and_number(serial: list[AtlasRow]) -> None:
     lines = list(csv.DictReader(io.StringIO(csv_text(serial))))
     assert len(lines) == 6
     assert lines[0]["conflict"] == "outline"
@@ -334,7 +334,7 @@ def test_csv_holds_every_row_and_number(serial: list[Row]) -> None:
     assert list(flat(serial)[-1]) == list(lines[0])  # the order of a full row
 
 
-def test_page_and_map_say_what_is_met(grid: Grid, serial: list[Row]) -> None:
+def test_page_and_map_say_what_is_met(grid: Grid, serial: list[AtlasRow]) -> None:
     assert mapped(grid)
     table = cells(grid, serial, "step_2_half_side_mm")
     assert np.isnan(table[0]).all()
@@ -354,7 +354,7 @@ def test_page_and_map_say_what_is_met(grid: Grid, serial: list[Row]) -> None:
     assert f"| set | {OUTLINE} | {TORQUE} | seed | feasible | conflict | step_1_half_side_mm |" in text
 
 
-def test_long_tables_are_cut_on_the_page_and_odd_grids_have_no_map(serial: list[Row], file: Path) -> None:
+def test_long_tables_are_cut_on_the_page_and_odd_grids_have_no_map(serial: list[AtlasRow], file: Path) -> None:
     base = {"base": "joystick.toml", "method": "sqp"}
     one = grid_from_dict(base | {"axes": {TORQUE: [0.4, 0.8]}}, "g", file.parent)
     pairs = grid_from_dict(

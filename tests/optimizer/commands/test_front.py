@@ -15,7 +15,9 @@ from typing import Any
 
 import pytest
 
+from delta_cad.design import load_design
 from optimizer.commands import cli, front
+from optimizer.paper.evaluation import mechanism_of
 from tests.optimizer.front_tasks import JOYSTICK
 
 BEST = JOYSTICK.parent / "best.json"
@@ -148,7 +150,7 @@ def test_text_tells_the_points_and_what_limits(
     assert out.splitlines()[-1] == f"4 points and the pictures in {tmp_path / 'dashboard-joystick-front'}"
 
 
-def test_design_and_requirements_choose_what_is_pictured(task: Path, tmp_path: Path) -> None:
+def test_design_and_requirements_choose_what_is_pictured(task: Path) -> None:
     from optimizer.front.front import Tracer
     from optimizer.front.trade import Trade
     from optimizer.problem.requirements import load_requirements
@@ -157,15 +159,23 @@ def test_design_and_requirements_choose_what_is_pictured(task: Path, tmp_path: P
     asked = given.model_copy(update={"step_3": given.step_3.model_copy(update={"half_side_mm": 38.5})})
     for wanted, pictured, compared in ((given, 40.0, None), (asked, 38.5, 38.5)):
         curve = Tracer(wanted, 4).curve()
-        run = front._Run(wanted, None, None, tmp_path, None, bool, None)
-        assert run._chosen(Trade(curve)).half_side == pictured
-        subject = run._convergence_point(Trade(curve))
+        trade = Trade(curve)
+        assert front.pictured(trade).half_side == pictured
+        subject = front.compared(trade)
         assert subject is not None
         assert subject.half_side == (compared or subject.half_side) < 40.0
-        geometry, cube, name = run._pictured(run._chosen(Trade(curve)))
+        lengths = front.pictured(trade).result.design_mm
+        geometry, cube = mechanism_of(lengths)
         assert cube.half_side == pytest.approx(pictured / 1000.0)
         assert geometry.upper_arm_length == pytest.approx(0.082)
-        assert name.startswith(f"dashboard-joystick: cube of {2 * pictured:.4g} mm, R 40, r 30, L_A 82, L_B 1")
+        assert front.title_of(lengths, "task").startswith(
+            f"task: cube of {2 * pictured:.4g} mm, R 40, r 30, L_A 82, L_B 1"
+        )
+    best = load_design(BEST)
+    geometry, cube = mechanism_of(front.lengths_of(best))
+    assert geometry == best.geometry
+    assert cube.bottom_height == pytest.approx(best.cube.bottom_height_mm / 1000.0)
+    assert cube.half_side == pytest.approx(best.cube.half_side_mm / 1000.0)
 
 
 def test_contradiction_exits_1_and_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from delta_cad.mechanism import Cube, DeltaGeometry
 from optimizer.front.convergence import Trace
-from optimizer.front.front import Curve, Point
+from optimizer.front.front import Curve, FrontPoint
 from optimizer.front.limits import at_side
 from optimizer.front.maps import slices
 from optimizer.front.published import published_designs
@@ -41,7 +41,7 @@ def curve(name: str = "as required", bounds: bool = False, **limits: float | Non
     points = []
     for design in DESIGNS:
         result = Result(at_side(given, design[5]), "sqp", design, "converged")
-        points.append(Point(result, ("outline", "lean"), 0.999 * result.max_kappa if bounds else None))
+        points.append(FrontPoint(result, ("outline", "lean"), 0.999 * result.max_kappa if bounds else None))
     return Curve(given, name, name, tuple(points), 40.0, ("lean",), largest_bound=40.1 if bounds else None)
 
 
@@ -191,6 +191,6 @@ def test_condition_numbers_far_apart_are_drawn_on_a_logarithmic_scale() -> None:
     main = curve(kappa_max=None)
     steep = Result(at_side(joystick(), 42.0), "sqp", (82.0, 122.0, 40.0, 30.0, 40.0, 42.0), "converged")
     assert 20.0 < steep.max_kappa < math.inf
-    wide = dataclasses.replace(main, points=(*main.points, Point(steep, ())))
+    wide = dataclasses.replace(main, points=(*main.points, FrontPoint(steep, ())))
     assert front.front(wide, [], None, "a task").axes[0].get_yscale() == "log"
     assert trade.trade(Trade(wide), "a task").axes[0].get_yscale() == "log"
