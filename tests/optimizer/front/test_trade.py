@@ -18,7 +18,7 @@ from tests.optimizer.front_tasks import check, joystick
 
 @pytest.fixture(scope="module")
 def trade() -> Trade:
-    return Trader(joystick(half_side=(30.0, 100.0)), 5).trade()
+    return Trader(joystick(half_side=(30.0, 100.0)), 4).trade()
 
 
 def test_there_are_two_more_of_each_kind(trade: Trade) -> None:
