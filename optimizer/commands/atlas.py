@@ -99,12 +99,13 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
     from delta_cad.common.files import write_all
     from optimizer.atlas.file import csv_text, record
-    from optimizer.atlas.page import draw, mapped, page
+    from optimizer.atlas.page import mapped, page
+    from optimizer.pictures.atlas import png
 
     ordered = [rows.rows[one.index] for one in grid.sets]
     picture = folder / "atlas.png"
     text = json.dumps(record(grid, ordered), indent=1, allow_nan=False)
-    contents: dict[Path, str | bytes] = {picture: draw(grid, ordered)} if mapped(grid) else {}
+    contents: dict[Path, str | bytes] = {picture: png(grid, ordered)} if mapped(grid) else {}
     contents |= {
         folder / "atlas.json": text + "\n",
         folder / "atlas.csv": csv_text(ordered),
