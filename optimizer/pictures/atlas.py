@@ -90,11 +90,11 @@ def _panel(ax: Axes, values: np.ndarray, colours: str) -> None:
         return
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     room = max(0.0, SPAN_MIN * abs(high) - (high - low)) / 2.0
-    shown = ax.imshow(values, origin="lower", aspect="auto", cmap=colours, vmin=low - room, vmax=high + room)
+    shown: Any = ax.imshow(values, origin="lower", aspect="auto", cmap=colours, vmin=low - room, vmax=high + room)
     ax.figure.colorbar(shown, ax=ax)
     for (i, j), value in np.ndenumerate(values if values.size <= CELLS_MAX else np.empty((0, 0))):
         if math.isfinite(value):
-            red, green, blue, _ = shown.cmap(float(shown.norm(float(value))))
+            red, green, blue, _ = shown.cmap(shown.norm(value))
             dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
             ax.text(j, i, f"{value:.4g}", ha="center", va="center", fontsize=7, color="white" if dark else "black")
 
