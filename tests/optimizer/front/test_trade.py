@@ -11,7 +11,7 @@ import pytest
 from optimizer.front.front import Curve
 from optimizer.front.limits import at_side
 from optimizer.front.trade import Trade, Trader, largest_reach, scaled_outline, torque_levels, with_torque
-from optimizer.problem.step import outline_margin
+from optimizer.problem.step import outline_of
 from optimizer.search import sqp
 from tests.optimizer.front_tasks import check, joystick
 
@@ -97,7 +97,7 @@ def test_largest_reach_uses_the_outline_up() -> None:
         {"outline_radius_max_mm": None, "outline_overhead_mm": (30.0, 4.0)},
     ):
         given = joystick(**limits)
-        assert outline_margin(given, np.array(largest_reach(given)))[0] == pytest.approx(0.0, abs=1e-15)
+        assert outline_of(given).room(np.array(largest_reach(given)))[0] == pytest.approx(0.0, abs=1e-15)
     assert scaled_outline(given, 0.9).limits.outline_radius_max_mm == pytest.approx(0.9 * largest_reach(given))
 
 
