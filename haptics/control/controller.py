@@ -20,7 +20,7 @@ from haptics.control.saturation import saturate
 from haptics.control.supervisor.limits import Limits
 from haptics.control.supervisor.memory import reset_memory
 from haptics.control.supervisor.supervisor import check, limit
-from haptics.rendering.kernel import total_force
+from haptics.rendering.table import total_force
 
 VELOCITY, FORCE, RENDERED, CEILING = ROWS, ROWS + 1, ROWS + 2, ROWS + 3
 """Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), its torque as far as it fits

@@ -21,8 +21,9 @@ from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDE
 from haptics.control.supervisor.safety import Supervisor
 from haptics.devices.device import Device, DeviceLostError, Sample, run
 from haptics.devices.recording import Recorder, Recording
-from haptics.rendering.kernel import GAIN, fade
-from haptics.rendering.laws import law_table
+from haptics.rendering import law_table
+from haptics.rendering.law import GAIN, ForceLaw
+from haptics.rendering.table import fade
 
 SAME_PERIOD = 1e-6
 """Relative difference of two periods that are the same: less than the error of any quartz."""
@@ -46,7 +47,7 @@ class Host:
 
     Args:
         controller: Of the device.
-        laws: Rows of force laws, as `rows.law_table` takes them.
+        laws: A law or a table of laws, as `haptics.rendering.law_table` takes them.
 
     Attributes:
         controller: As given.
@@ -59,7 +60,7 @@ class Host:
         ValueError: The controller's limits contradict each other.
     """
 
-    def __init__(self, controller: Controller, laws: ArrayLike) -> None:
+    def __init__(self, controller: Controller, laws: ForceLaw | ArrayLike) -> None:
         self.controller, self.supervisor = controller, Supervisor(controller.limits)
         self.memory: Memory = fresh(controller)._replace(supervisor=self.supervisor.memory)
         self.bits = 0
@@ -74,7 +75,7 @@ class Host:
 
     @property
     def laws(self) -> np.ndarray:
-        """(n, COLUMNS) rows that act now, those that fade included; a copy."""
+        """(n, COLUMNS) laws that act now, those that fade included; a copy."""
         return self._laws.copy()
 
     def __call__(self, sample: Sample) -> np.ndarray:
@@ -163,11 +164,11 @@ class Host:
         """A sign of life of whoever gives the commands; force fades when there is none for `limits.stale`."""
         self.supervisor.heard()
 
-    def change(self, laws: ArrayLike, seconds: float | None = None) -> None:
+    def change(self, laws: ForceLaw | ArrayLike, seconds: float | None = None) -> None:
         """Other laws from now on, which is a sign of life too; the old ones fade out while the new ones fade in.
 
         Args:
-            laws: Rows of force laws, as `rows.law_table` takes them.
+            laws: A law or a table of laws, as `haptics.rendering.law_table` takes them.
             seconds: Of the fade, s; 0 for at once, None for `limits.fade`.
 
         Raises:
@@ -200,7 +201,7 @@ class Host:
             self._tick(self._last._replace(time=self._last.time + self.controller.limits.period))
 
     def _fade(self) -> None:
-        """Moves the gains on, and drops rows that have faded out."""
+        """Moves the gains on, and drops laws that have faded out."""
         gains = self._laws[:, GAIN]
         if np.array_equal(gains, self._gains):
             return

@@ -9,14 +9,15 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from delta_cad.mechanism import jacobian
 from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS, Resistance, law_table
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
     GUIDE,
     PERIOD,
@@ -127,7 +128,7 @@ def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -
     return Scene("home", "figure 16", runs, facts, promises, _discussion(facts, runs))
 
 
-def ideal_settling(machine: Machine, setting: Resistance, damping: float, distance: float) -> float:
+def ideal_settling(machine: Machine, setting: OperatingResistance, damping: float, distance: float) -> float:
     """Time of an ideal, continuous damper without mass and friction to the home radius, s.
 
     Args:
@@ -150,14 +151,14 @@ def _start(machine: Machine) -> np.ndarray:
     return origin(machine) + START * half_side(machine) * np.ones(3) / math.sqrt(3.0)
 
 
-def _home_radius(machine: Machine, setting: Resistance) -> float:
+def _home_radius(machine: Machine, setting: OperatingResistance) -> float:
     """Distance within which friction may hold the handle against the spring, m."""
     return setting.dead_radius + ARRIVED * friction_holds(machine) / setting.stiffness
 
 
 def _released(
     machine: Machine,
-    setting: Resistance,
+    setting: OperatingResistance,
     applied: float,
     asked: list[float],
     delay: float,
@@ -172,7 +173,7 @@ def _released(
     recording = simulate(
         nominal_plant(machine),
         default_controller(machine, PERIOD)._replace(force=limit),
-        law_table(setting.row(middle, damping=applied)),
+        law_table(replace(setting, origin=middle, damping=applied)),
         timing(PERIOD, delay),
         start,
         hand=GUIDE,

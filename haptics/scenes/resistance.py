@@ -6,13 +6,15 @@ Source:
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS, Resistance, law_table
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
     GUIDE,
     PERIOD,
@@ -102,7 +104,7 @@ def _allowed(force: float) -> str:
     return f"{force:g} N to within {100.0 * SHORT:g} %, that is {(1.0 - SHORT) * force:.2f} N,"
 
 
-def law_force(setting: Resistance, distance: np.ndarray, limit: float) -> np.ndarray:
+def law_force(setting: OperatingResistance, distance: np.ndarray, limit: float) -> np.ndarray:
     """Eq. (23) at rest: pull to the origin, (n,) N.
 
     Args:
@@ -115,7 +117,13 @@ def law_force(setting: Resistance, distance: np.ndarray, limit: float) -> np.nda
 
 
 def _led(
-    machine: Machine, name: str, setting: Resistance, cap: DampingCap, signs: tuple[float, ...], delay: float, seed: int
+    machine: Machine,
+    name: str,
+    setting: OperatingResistance,
+    cap: DampingCap,
+    signs: tuple[float, ...],
+    delay: float,
+    seed: int,
 ) -> Run:
     middle, way = origin(machine), half_side(machine) * np.array(signs)
     time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
@@ -124,7 +132,7 @@ def _led(
     recording = simulate(
         nominal_plant(machine),
         default_controller(machine, PERIOD)._replace(force=limit),
-        law_table(setting.row(middle, damping=applied)),
+        law_table(replace(setting, origin=middle, damping=applied)),
         timing(PERIOD, delay),
         middle,
         hand=GUIDE,
@@ -163,7 +171,7 @@ def _led(
 
 
 def _whole_law(
-    setting: Resistance, damping: float, limit: float, along: np.ndarray, recording: Recording
+    setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: Recording
 ) -> np.ndarray:
     """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""
     distance = np.linalg.norm(along, axis=1)

@@ -12,7 +12,7 @@ from haptics.control.supervisor.faults import described
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.model.hands import HAND_MODELS
 from haptics.model.machine import Machine
-from haptics.rendering.laws import AXES
+from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD, motors_force
 from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
 from haptics.simulation.assumptions import DELAY

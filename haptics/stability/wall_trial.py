@@ -17,7 +17,8 @@ from delta_cad.mechanism import jacobian
 from haptics.control.supervisor.faults import LATCHING
 from haptics.model.machine import Machine
 from haptics.model.plant import Hand, Plant
-from haptics.rendering.laws import AXES, axis_wall_row, law_table
+from haptics.rendering import law_table
+from haptics.rendering.laws.virtual_wall import AXES, axis_wall
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loop import SUBSTEPS, Recording, simulate, timing
 from haptics.stability.oscillation import Oscillation, oscillation
@@ -182,7 +183,7 @@ class _Bench:
         substeps: int = SUBSTEPS,
     ) -> None:
         self.met = met if met[:1] in ("+", "-") else f"+{met}"
-        axis_wall_row(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
+        axis_wall(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
         if not (math.isfinite(hand.stiffness) and hand.stiffness > 0.0):
             raise ValueError(f"the hand's stiffness is {hand.stiffness!r} N/m; it must be positive to lean on a wall")
         axis, sign = AXES[self.met[1]], 1.0 if self.met[0] == "+" else -1.0
@@ -201,7 +202,7 @@ class _Bench:
         self.still = np.zeros((ticks, 3))
 
     def law(self, stiffness: float) -> np.ndarray:
-        return law_table(axis_wall_row(self.met, self.face, stiffness=stiffness, damping=self.damping))
+        return law_table(axis_wall(self.met, self.face, stiffness=stiffness, damping=self.damping))
 
     def trial(self, stiffness: float) -> WallTrial:
         start = self.centre - GAP * self.along

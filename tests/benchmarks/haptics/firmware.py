@@ -80,7 +80,10 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
     from haptics.model.machine import Machine
-    from haptics.rendering.laws import axis_wall_row, law_table, resistance_row
+    from haptics.model.masses import Masses
+    from haptics.rendering import law_table
+    from haptics.rendering.laws.operating_resistance import OperatingResistance
+    from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.simulation.assumptions import default_controller
 
     compiler = shutil.which("cc")
@@ -97,9 +100,9 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     way = 0.6 * half * np.stack([np.cos(turn), np.sin(turn), np.sin(2.0 * turn)], axis=-1)
     angles = inverse_kinematics(design.geometry, middle + way)
     laws = law_table(
-        resistance_row(stiffness=400.0, damping=10.0, dead_radius=1.5e-3, full_radius=10e-3, origin=middle),
+        OperatingResistance(stiffness=400.0, damping=10.0, dead_radius=1.5e-3, full_radius=10e-3, origin=middle),
         *(
-            axis_wall_row(f"+{axis}", middle[k] + 0.3 * half, stiffness=2000.0, damping=5.0)
+            axis_wall(f"+{axis}", middle[k] + 0.3 * half, stiffness=2000.0, damping=5.0)
             for k, axis in enumerate("xyz")
         ),
     )

@@ -138,14 +138,15 @@ def measured() -> None:
     from haptics.control.controller import fresh, tick
     from haptics.control.supervisor.memory import ENABLE, REQUEST
     from haptics.model.hands import HANDS
-    from haptics.rendering.laws import axis_wall_row, law_table
+    from haptics.rendering import law_table
+    from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.scenes.bench import origin
     from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
     from haptics.simulation.loop import simulate, timing
 
     machine = _machine()
     par, controller, middle = nominal_plant(machine), default_controller(machine), origin(machine)
-    laws = law_table(axis_wall_row("+x", 0.0, stiffness=2000.0, damping=5.0))
+    laws = law_table(axis_wall("+x", 0.0, stiffness=2000.0, damping=5.0))
     way = np.array([0.02, 0.0, 0.0])  # the hand wanders in and out of the wall
 
     def loop(ticks: int, substeps: int = 10) -> Any:

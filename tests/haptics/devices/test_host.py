@@ -24,15 +24,18 @@ from haptics.devices.host import Host
 from haptics.devices.link import UdpLink
 from haptics.devices.recording import Recorder
 from haptics.devices.remote import RemoteDevice
-from haptics.rendering.kernel import COLUMNS, GAIN
-from haptics.rendering.laws import LawError, constant_row, law_table, spring_row
+from haptics.rendering import law_table
+from haptics.rendering.law import GAIN, LawError
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.registry import COLUMNS
 from tests.committed import ROOT
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, HOME, LIMITS, MASSES
 from tests.haptics.devices.host_board import HAND, simulated
 
 FORCE = np.array([0.2, -0.1, 1.0])
 """N; upwards in all joints, as the torque that holds the moving bodies: so the sum of both falls evenly at a stop."""
-LAWS = law_table(constant_row(FORCE), spring_row(stiffness=100.0, damping=1.0, point=HOME))
+LAWS = law_table(ConstantForce(FORCE), SpringDamper(stiffness=100.0, damping=1.0, point=HOME))
 REST = inverse_kinematics(GEOMETRY, HOME)
 STEP = (LIMITS.slew + LIMITS.gravity_slew) * LIMITS.period
 ROUNDING = 1e-12
@@ -300,7 +303,7 @@ def test_force_fades_when_nobody_speaks_and_comes_back_when_somebody_does() -> N
 
 def test_laws_change_without_a_step_and_count_as_a_word() -> None:
     ours, device = host(stale=0.6), simulated()
-    other = law_table(constant_row(-FORCE), constant_row(0.1 * FORCE))
+    other = law_table(ConstantForce(-FORCE), ConstantForce(0.1 * FORCE))
     forces: list[np.ndarray] = []
 
     def until(sample: Sample) -> bool:
@@ -325,7 +328,7 @@ def test_laws_can_change_at_once_and_to_none() -> None:
     ours.change(law_table(), 0.0)
     ours(Sample(REST, 0.0))
     assert ours.laws.shape == (0, COLUMNS)
-    half = constant_row(FORCE)
+    half = law_table(ConstantForce(FORCE))
     half[GAIN] = 0.5
     ours.change(half, 0.0)
     ours(Sample(REST, 1e-3))

@@ -6,6 +6,7 @@ import ctypes
 import math
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,22 +26,32 @@ from haptics.control.supervisor.faults import EXTERNAL, Fault, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
 from haptics.devices.device import Sample
 from haptics.devices.host import Host
+from haptics.firmware.expressions import TranslationError, literal
 from haptics.firmware.generate import sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
-from haptics.firmware.translate import Translation, TranslationError, literal
+from haptics.firmware.translate import Translation
 from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
+from haptics.model.masses import Masses
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.home import Home
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import axis_wall
+from haptics.rendering.registry import COLUMNS, layout
+from haptics.rendering.registry import LAWS as REGISTRY
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(
-    PAPER_SETTINGS["k0.4"].row(HOME, damping=20.0),
-    spring_row(stiffness=50.0, damping=1.0, point=HOME),
-    constant_row([0.1, -0.2, 0.3]),
-    home_row(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
-    axis_wall_row("+x", 0.005, stiffness=1500.0, damping=3.0),
+    replace(PAPER_SETTINGS["k0.4"], origin=HOME, damping=20.0),
+    SpringDamper(stiffness=50.0, damping=1.0, point=HOME),
+    ConstantForce([0.1, -0.2, 0.3]),
+    Home(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
+    axis_wall("+x", 0.005, stiffness=1500.0, damping=3.0),
+    np.array([[kind, 0.5, *(1e-3 * (k + 1) for k in range(COLUMNS - 2))] for kind in REGISTRY]),  # every law there is
 )
 
 
@@ -245,15 +256,36 @@ def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(machin
 
 def test_header_and_guide_have_what_can_be_raised(machine: Machine) -> None:
     files = sources(default_controller(machine), "a")
-    rows = [
-        line.split(" | ") for line in files["README.md"].splitlines() if line.startswith("| ") and line[2].isdigit()
-    ]
+    _, table = files["README.md"].split("| bit | found |")
+    rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ") and line[2].isdigit()]
     by = {int(row[0].strip("| ")): row[2] for row in rows}
     assert set(by) == {int(fault) for fault in Fault} - {Fault.ORDER}  # a tick keeps its own order
     assert {code for code, text in by.items() if "delta_signal" in text} == {int(f) for f in findings(EXTERNAL)}
     assert by[int(Fault.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
     for fault in findings(EXTERNAL):
         assert f"#define DELTA_{fault.name} (1LL << {int(fault)})" in files["delta_controller.h"]
+
+
+def test_header_names_every_law_and_its_columns(machine: Machine) -> None:
+    header = sources(default_controller(machine), "a")["delta_controller.h"]
+    lines = (line.split() for line in header.splitlines() if line.startswith("#define DELTA_"))
+    named = {words[1]: words[2] for words in lines if len(words) > 2 and words[2].isdigit()}
+    assert int(named["DELTA_LAW_COLUMNS"]) == COLUMNS == LAWS.shape[1]
+    wall = axis_wall("-z", 0.25, stiffness=7.0, damping=3.0, blend=2e-3)
+    row = law_table(wall)[0]
+    assert row[int(named["DELTA_LAW_KIND"])] == int(named["DELTA_VIRTUAL_WALL"])
+    assert row[int(named["DELTA_LAW_GAIN"])] == 1.0
+    for field, value in (("STIFFNESS", 7.0), ("DAMPING", 3.0), ("BLEND", 2e-3)):
+        assert row[int(named[f"DELTA_VIRTUAL_WALL_{field}"])] == value
+    point, normal = (int(named[f"DELTA_VIRTUAL_WALL_{field}"]) for field in ("POINT", "NORMAL"))
+    assert row[point : point + 3].tolist() == [0.0, 0.0, 0.25]
+    assert row[normal : normal + 3].tolist() == [0.0, 0.0, 1.0]
+
+
+def test_the_columns_of_a_law_do_not_overlap() -> None:
+    for law in REGISTRY.values():
+        places = [first + k for _, first, width, _ in layout(law) for k in range(width)]
+        assert places == list(range(2, 2 + len(places)))
 
 
 def test_what_is_written_does_not_depend_on_the_day(machine: Machine) -> None:
@@ -302,7 +334,7 @@ def _chosen(x):
 
 @pytest.mark.parametrize("function", [_power, _named, _with_else, _chosen])
 def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None:
-    with pytest.raises(TranslationError, match=rf"test_firmware\.{function.py_func.__name__}, line \d+"):
+    with pytest.raises(TranslationError, match=rf"{__name__}\.{function.py_func.__name__}, line \d+"):
         Translation().add(function, (float64,))
 
 

@@ -12,7 +12,7 @@ from delta_cad.design import Design
 from delta_cad.mechanism import inverse_jacobian, inverse_kinematics
 from haptics.model.hands import HANDS
 from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
 from haptics.scenes.bench import GUIDE, READY, friction_force, friction_holds, motors_force, origin
 from haptics.scenes.home import home, ideal_settling
 from haptics.scenes.record import Run, Scene

@@ -19,7 +19,10 @@ from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.gravity import gravity_torque
 from haptics.model.machine import Machine
 from haptics.model.plant import FREE, Hand
-from haptics.rendering.laws import axis_wall_row, constant_row, law_table, spring_row
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.assumptions import (
     default_controller,
     default_estimator,
@@ -34,7 +37,7 @@ from haptics.stability.linear import linearise
 
 HOME = np.array([0.0, 0.0, 0.0946])
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
-NOTHING = law_table(constant_row([0.0, 0.0, 0.0]))
+NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +73,7 @@ def _geometry(controller: Controller) -> Any:
 
 def test_the_torque_is_that_of_force_and_weight(machine: Machine, controller: Controller) -> None:
     p, point = np.array([0.01, -0.02, 0.1]), np.array([0.012, -0.02, 0.099])
-    laws = law_table(spring_row(stiffness=300.0, damping=3.0, point=point), constant_row([0.1, 0.2, -0.3]))
+    laws = law_table(SpringDamper(stiffness=300.0, damping=3.0, point=point), ConstantForce([0.1, 0.2, -0.3]))
     out, memory = settled(controller, laws, p)
     force = 300.0 * (point - p) + [0.1, 0.2, -0.3]
     expected = jacobian(machine.geometry, p).T @ force
@@ -84,9 +87,9 @@ def test_the_torque_is_that_of_force_and_weight(machine: Machine, controller: Co
 
 def test_a_force_above_its_limit_keeps_its_direction(machine: Machine, controller: Controller) -> None:
     wanted = np.array([3.0, -4.0, 12.0])
-    _, memory = settled(controller._replace(force=2.6), law_table(constant_row(wanted)), HOME)
+    _, memory = settled(controller._replace(force=2.6), law_table(ConstantForce(wanted)), HOME)
     assert memory.work[FORCE] == pytest.approx(0.2 * wanted, rel=1e-12)
-    out, memory = settled(controller, law_table(constant_row(3.0 * wanted)), HOME)  # more than the joints can give
+    out, memory = settled(controller, law_table(ConstantForce(3.0 * wanted)), HOME)  # more than the joints can give
     factor = memory.work[FACTOR]
     assert 0.0 < factor < 1.0
     held = gravity_torque(machine.geometry, MASSES, HOME, machine.design.requirements.gravity_m_s2)
@@ -105,7 +108,7 @@ def test_gravity_alone_keeps_a_handle_where_it_is(machine: Machine, controller: 
 
 
 def test_the_same_seed_gives_the_same_doubles(machine: Machine, controller: Controller) -> None:
-    laws = law_table(spring_row(stiffness=500.0, damping=2.0, point=HOME))
+    laws = law_table(SpringDamper(stiffness=500.0, damping=2.0, point=HOME))
 
     def run(seed: int) -> np.ndarray:
         more = still(300) | {"count": encoder_count(machine), "seed": seed}
@@ -139,7 +142,7 @@ def test_a_torque_arrives_after_its_delay(machine: Machine, delay: float) -> Non
         ),
     )
     bare = nominal_plant(floating)._replace(coulomb=0.0, viscous=0.0, current_lag=0.0)
-    laws = law_table(constant_row([1.0, 0.0, 0.0]))
+    laws = law_table(ConstantForce([1.0, 0.0, 0.0]))
     record = simulate(bare, default_controller(floating), laws, timing(1e-3, delay), HOME, **still(12))
     assert np.abs(record.torque[1]).max() > 0.0
     first = int(np.argmax(np.abs(record.torque).max(axis=1) > 0.0))
@@ -166,7 +169,7 @@ def test_it_is_stable_where_the_eigenvalues_are(machine: Machine, axis: str) -> 
     for share in (0.95, 1.05):
         stiffness = share * limit
         face = float(HOME @ normal) - depth
-        wall = axis_wall_row(f"+{axis}", face, stiffness=stiffness, damping=damping, blend=1e-6)
+        wall = axis_wall(f"+{axis}", face, stiffness=stiffness, damping=damping, blend=1e-6)
         more = still(3000) | {"hand": hand}
         more["push"][:] = np.clip((np.arange(3000) - 1000) / 500.0, 0.0, 1.0)[:, None] * normal * stiffness * depth
         more["push"][2000] += 0.02 * normal

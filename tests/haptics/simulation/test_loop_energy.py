@@ -12,7 +12,8 @@ from delta_cad.mechanism import jacobian
 from haptics.control.filters import backward_difference
 from haptics.model.machine import Machine
 from haptics.model.plant import Hand, Plant
-from haptics.rendering.laws import axis_wall_row, law_table
+from haptics.rendering import law_table
+from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
 from haptics.simulation.loop import Recording, simulate, timing
 from haptics.stability.discrete import Timing as LinearTiming
@@ -38,7 +39,7 @@ def machine() -> Machine:
 
 def pushed(machine: Machine, par: Plant, count: float, frequency: float) -> Recording:
     """The handle is led in and out of a wall, all the time inside it, by 0.5 mm about a depth of 1 mm."""
-    wall = law_table(axis_wall_row("+x", -1e-3, stiffness=STIFFNESS))
+    wall = law_table(axis_wall("+x", -1e-3, stiffness=STIFFNESS))
     controller = default_controller(machine, estimator=backward_difference(1e-3), **UNBOUNDED)
     anchor = np.tile(HOME, (TICKS, 1))
     swing = 0.5e-3 * np.sin(2.0 * np.pi * frequency * (np.arange(TICKS) - BEGIN) * 1e-3)

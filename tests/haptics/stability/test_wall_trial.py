@@ -12,7 +12,7 @@ from delta_cad.mechanism import forward_kinematics, inverse_kinematics
 from haptics.model.hands import HANDS
 from haptics.model.machine import Machine
 from haptics.model.plant import FREE
-from haptics.rendering.laws import LawError
+from haptics.rendering.law import LawError
 from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, encoder_count, joint_friction
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models

@@ -11,12 +11,14 @@ from delta_cad.masses import Masses
 from haptics.control.supervisor.faults import LATCHING, Fault
 from haptics.model.hands import HANDS
 from haptics.model.machine import Machine
-from haptics.rendering.laws import constant_row, law_table
+from haptics.model.masses import Masses
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loop import simulate, timing
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
-NOTHING = law_table(constant_row([0.0, 0.0, 0.0]))
+NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 PERIOD = 1e-3
 
 
