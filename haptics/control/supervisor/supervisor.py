@@ -28,9 +28,10 @@ from __future__ import annotations
 
 import math
 
-from delta_cad.common.jit import compiled, inlined
-from haptics.control.supervisor import faults as f
+from numba import njit
+
 from haptics.control.supervisor.energy_tank import share_allowed, slewed
+from haptics.control.supervisor.faults import ALWAYS, LATCHING, Fault, Reaction, State, reacting
 from haptics.control.supervisor.memory import (
     ALLOWED,
     ANCHOR,
@@ -79,17 +80,34 @@ from haptics.control.supervisor.memory import (
 )
 from haptics.model.motor_heat import allowed, warmed
 
-_DISABLED, _RAMPING, _ACTIVE, _DEGRADED, _FAULT = (float(s) for s in f.State)
-_LATCHING, _ALWAYS = f.LATCHING, f.ALWAYS
-_WITH_GRAVITY = f.reacting(f.Reaction.HOLD, f.Reaction.DAMP)
-_WITH_DAMPING = f.reacting(f.Reaction.DAMP, f.Reaction.BRAKE)
-_OFF, _BRAKE = f.reacting(f.Reaction.OFF), f.reacting(f.Reaction.BRAKE)
-(_INVALID, _JUMP, _FROZEN, _SUSPECTED, _CLOCK, _LATE, _MISSED, _EDGE_LEFT, _EDGE_FAR, _RANGE, _OPEN, _SINGULAR) = (
-    code.bit for code in list(f.Fault)[:12]
-)
-(_NEAR, _OVERSPEED, _WARM, _HOT, _STALE, _COMMAND, _HELD, _SHORT, _SPENT, _ORDER) = (
-    code.bit for code in list(f.Fault)[12:22]
-)
+_DISABLED, _RAMPING, _ACTIVE = float(State.DISABLED), float(State.RAMPING), float(State.ACTIVE)
+_DEGRADED, _FAULT = float(State.DEGRADED), float(State.FAULT)
+_WITH_GRAVITY = reacting(Reaction.HOLD, Reaction.DAMP)
+_WITH_DAMPING = reacting(Reaction.DAMP, Reaction.BRAKE)
+_OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
+# bits of the faults, looked up by name: compiled code knows no properties
+_ANGLE_INVALID = Fault.ANGLE_INVALID.bit
+_ANGLE_JUMP = Fault.ANGLE_JUMP.bit
+_ANGLE_FROZEN = Fault.ANGLE_FROZEN.bit
+_FROZEN_SUSPECTED = Fault.FROZEN_SUSPECTED.bit
+_CLOCK_INVALID = Fault.CLOCK_INVALID.bit
+_TICK_LATE = Fault.TICK_LATE.bit
+_DEADLINE_MISSED = Fault.DEADLINE_MISSED.bit
+_EDGE_LEFT = Fault.EDGE_LEFT.bit
+_EDGE_FAR = Fault.EDGE_FAR.bit
+_JOINT_RANGE = Fault.JOINT_RANGE.bit
+_NOT_CLOSED = Fault.NOT_CLOSED.bit
+_SINGULAR = Fault.SINGULAR.bit
+_SINGULAR_NEAR = Fault.SINGULAR_NEAR.bit
+_OVERSPEED = Fault.OVERSPEED.bit
+_MOTOR_WARM = Fault.MOTOR_WARM.bit
+_MOTOR_HOT = Fault.MOTOR_HOT.bit
+_COMMAND_STALE = Fault.COMMAND_STALE.bit
+_COMMAND_INVALID = Fault.COMMAND_INVALID.bit
+_RAMP_HELD = Fault.RAMP_HELD.bit
+_ENERGY_LIMITED = Fault.ENERGY_LIMITED.bit
+_ENERGY_SPENT = Fault.ENERGY_SPENT.bit
+_ORDER = Fault.ORDER.bit
 
 
 @inlined
@@ -97,17 +115,17 @@ def _clock(lim, mem, now):
     """Bits of the tick's time, and its interval, s."""
     bits, dt = 0, lim.period
     if not math.isfinite(now):
-        return _CLOCK, dt
+        return _CLOCK_INVALID, dt
     if mem[STARTED] == 1.0:
         dt = now - mem[NOW]
         if dt < SHORTEST * lim.period:
-            bits, dt = _CLOCK, lim.period
+            bits, dt = _CLOCK_INVALID, lim.period
         mem[LATE] = max(mem[LATE] - dt / lim.late_recovery, 0.0)
         if dt > lim.late:
             mem[LATE] += 1.0
-            bits |= _LATE
+            bits |= _TICK_LATE
             if dt > lim.missed or mem[LATE] > lim.late_ticks:
-                bits |= _MISSED
+                bits |= _DEADLINE_MISSED
         dt = min(dt, LONGEST)
     mem[STARTED], mem[NOW] = 1.0, now
     return bits, dt
@@ -121,9 +139,9 @@ def _angles(lim, mem, dt, theta):
     gain = lim.joint_acceleration * lim.late
     for i in range(3):
         if not math.isfinite(theta[i]):
-            bits |= _INVALID
+            bits |= _ANGLE_INVALID
         elif known and abs(theta[i] - mem[THETA + i]) > lim.joint_speed * dt + lim.encoder_count:
-            bits |= _JUMP
+            bits |= _ANGLE_JUMP
     for i in range(3):
         r = mem[RENDERED + i]
         if known and bits == 0:
@@ -140,11 +158,11 @@ def _angles(lim, mem, dt, theta):
             given += abs(r) * (lim.joint_speed * dt + lim.encoder_count)
             mem[RATE + i], mem[FASTEST + i] = 0.0, lim.joint_speed
         if theta[i] < lim.theta_low or theta[i] > lim.theta_high:
-            bits |= _RANGE
+            bits |= _JOINT_RANGE
     mem[TANK] = min(mem[TANK] - given, lim.energy)
     mem[GIVEN] += given
     mem[POWER] += dt / (dt + lim.ramp_fall) * (given / dt - mem[POWER])
-    mem[KNOWN] = 0.0 if bits & _INVALID else 1.0
+    mem[KNOWN] = 0.0 if bits & _ANGLE_INVALID else 1.0
     for i in range(3):
         mem[THETA + i] = theta[i]
     return bits
@@ -163,17 +181,17 @@ def _frozen(lim, mem, dt, theta, fresh):
             continue
         for j in range(3):
             if abs(theta[j] - mem[row + j]) > lim.frozen_turn:
-                bits |= _FROZEN
+                bits |= _ANGLE_FROZEN
         loaded = abs(mem[RENDERED + i]) > lim.frozen_torque
         mem[LOADED + i] = mem[LOADED + i] + dt if loaded else 0.0
         if mem[LOADED + i] > lim.frozen_time:
             mem[STILL + i] = 1.0
         probing = probing or mem[STILL + i] == 1.0
     if probing:
-        bits |= _SUSPECTED
+        bits |= _FROZEN_SUSPECTED
         mem[PROBE] = max(mem[PROBE] - dt / lim.probe_time, -0.5)
         if mem[PROBE] == -0.5:
-            bits |= _FROZEN
+            bits |= _ANGLE_FROZEN
     else:
         mem[PROBE] = min(max(mem[PROBE], 0.0) + dt / lim.ramp, 1.0)
     return bits
@@ -186,7 +204,7 @@ def _pose(lim, mem, dt, p, reach, volume, moved):
     mem[EDGE] = mem[NEAR] = 0.0
     if not (math.isfinite(p[0]) and math.isfinite(p[1]) and math.isfinite(p[2])):
         mem[PLACED] = 0.0
-        return _OPEN
+        return _NOT_CLOSED
     if not (reach >= lim.reach_min and volume >= lim.volume_min):
         bits |= _SINGULAR
     else:
@@ -196,7 +214,7 @@ def _pose(lim, mem, dt, p, reach, volume, moved):
             1.0,
         )
         if mem[NEAR] < 1.0:
-            bits |= _NEAR
+            bits |= _SINGULAR_NEAR
     middle = lim.cube_bottom + lim.cube_half
     x = max(abs(p[0]) - lim.cube_half, 0.0)
     y = max(abs(p[1]) - lim.cube_half, 0.0)
@@ -233,9 +251,9 @@ def _motors(lim, mem, dt):
         mem[WINDING + i], mem[HOUSING + i] = winding, housing
         mem[ALLOWED] = min(mem[ALLOWED], allowed(lim, lim.torque, winding))
         if winding >= lim.hottest:
-            bits |= _HOT
+            bits |= _MOTOR_HOT
         if winding > lim.derate:
-            bits |= _WARM
+            bits |= _MOTOR_WARM
     return bits
 
 
@@ -244,7 +262,7 @@ def _ramp(lim, mem, dt):
     """Bits of the force that comes in: it does so only while the scene does not push the handle away."""
     if mem[POWER] > lim.ramp_power:
         mem[SCALE] = max(mem[SCALE] - dt / lim.ramp_fall, 0.0)
-        return _HELD
+        return _RAMP_HELD
     mem[SCALE] = min(mem[SCALE] + dt / lim.ramp, 1.0)
     return 0
 
@@ -271,24 +289,24 @@ def check(lim, mem, now, theta, p, reach, volume):
     bits, dt = _clock(lim, mem, now)
     read = _angles(lim, mem, dt, theta)
     bits |= read | int(mem[SIGNALS])
-    good = read & (_INVALID | _JUMP) == 0
+    good = read & (_ANGLE_INVALID | _ANGLE_JUMP) == 0
     if good:
         bits |= _frozen(lim, mem, dt, theta, fresh)
-    if read & _INVALID:
+    if read & _ANGLE_INVALID:
         mem[PLACED] = mem[EDGE] = mem[NEAR] = 0.0
     else:
         bits |= _pose(lim, mem, dt, p, reach, volume, good and not fresh)
     bits |= _motors(lim, mem, dt)
     if mem[NOW] - mem[HEARD] > lim.stale:
-        bits |= _STALE
+        bits |= _COMMAND_STALE
         mem[STALE] = max(mem[STALE] - dt / lim.fade, 0.0)
     else:
         mem[STALE] = min(mem[STALE] + dt / lim.ramp, 1.0)
     if mem[SHORT] == 1.0:
-        bits |= _SHORT
+        bits |= _ENERGY_LIMITED
         mem[SPENT] += dt
         if mem[SPENT] > lim.energy_time:
-            bits |= _SPENT
+            bits |= _ENERGY_SPENT
     else:
         mem[SPENT] = max(mem[SPENT] - dt, 0.0)
     if mem[STATE] == _RAMPING:
@@ -316,12 +334,12 @@ def _move(lim, mem, bits):
         _forget(mem)
     elif request == DISABLE and mem[STATE] != _FAULT:
         mem[STATE] = _DISABLED
-    elif request == ENABLE and mem[STATE] == _DISABLED and bits & (_LATCHING | _WARM) == 0:
+    elif request == ENABLE and mem[STATE] == _DISABLED and bits & (LATCHING | _MOTOR_WARM) == 0:
         mem[STATE], mem[HEARD], mem[TANK] = _RAMPING, mem[NOW], lim.energy_start
         mem[SCALE] = mem[SPENT] = mem[SHORT] = mem[LATE] = mem[GIVEN] = 0.0
         mem[STALE] = 1.0
         _forget(mem)
-    latching = bits & (_ALWAYS if mem[STATE] == _DISABLED else _LATCHING)
+    latching = bits & (ALWAYS if mem[STATE] == _DISABLED else LATCHING)
     if latching:
         mem[LATCHED] = float(int(mem[LATCHED]) | latching)
         mem[STATE] = _FAULT
@@ -349,7 +367,7 @@ def limit(lim, mem, rendered, gravity, out):
     mem[CHECKED] = 0.0
     for i in range(3):
         if not (math.isfinite(rendered[i]) and math.isfinite(gravity[i])):
-            wrong |= _COMMAND
+            wrong |= _COMMAND_INVALID
     if wrong and mem[STATE] != _DISABLED:
         mem[LATCHED] = float(int(mem[LATCHED]) | wrong)
         mem[STATE] = _FAULT
@@ -371,7 +389,7 @@ def limit(lim, mem, rendered, gravity, out):
         wanted = factor * rendered[i] if factor > 0.0 and wrong == 0 else 0.0
         wanted -= damping * mem[RATE + i]
         if not math.isfinite(wanted):  # a guard: nothing above should let it come to this
-            wanted, wrong, mem[RATE + i] = 0.0, wrong | _COMMAND, 0.0
+            wanted, wrong, mem[RATE + i] = 0.0, wrong | _COMMAND_INVALID, 0.0
         mem[WANTED + i] = wanted
         room = max(most - held if wanted > 0.0 else most + held, 0.0)
         if abs(wanted) > room:
