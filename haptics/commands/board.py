@@ -33,6 +33,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError
     from delta_cad.masses import MassError
     from haptics.devices.server import listen, serve
+    from haptics.model.masses import MassesError
 
     try:
         if not 0 <= given.port <= 65535:
@@ -41,7 +42,7 @@ def run(given: argparse.Namespace) -> int:
             return refuse(f"--idle {given.idle:g}: must be more than 0 s and at most 1e6 s", BAD_INPUT)
         board, period = _board(given)
         listening = listen(given.host, given.port, allow_remote=given.allow_remote)
-    except (DesignError, MassError) as error:
+    except (DesignError, MassesError) as error:
         return refuse(str(error), BAD_INPUT)
     except (ValueError, OSError) as error:
         return refuse(f"--host {given.host} --port {given.port}: {error}", BAD_INPUT)
@@ -68,7 +69,6 @@ def _board(given: argparse.Namespace):
     import math
 
     from delta_cad import catalogue
-    from delta_cad.design.file import MM_PER_M
     from haptics.devices.board import Board
     from haptics.devices.simulated import SimulatedDevice
     from haptics.model.machine import load_machine
@@ -77,7 +77,6 @@ def _board(given: argparse.Namespace):
     machine = load_machine(given.design, given.masses)
     counts = catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
     par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
-    centre = (machine.design.cube.bottom_height_mm + machine.design.cube.half_side_mm) / MM_PER_M
-    device = SimulatedDevice(par, [0.0, 0.0, centre], count=2.0 * math.pi / counts)
+    device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
     torque = min(machine.design.requirements.joint_torque_N_m, machine.drive.peak_torque_N_m)
     return Board(device, device.period, torque, counts), device.period

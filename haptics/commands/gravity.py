@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+from delta_cad.common.units import MM_PER_M
 
 NAME = "gravity"
 TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
-MM_PER_M = 1000.0
 LARGEST = 1e6
 """Of a coordinate in mm or a mass in g: a kilometre, a ton."""
 
@@ -38,10 +38,11 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError
     from delta_cad.masses import MassError
     from delta_cad.mechanism import MechanismError
+    from haptics.model.masses import MassesError
 
     try:
         facts = _facts(given)
-    except (DesignError, MassError) as error:
+    except (DesignError, MassesError) as error:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"--at {','.join(f'{x:g}' for x in given.at)}: {error}", BAD_INPUT)

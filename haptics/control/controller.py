@@ -17,7 +17,7 @@ from delta_cad.common.jit import compiled
 from haptics.control.filters import Estimator, fresh_memory, velocity
 from haptics.control.pose import HOLDING, POSITION, RATES, ROWS, Model, pose
 from haptics.control.saturation import saturate
-from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import reset_memory
 from haptics.control.supervisor.supervisor import check, limit
 from haptics.rendering.table import total_force
@@ -42,7 +42,7 @@ class Controller(NamedTuple):
 
     model: Model
     estimator: Estimator
-    limits: Limits
+    limits: SafetyLimits
     force: float
 
 

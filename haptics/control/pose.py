@@ -15,6 +15,7 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from delta_cad.masses import Masses
 from delta_cad.mechanism.geometry import DeltaGeometry
+from haptics.model.masses import MovingMasses
 
 POSITION, RATES, HOLDING = 3, 4, 5
 """Rows of what `pose` fills; rows 0-2 are the Jacobian's columns."""
@@ -48,7 +49,7 @@ class Model(NamedTuple):
     gravity_z: float
 
 
-def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, float, float]) -> Model:
+def model(geometry: DeltaGeometry, masses: MovingMasses, gravity_vector: tuple[float, float, float]) -> Model:
     """The controller's model of a device.
 
     Args:

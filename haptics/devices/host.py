@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from haptics.control.controller import Controller, Memory, fresh, tick
 from haptics.control.filters import fresh_memory
-from haptics.control.supervisor.faults import EXTERNAL, Fault
+from haptics.control.supervisor.faults import EXTERNAL, FaultCode
 from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDERED, SIGNALS, STARTED
 from haptics.control.supervisor.safety import Supervisor
-from haptics.devices.device import Device, DeviceLostError, Sample, run
+from haptics.devices.device import Device, DeviceLostError, Reading, run
 from haptics.devices.recording import Recorder, Recording
 from haptics.rendering import law_table
 from haptics.rendering.law import GAIN, ForceLaw
@@ -39,7 +39,7 @@ class Guarded(Protocol):
 
 
 class Host:
-    """A controller at work: call it with a `Sample` to get torques, or let `drive` do that.
+    """A controller at work: call it with a `Reading` to get torques, or let `drive` do that.
 
     The supervisor begins disabled; `enable` asks for force. Buttons (`enable`, `disable`, `reset`, `emergency_stop`,
     `heard`) only leave a mark for the next tick and may be pressed in another thread; `change` belongs to the thread of
@@ -68,7 +68,7 @@ class Host:
         self._gains, self._step = self._laws[:, GAIN].copy(), 1.0
         self._stopped, self._lost = False, False
         self._device: Device | None = None
-        self._last: Sample | None = None
+        self._last: Reading | None = None
         self._torques = np.zeros(3)
         # compiled before a device waits for it
         tick(controller, fresh(controller), self._laws, 0.0, np.zeros(3), self._torques)
@@ -78,7 +78,7 @@ class Host:
         """(n, COLUMNS) laws that act now, those that fade included; a copy."""
         return self._laws.copy()
 
-    def __call__(self, sample: Sample) -> np.ndarray:
+    def __call__(self, sample: Reading) -> np.ndarray:
         """One tick.
 
         Args:
@@ -100,7 +100,7 @@ class Host:
         device: Device,
         *,
         ticks: int | None = None,
-        until: Callable[[Sample], bool] | None = None,
+        until: Callable[[Reading], bool] | None = None,
         recorder: Recorder | None = None,
     ) -> Recording:
         """Drives a device as `device.run` does, and tells the supervisor if it is lost.
@@ -186,8 +186,8 @@ class Host:
         self._laws = np.vstack([self._laws, table])
         self.heard()
 
-    def _tick(self, sample: Sample) -> np.ndarray:
-        mine = self._stopped * Fault.EMERGENCY_STOP.bit | self._lost * Fault.DEVICE_LOST.bit
+    def _tick(self, sample: Reading) -> np.ndarray:
+        mine = self._stopped * FaultCode.EMERGENCY_STOP.bit | self._lost * FaultCode.DEVICE_LOST.bit
         self.supervisor.memory[SIGNALS] = float(sample.flags & EXTERNAL | mine)
         self._fade()
         theta = np.array(sample.angles, dtype=float)

@@ -30,7 +30,8 @@ from haptics.gravity import arm_directions, gravity_torque
 if TYPE_CHECKING:
     from delta_cad.masses import Masses
     from delta_cad.mechanism import DeltaGeometry
-    from haptics.model.machine import Machine
+    from haptics.model.machine import MachineModel
+    from haptics.model.masses import MovingMasses
 
 SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
 """(8, 3) corners of a cube of torques; the first four are enough where n and -n are the same."""
@@ -104,7 +105,7 @@ class FeelField:
         return found | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
 
 
-def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
+def mass_matrix(g: DeltaGeometry, masses: MovingMasses, p: ArrayLike) -> np.ndarray:
     """Mass matrix of the platform's coordinates, without a hand; the formula is that of `plant`.
 
     Args:
@@ -124,7 +125,7 @@ def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
     return whole * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
 
 
-def feel_at(machine: Machine, drive: Drive, p: ArrayLike) -> FeelField:
+def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     """The figures at positions.
 
     Args:

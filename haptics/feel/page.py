@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS
-from haptics.feel.reference_devices import LABELS, Published, reference_devices
+from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, QUANTITIES, Feel, Quantity, Summary
 from haptics.model.hands import HAND_MODELS
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, joint_friction
@@ -24,7 +25,7 @@ def map_values(found: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray,
     """x, y, z (mm) and values (3, ny, nx) of a quantity's map, in its unit."""
     walls = quantity.name == "wall"
     values = found.walls if walls else found.slices.named()[quantity.name]
-    p = 1e3 * (found.wall_positions if walls else found.slices.position)
+    p = MM_PER_M * (found.wall_positions if walls else found.slices.position)
     return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * values
 
 
@@ -78,9 +79,9 @@ def _summary_facts(summary: Summary) -> dict[str, Any]:
     return {
         "centre": factor * summary.centre,
         "best": factor * summary.best[0],
-        "best_at_mm": (1e3 * summary.best[1]).tolist(),
+        "best_at_mm": (MM_PER_M * summary.best[1]).tolist(),
         "worst": factor * summary.worst[0],
-        "worst_at_mm": (1e3 * summary.worst[1]).tolist(),
+        "worst_at_mm": (MM_PER_M * summary.worst[1]).tolist(),
     }
 
 
@@ -117,7 +118,7 @@ def _number(summary: Summary, value: float) -> str:
 
 
 def _place(p: np.ndarray) -> str:
-    return ", ".join(f"{1e3 * x + 0.0:.1f}" for x in p)
+    return ", ".join(f"{MM_PER_M * x + 0.0:.1f}" for x in p)
 
 
 def feel_markdown(found: Feel) -> str:
@@ -158,17 +159,18 @@ def feel_markdown(found: Feel) -> str:
         "|---|---:|---:|---:|---|---|",
     ]
     for wall in found.stiffness.axes:
-        protocol = "-" if wall.nominal.protocol is None else f"{wall.nominal.protocol / 1e3:.1f}"
+        protocol = "-" if wall.nominal.protocol is None else f"{wall.nominal.protocol / MM_PER_M:.1f}"
         lines.append(
-            f"| {wall.axis} | {wall.published / 1e3:.1f} | {protocol} | {wall.nominal.bisection / 1e3:.2f} | "
-            f"{wall.simulated.lowest.stiffness / 1e3:.2f} ({wall.simulated.lowest.corner}) to "
-            f"{wall.simulated.highest.stiffness / 1e3:.1f} ({wall.simulated.highest.corner}) | "
+            f"| {wall.axis} | {wall.published / MM_PER_M:.1f} | {protocol} | {wall.nominal.bisection / MM_PER_M:.2f} | "
+            f"{wall.simulated.lowest.stiffness / MM_PER_M:.2f} ({wall.simulated.lowest.corner}) to "
+            f"{wall.simulated.highest.stiffness / MM_PER_M:.1f} ({wall.simulated.highest.corner}) | "
             f"{wall.default_verdict.kind.value} |"
         )
     lines += [
         "",
         f"N/mm; nominal: {found.stiffness.axes[0].corner}. The verdict is on "
-        f"{START / 1e3:g} N/mm; no friction that sticks counts. FAILS: a hand of the set makes the linear loop swing.",
+        f"{START / MM_PER_M:g} N/mm; no friction that sticks counts. "
+        "FAILS: a hand of the set makes the linear loop swing.",
         "",
         "## Beside devices on the market",
         "",
@@ -226,7 +228,7 @@ def _stops(found: Feel) -> str:
     )
 
 
-def _comparison(found: Feel, rows: tuple[Published, ...]) -> list[str]:
+def _comparison(found: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
     side = 2.0 * found.machine.design.cube.half_side_mm
     mass, friction = found.summary("mass_max"), found.summary("friction_max")
@@ -237,7 +239,7 @@ def _comparison(found: Feel, rows: tuple[Published, ...]) -> list[str]:
         "stiffness_N_per_mm": f"{min(w.nominal.bisection for w in found.stiffness.axes) / 1e3:.1f}",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
-        "resolution_mm": f"{1e3 * found.summary('position_step').worst[0]:.3f}",
+        "resolution_mm": f"{MM_PER_M * found.summary('position_step').worst[0]:.3f}",
     }
     told = {(row.device, row.quantity): row.told for row in rows}
     lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]

@@ -24,7 +24,7 @@ class ReferenceDeviceError(ValueError):
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedDevice:
     """One figure of a device.
 
     Attributes:
@@ -52,7 +52,7 @@ class Published:
         return said if self.confirmed else f"{said} (?)"
 
 
-def reference_devices(path: Path = FILE) -> tuple[Published, ...]:
+def reference_devices(path: Path = FILE) -> tuple[PublishedDevice, ...]:
     """The published figures.
 
     Args:
@@ -82,6 +82,8 @@ def reference_devices(path: Path = FILE) -> tuple[Published, ...]:
                 raise ReferenceDeviceError(f"{at}: value is {row['value']!r}; it must be a number") from None
             confirmed = row["confirmed"] == "yes"
             found.append(
-                Published(row["device"], row["quantity"], value, row["bound"], row["text"], confirmed, row["source"])
+                PublishedDevice(
+                    row["device"], row["quantity"], value, row["bound"], row["text"], confirmed, row["source"]
+                )
             )
     return tuple(found)

@@ -13,8 +13,8 @@ from numba import float64, typeof
 
 from delta_cad.common.whole import whole_folder
 from haptics.control.controller import Controller, fresh, tick
-from haptics.control.supervisor.faults import EXTERNAL, TABLE, Fault, findings
-from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.faults import EXTERNAL, TABLE, FaultCode, findings
+from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
 from haptics.firmware.expressions import literal
 from haptics.firmware.layout import PRELUDE, is_record, members, record_name
@@ -22,7 +22,7 @@ from haptics.firmware.translate import Translation
 from haptics.rendering.law import GAIN, KIND, Law
 from haptics.rendering.registry import COLUMNS, LAWS, layout
 
-NEVER = (Fault.ORDER,)
+NEVER = (FaultCode.ORDER,)
 """What the C controller cannot find: a tick keeps the order of its two halves itself."""
 STALE = "DELTA_STALE_S"
 """Macro of the age at which the host's last word is too old, s."""
@@ -265,13 +265,13 @@ def _initialiser(value: Any, kind: Any, depth: int) -> str:
     for field, part in members(kind):
         held = getattr(value, field)
         text = _initialiser(held, part, depth + 1) if is_record(part) else literal(held)
-        if value.__class__ is Limits and field == "stale":
+        if value.__class__ is SafetyLimits and field == "stale":
             text = STALE
         lines.append(f"{inner}.{field} = {text},")
     return "{ /* " + record_name(kind) + " */\n" + "\n".join(lines) + "\n" + "    " * depth + "}"
 
 
-def _macro(fault: Fault) -> str:
+def _macro(fault: FaultCode) -> str:
     return f"DELTA_{fault.name}"
 
 
@@ -311,7 +311,7 @@ def _fault_rows() -> str:
         if code in NEVER:
             continue
         by = "`delta_signal`" if code.bit & EXTERNAL else "`delta_tick`"
-        if code is Fault.COMMAND_STALE:
+        if code is FaultCode.COMMAND_STALE:
             by += f", `{STALE}` finite"
         reaction = f"{about.severity.name.lower()}: {about.reaction.name.lower()}"
         rows.append(f"| {int(code)} | {about.text} | {by} | {reaction} | {about.cleared} |")

@@ -30,6 +30,7 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from delta_cad.masses import Masses
 from delta_cad.mechanism.geometry import DeltaGeometry
+from haptics.model.masses import MovingMasses
 
 POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
@@ -101,7 +102,7 @@ FREE = Hand(0.0, 0.0, 0.0)
 
 def plant(
     geometry: DeltaGeometry,
-    masses: Masses,
+    masses: MovingMasses,
     gravity_vector: tuple[float, float, float] = (0.0, 0.0, -9.81),
     *,
     coulomb: float = 0.0,

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from haptics.model.machine import Machine
+from delta_cad.common.units import MM_PER_M
+from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
@@ -20,15 +21,13 @@ from haptics.scenes.bench import (
     PERIOD,
     READY,
     damping_limit,
-    half_side,
     mass_for_damping,
     motors_force,
-    origin,
     smallest_mass,
 )
-from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.simulation.loop import Recording, simulate, timing
+from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.stability.discrete import DampingCap
 
 WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
@@ -39,7 +38,7 @@ cuts it on one side. That takes up to 2.2 % from the mean on the committed desig
 and 1 ms; twice that, and less than a hand tells apart, about 7 % (from memory)."""
 
 
-def resistance(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
     """Force against distance for the paper's two settings and each corner.
 
     Args:
@@ -52,7 +51,7 @@ def resistance(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int 
         force strays from eq. (23) with the damping applied.
     """
     mass = smallest_mass(machine)
-    runs: list[Run] = []
+    runs: list[SceneRun] = []
     promises: list[Promise] = []
     settings: dict[str, dict[str, Any]] = {}
     required = machine.design.requirements.force_N
@@ -117,15 +116,15 @@ def law_force(setting: OperatingResistance, distance: np.ndarray, limit: float) 
 
 
 def _led(
-    machine: Machine,
+    machine: MachineModel,
     name: str,
     setting: OperatingResistance,
     cap: DampingCap,
     signs: tuple[float, ...],
     delay: float,
     seed: int,
-) -> Run:
-    middle, way = origin(machine), half_side(machine) * np.array(signs)
+) -> SceneRun:
+    middle, way = machine.centre, machine.half_side * np.array(signs)
     time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
     applied, limit = cap.applied(setting.damping), machine.design.requirements.force_N
     anchor = middle + _share(time)[:, None] * way
@@ -167,11 +166,11 @@ def _led(
         recording, READY, given, distance_mm=MM_PER_M * distance, pull_of_motors_N=pull, pull_on_hand_N=felt,
         pull_by_law_at_rest_N=at_rest,
     )  # fmt: skip
-    return Run(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
+    return SceneRun(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
 
 
 def _whole_law(
-    setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: Recording
+    setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: SimulatedRun
 ) -> np.ndarray:
     """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""
     distance = np.linalg.norm(along, axis=1)
@@ -182,7 +181,7 @@ def _whole_law(
     return force * np.minimum(1.0, limit / np.maximum(size, 1e-9))[:, None]
 
 
-def _work(recording: Recording, anchor: np.ndarray, now: np.ndarray) -> float:
+def _work(recording: SimulatedRun, anchor: np.ndarray, now: np.ndarray) -> float:
     """Work of the guide on the handle, J: mean force between two ticks, in which its aim stays where it was."""
     before, after = recording.hand[now][:-1], recording.hand[now][1:] - GUIDE.stiffness * np.diff(anchor[now], axis=0)
     return float((0.5 * (before + after) * np.diff(recording.position[now], axis=0)).sum())

@@ -14,7 +14,7 @@ from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
 from haptics.control.pose import model
 from haptics.control.supervisor.limits import safety_limits
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant, plant
 
 IDLE_SHARE = 0.16 / (3.44 - 0.16)
@@ -68,7 +68,7 @@ class Friction:
         )
 
 
-def joint_friction(machine: Machine) -> Friction:
+def joint_friction(machine: MachineModel) -> Friction:
     """Friction of a joint, from the motor's idle torque through the drive.
 
     Args:
@@ -89,7 +89,7 @@ def joint_friction(machine: Machine) -> Friction:
     return Friction(coulomb, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
 
 
-def encoder_count(machine: Machine) -> float:
+def encoder_count(machine: MachineModel) -> float:
     """Count of the encoder on the shoulder shaft, rad."""
     return 2.0 * math.pi / catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
 
@@ -106,7 +106,7 @@ def default_estimator(period: float = 1e-3) -> Estimator:
     return low_pass(period, CORNER)
 
 
-def nominal_plant(machine: Machine) -> Plant:
+def nominal_plant(machine: MachineModel) -> Plant:
     """The true device with nominal friction and motors.
 
     Args:
@@ -121,7 +121,7 @@ def nominal_plant(machine: Machine) -> Plant:
 
 
 def default_controller(
-    machine: Machine, period: float = 1e-3, estimator: Estimator | None = None, **limits: float
+    machine: MachineModel, period: float = 1e-3, estimator: Estimator | None = None, **limits: float
 ) -> Controller:
     """The controller of a device, its supervisor included.
 

@@ -36,7 +36,7 @@ GROWTH = 1e-10
 """Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better."""
 
 
-class Body(NamedTuple):
+class SampledBody(NamedTuple):
     """Device and hand between samples.
 
     Attributes:
@@ -50,7 +50,7 @@ class Body(NamedTuple):
     stiffness: np.ndarray
 
 
-def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> Body:
+def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> SampledBody:
     """One axis of a device in a hand.
 
     Args:
@@ -68,7 +68,7 @@ def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> Body:
     if not all(math.isfinite(f) and f >= 0.0 for f in figures) or not mass > 0.0:
         raise ValueError(f"mass {mass!r} kg, friction {friction!r} N s/m, hand {hand}: must be finite, none negative")
     own, damping, stiffness = (0.0, 0.0, 0.0) if hand is None else hand
-    return Body(*(np.array([[value]]) for value in (mass + own, friction + damping, stiffness)))
+    return SampledBody(*(np.array([[value]]) for value in (mass + own, friction + damping, stiffness)))
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,11 @@ class Limit(NamedTuple):
 
 
 def sampled_loop(
-    body: Body, timing: Timing, estimator: LinearEstimator, acting: np.ndarray | None = None, scale: float | None = None
+    body: SampledBody,
+    timing: Timing,
+    estimator: LinearEstimator,
+    acting: np.ndarray | None = None,
+    scale: float | None = None,
 ) -> SampledLoop:
     """The closed loop over one period.
 
@@ -239,7 +243,7 @@ def sampled_loop(
     )
 
 
-def _hold(body: Body, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _hold(body: SampledBody, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transition of q, q' (and the motors' force) over a period, and what a command adds that is there before the
     delay's fraction has passed, or after it.
     """

@@ -20,18 +20,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from delta_cad.common.units import MM_PER_M
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.model.hands import HANDS
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import DampingCap, Timing, damping_cap
 from haptics.stability.estimator_models import LinearEstimator, linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.passivity import Verdict, verdict
-from haptics.stability.wall_limit import AXES, START, Predicate, Search, search, wall_interval
+from haptics.stability.wall_limit import AXES, START, Predicate, WallSearch, search, wall_interval
 from haptics.stability.wall_trial import LEVELS, PERIOD, Level, simulated_predicate
 
 NOMINAL_HAND = "medium"
@@ -118,7 +117,7 @@ class AxisWall:
     """
 
     axis: str
-    nominal: Search
+    nominal: WallSearch
     corner: Corner
     linear_nominal: float
     simulated: Range
@@ -159,7 +158,7 @@ Ask = Callable[[str, Corner, int], Predicate]
 
 
 def largest_walls(
-    machine: Machine,
+    machine: MachineModel,
     *,
     damping: float = 0.0,
     period: float = PERIOD,
@@ -194,7 +193,7 @@ def largest_walls(
     if not hands:
         raise ValueError("the set of hands is empty; at least one is needed")
     estimators = linear_models(default_estimator(period))
-    mass = linearise(nominal_plant(machine), centre(machine)).smallest_mass
+    mass = linearise(nominal_plant(machine), machine.centre).smallest_mass
     cap = damping_cap(mass, period, delays[2], estimators, current_lag=CURRENT_LAG)
     if ask is None:
         ask = _simulation(machine, cap.applied(damping), period, hands)
@@ -205,13 +204,7 @@ def largest_walls(
     return Stiffness(tuple(walls), period, delays, damping, cap)
 
 
-def centre(machine: Machine) -> np.ndarray:
-    """(3,) centre of the cube, m."""
-    cube = machine.design.cube
-    return np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / 1000.0])
-
-
-def _simulation(machine: Machine, damping: float, period: float, hands: Mapping[str, Hand]) -> Ask:
+def _simulation(machine: MachineModel, damping: float, period: float, hands: Mapping[str, Hand]) -> Ask:
     given: dict[str, Any] = {"damping": damping, "period": period, "substeps": SUBSTEPS}
     return lambda axis, c, seed: simulated_predicate(
         machine, axis, hands[c.hand], c.friction, c.delay, seed=seed, **given
@@ -219,7 +212,7 @@ def _simulation(machine: Machine, damping: float, period: float, hands: Mapping[
 
 
 def _axis_wall(
-    machine: Machine,
+    machine: MachineModel,
     axis: str,
     damping: float,
     period: float,
@@ -260,7 +253,7 @@ def _axis_wall(
         linear_nominal=middle[0].stiffness,
         simulated=simulated_range(linear, asked),
         linear=Range(linear[0], linear[-1]),
-        published=1000.0 * STIFFNESS_N_PER_MM[axis],
+        published=MM_PER_M * STIFFNESS_N_PER_MM[axis],
         steady={
             hand: all(asked(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
             for hand in hands
@@ -272,7 +265,7 @@ def _axis_wall(
 
 
 def linear_limits(
-    machine: Machine,
+    machine: MachineModel,
     axis: str,
     damping: float,
     period: float,
@@ -296,7 +289,7 @@ def linear_limits(
     by_level = dict(zip(LEVELS, joint_friction(machine).viscous, strict=True))
     found = wall_interval(
         nominal_plant(machine),
-        centre(machine),
+        machine.centre,
         AXES[axis],
         hands=hands,
         viscous=[by_level[level] for level in levels],
@@ -383,7 +376,7 @@ def edge(stands: Predicate, guess: End) -> End:
 
 
 def _judge(
-    machine: Machine,
+    machine: MachineModel,
     axis: str,
     stiffness: float,
     damping: float,
@@ -392,7 +385,7 @@ def _judge(
     hands: Mapping[str, Hand],
 ) -> Verdict:
     """Passivity verdict with nominal friction; of several models of the estimator the one that asks for most."""
-    here, normal = linearise(nominal_plant(machine), centre(machine)), AXES[axis]
+    here, normal = linearise(nominal_plant(machine), machine.centre), AXES[axis]
     mass, friction = here.effective_mass(normal), here.effective_friction(normal)
     verdicts = [verdict(mass, friction, timing, model, stiffness, damping, hands) for model in estimators]
     return max(verdicts, key=lambda found: (list(type(found.kind)).index(found.kind), found.demand.friction))

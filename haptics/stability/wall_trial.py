@@ -15,12 +15,12 @@ import numpy as np
 
 from delta_cad.mechanism import jacobian
 from haptics.control.supervisor.faults import LATCHING
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, axis_wall
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, joint_friction, nominal_plant
-from haptics.simulation.loop import SUBSTEPS, Recording, simulate, timing
+from haptics.simulation.loop import SUBSTEPS, SimulatedRun, simulate, timing
 from haptics.stability.oscillation import Oscillation, oscillation
 from haptics.stability.wall_limit import Predicate
 
@@ -62,7 +62,7 @@ class WallTrial:
     """
 
     stiffness: float
-    recording: Recording
+    recording: SimulatedRun
     depth: np.ndarray
     push: np.ndarray
     verdict: Oscillation | None
@@ -76,7 +76,7 @@ class WallTrial:
 
 
 def wall_trial(
-    machine: Machine,
+    machine: MachineModel,
     met: str,
     hand: Hand,
     stiffness: float,
@@ -109,11 +109,11 @@ def wall_trial(
         LawError: Stiffness, damping or direction are refused.
         ValueError: The delay is, or the friction's name, or the hand has no stiffness.
     """
-    return _Bench(machine, met, hand, friction, delay, damping, seed, period, substeps).trial(stiffness)
+    return _WallBench(machine, met, hand, friction, delay, damping, seed, period, substeps).trial(stiffness)
 
 
 def simulated_predicate(
-    machine: Machine,
+    machine: MachineModel,
     met: str,
     hand: Hand,
     friction: Level = "nominal",
@@ -144,12 +144,12 @@ def simulated_predicate(
         LawError: The direction or the damping is refused.
         ValueError: Period or delay are, or the friction's name, or the hand has no stiffness.
     """
-    bench = _Bench(machine, met, hand, friction, delay, damping, seed, period, substeps)
+    bench = _WallBench(machine, met, hand, friction, delay, damping, seed, period, substeps)
     bench.law(0.0)
     return lambda stiffness: bench.trial(stiffness).stable
 
 
-def with_friction(machine: Machine, level: Level) -> Plant:
+def with_friction(machine: MachineModel, level: Level) -> Plant:
     """The device with friction at one place of its range.
 
     Args:
@@ -167,12 +167,12 @@ def with_friction(machine: Machine, level: Level) -> Plant:
     return joint_friction(machine).of(nominal_plant(machine), LEVELS.index(level))
 
 
-class _Bench:
+class _WallBench:
     """What the trials of one search share."""
 
     def __init__(
         self,
-        machine: Machine,
+        machine: MachineModel,
         met: str,
         hand: Hand,
         friction: Level,
@@ -188,8 +188,8 @@ class _Bench:
             raise ValueError(f"the hand's stiffness is {hand.stiffness!r} N/m; it must be positive to lean on a wall")
         axis, sign = AXES[self.met[1]], 1.0 if self.met[0] == "+" else -1.0
         self.along, self.damping, self.hand, self.seed = sign * np.eye(3)[axis], damping, hand, seed
-        cube, force = machine.design.cube, machine.design.requirements.force_N
-        self.centre = np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / 1000.0])
+        force = machine.design.requirements.force_N
+        self.centre = machine.centre
         self.face = float(self.centre[axis])
         self.lean = LEAN * force
         self.plant = with_friction(machine, friction)

@@ -31,7 +31,7 @@ import math
 from numba import njit
 
 from haptics.control.supervisor.energy_tank import share_allowed, slewed
-from haptics.control.supervisor.faults import ALWAYS, LATCHING, Fault, Reaction, State, reacting
+from haptics.control.supervisor.faults import ALWAYS, LATCHING, FaultCode, Reaction, State, reacting
 from haptics.control.supervisor.memory import (
     ALLOWED,
     ANCHOR,
@@ -86,28 +86,28 @@ _WITH_GRAVITY = reacting(Reaction.HOLD, Reaction.DAMP)
 _WITH_DAMPING = reacting(Reaction.DAMP, Reaction.BRAKE)
 _OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
 # bits of the faults, looked up by name: compiled code knows no properties
-_ANGLE_INVALID = Fault.ANGLE_INVALID.bit
-_ANGLE_JUMP = Fault.ANGLE_JUMP.bit
-_ANGLE_FROZEN = Fault.ANGLE_FROZEN.bit
-_FROZEN_SUSPECTED = Fault.FROZEN_SUSPECTED.bit
-_CLOCK_INVALID = Fault.CLOCK_INVALID.bit
-_TICK_LATE = Fault.TICK_LATE.bit
-_DEADLINE_MISSED = Fault.DEADLINE_MISSED.bit
-_EDGE_LEFT = Fault.EDGE_LEFT.bit
-_EDGE_FAR = Fault.EDGE_FAR.bit
-_JOINT_RANGE = Fault.JOINT_RANGE.bit
-_NOT_CLOSED = Fault.NOT_CLOSED.bit
-_SINGULAR = Fault.SINGULAR.bit
-_SINGULAR_NEAR = Fault.SINGULAR_NEAR.bit
-_OVERSPEED = Fault.OVERSPEED.bit
-_MOTOR_WARM = Fault.MOTOR_WARM.bit
-_MOTOR_HOT = Fault.MOTOR_HOT.bit
-_COMMAND_STALE = Fault.COMMAND_STALE.bit
-_COMMAND_INVALID = Fault.COMMAND_INVALID.bit
-_RAMP_HELD = Fault.RAMP_HELD.bit
-_ENERGY_LIMITED = Fault.ENERGY_LIMITED.bit
-_ENERGY_SPENT = Fault.ENERGY_SPENT.bit
-_ORDER = Fault.ORDER.bit
+_ANGLE_INVALID = FaultCode.ANGLE_INVALID.bit
+_ANGLE_JUMP = FaultCode.ANGLE_JUMP.bit
+_ANGLE_FROZEN = FaultCode.ANGLE_FROZEN.bit
+_FROZEN_SUSPECTED = FaultCode.FROZEN_SUSPECTED.bit
+_CLOCK_INVALID = FaultCode.CLOCK_INVALID.bit
+_TICK_LATE = FaultCode.TICK_LATE.bit
+_DEADLINE_MISSED = FaultCode.DEADLINE_MISSED.bit
+_EDGE_LEFT = FaultCode.EDGE_LEFT.bit
+_EDGE_FAR = FaultCode.EDGE_FAR.bit
+_JOINT_RANGE = FaultCode.JOINT_RANGE.bit
+_NOT_CLOSED = FaultCode.NOT_CLOSED.bit
+_SINGULAR = FaultCode.SINGULAR.bit
+_SINGULAR_NEAR = FaultCode.SINGULAR_NEAR.bit
+_OVERSPEED = FaultCode.OVERSPEED.bit
+_MOTOR_WARM = FaultCode.MOTOR_WARM.bit
+_MOTOR_HOT = FaultCode.MOTOR_HOT.bit
+_COMMAND_STALE = FaultCode.COMMAND_STALE.bit
+_COMMAND_INVALID = FaultCode.COMMAND_INVALID.bit
+_RAMP_HELD = FaultCode.RAMP_HELD.bit
+_ENERGY_LIMITED = FaultCode.ENERGY_LIMITED.bit
+_ENERGY_SPENT = FaultCode.ENERGY_SPENT.bit
+_ORDER = FaultCode.ORDER.bit
 
 
 @inlined
@@ -272,7 +272,7 @@ def check(lim, mem, now, theta, p, reach, volume):
     """Judges what was read, and moves the state on. Call it once a tick, before `limit`.
 
     Args:
-        lim: The limits, `Limits`.
+        lim: The limits, `SafetyLimits`.
         mem: (MEMORY,) memory.
         now: Time of the reading, s; any clock that only grows.
         theta: (3,) shoulder angles as read, rad; NaN for an encoder that knows of its own fault.

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, styled
+from delta_cad.common.units import MM_PER_M
 from haptics.scenes.pictures.style import label_ends
 from haptics.scenes.record import Scene
 
@@ -28,7 +29,7 @@ def home_picture(scene: Scene, name: str) -> Figure:
     figure = Figure(figsize=(11.0, 7.2), layout="constrained")
     figure.suptitle(
         f"Way home of {name}: let go {scene.facts['distance_at_start_mm']:.1f} mm from the origin, "
-        f"k = {scene.facts['stiffness_N_per_m'] / 1000.0:g} N/mm",
+        f"k = {scene.facts['stiffness_N_per_m'] / MM_PER_M:g} N/mm",
         fontsize=12,
     )
     grid = figure.add_gridspec(2, 2)

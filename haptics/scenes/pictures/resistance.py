@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREY, ORANGE, styled
-from haptics.scenes.record import Run, Scene
+from delta_cad.common.units import MM_PER_M
+from haptics.scenes.record import Scene, SceneRun
 
 BIN_MM = 0.5
 ZOOM_MM = 14.0
@@ -38,7 +39,7 @@ def resistance_picture(scene: Scene, name: str) -> Figure:
         for ax, width in ((axes[0, column], far * 1.03), (axes[1, column], ZOOM_MM)):
             _draw(ax, runs, setting, limit, width, whole=ax is axes[0, column])
         axes[0, column].set_title(
-            f"k = {setting['stiffness_N_per_m'] / 1000.0:g} N/mm, r1 = {setting['full_radius_mm']:g} mm; "
+            f"k = {setting['stiffness_N_per_m'] / MM_PER_M:g} N/mm, r1 = {setting['full_radius_mm']:g} mm; "
             f"b = {setting['damping_asked_N_s_per_m']:g} N s/m asked, "
             f"{setting['damping_applied_N_s_per_m']:.3g} applied"
         )
@@ -51,7 +52,7 @@ def resistance_picture(scene: Scene, name: str) -> Figure:
     return figure
 
 
-def _draw(ax: Axes, runs: list[Run], setting: dict[str, Any], limit: float, width: float, *, whole: bool) -> None:
+def _draw(ax: Axes, runs: list[SceneRun], setting: dict[str, Any], limit: float, width: float, *, whole: bool) -> None:
     r0, r1, beyond = setting["dead_radius_mm"], setting["full_radius_mm"], setting["force_beyond_N"]
     for way, colour, text in ((0, BLUE, "way out"), (1, ORANGE, "way back")):
         centre, low, middle, high = _bands(runs, way, width)
@@ -70,7 +71,7 @@ def _draw(ax: Axes, runs: list[Run], setting: dict[str, Any], limit: float, widt
             width * 0.985, beyond + 0.05, f"eq. (23) without limit: {beyond:.1f} N", color=GREY, ha="right", va="bottom"
         )
     x = np.linspace(0.0, width, 600)
-    law = np.minimum(setting["stiffness_N_per_m"] / 1000.0 * np.clip(x - r0, 0.0, r1 - r0), limit)
+    law = np.minimum(setting["stiffness_N_per_m"] / MM_PER_M * np.clip(x - r0, 0.0, r1 - r0), limit)
     ax.plot(x, law, color=BLACK, linewidth=1.4)
     thin = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.7}
     if whole:
@@ -90,7 +91,7 @@ def _draw(ax: Axes, runs: list[Run], setting: dict[str, Any], limit: float, widt
         ax.set_ylabel("pull towards the origin by the motors, N")
 
 
-def _bands(runs: list[Run], way: int, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _bands(runs: list[SceneRun], way: int, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Centres of the bins (mm) and 5 %, 50 %, 95 % of the pull in them (N), on the way out (0) or back (1)."""
     distance, pull = [], []
     for run in runs:

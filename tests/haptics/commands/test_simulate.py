@@ -15,7 +15,7 @@ import pytest
 import haptics.model.machine
 from delta_cad.design import Design
 from haptics.commands.cli import main
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
 from haptics.scenes.bench import GUIDE
 from haptics.scenes.home import home
@@ -123,7 +123,7 @@ def test_without_pyarrow_csv_alone_is_written_and_said(
 def test_a_broken_promise_is_exit_1(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def smooth(machine: Machine, _level: str) -> Plant:
+    def smooth(machine: MachineModel, _level: str) -> Plant:
         return nominal_plant(machine)._replace(coulomb=0.0, bristle_damping=0.0)
 
     monkeypatch.setattr("haptics.stability.wall_trial.with_friction", smooth)
@@ -151,7 +151,7 @@ def test_the_delay_is_told_as_the_loop_has_it(
 ) -> None:
     asked: list[float] = []
 
-    def nothing(_: Machine, delay: float, seed: int) -> Scene:
+    def nothing(_: MachineModel, delay: float, seed: int) -> Scene:
         asked.append(delay)
         return Scene("home", "", [], {"seen": seed}, [Promise("", True)], [])
 

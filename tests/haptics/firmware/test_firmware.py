@@ -22,16 +22,16 @@ from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import Controller, fresh, tick
 from haptics.control.filters import foaw
-from haptics.control.supervisor.faults import EXTERNAL, Fault, findings
+from haptics.control.supervisor.faults import EXTERNAL, FaultCode, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
-from haptics.devices.device import Sample
+from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.firmware.expressions import TranslationError, literal
 from haptics.firmware.generate import sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.translate import Translation
-from haptics.model.machine import Machine
-from haptics.model.masses import Masses
+from haptics.model.machine import MachineModel
+from haptics.model.masses import MovingMasses
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.home import Home
@@ -43,7 +43,7 @@ from haptics.rendering.registry import LAWS as REGISTRY
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built
 
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(
     replace(PAPER_SETTINGS["k0.4"], origin=HOME, damping=20.0),
@@ -56,8 +56,8 @@ LAWS = law_table(
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return Machine(best, MASSES, drive_torque(best))
+def machine(best: Design) -> MachineModel:
+    return MachineModel(best, MASSES, drive_torque(best))
 
 
 def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
@@ -92,7 +92,7 @@ def pointer(array: np.ndarray) -> Any:
     return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
-def readings(machine: Machine, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def readings(machine: MachineModel, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Times and angles of a handle that wanders, with jumps, numbers that are none, and late ticks in between."""
     rng = np.random.default_rng(seed)
     way = np.cumsum(rng.normal(0.0, 1.0, (ticks, 3)), axis=0)
@@ -109,7 +109,7 @@ def readings(machine: Machine, ticks: int, seed: int) -> tuple[np.ndarray, np.nd
 
 
 @pytest.mark.parametrize("estimator", ["low-pass", "foaw"])
-def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Path, estimator: str) -> None:
+def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path: Path, estimator: str) -> None:
     chosen = foaw(1e-3, 3.8e-4, 8) if estimator == "foaw" else None
     controller = default_controller(machine, estimator=chosen, joint_speed=60.0)
     library = compiled(controller, tmp_path / "controller")
@@ -144,7 +144,7 @@ def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Pat
 class Twins:
     """The host in Python and the C controller, told the same; the handle trembles at its home, and ticks must agree."""
 
-    def __init__(self, machine: Machine, folder: Path, stale: float = math.inf, *macros: str) -> None:
+    def __init__(self, machine: MachineModel, folder: Path, stale: float = math.inf, *macros: str) -> None:
         controller = default_controller(machine, stale=stale)
         given = default_controller(machine, stale=math.inf) if macros else controller
         self.library = compiled(given, folder / "controller", *macros)
@@ -173,7 +173,7 @@ class Twins:
         for _ in range(ticks):
             self.now += 1e-3
             theta = self.theta + 4e-4 * math.sin(60.0 * self.now)
-            ours = self.host(Sample(theta, self.now, self.flags))
+            ours = self.host(Reading(theta, self.now, self.flags))
             bits = self.library.delta_tick(
                 pointer(self.memory), pointer(LAWS), len(LAWS), self.now, pointer(theta), pointer(out)
             )
@@ -189,11 +189,13 @@ class Twins:
 
 
 @pytest.mark.parametrize("fault", findings(EXTERNAL))
-def test_what_comes_from_outside_latches_in_c_as_in_python(machine: Machine, tmp_path: Path, fault: Fault) -> None:
+def test_what_comes_from_outside_latches_in_c_as_in_python(
+    machine: MachineModel, tmp_path: Path, fault: FaultCode
+) -> None:
     twins = Twins(machine, tmp_path)
     twins.signal(fault.bit)  # while nothing is enabled, only the emergency stop latches
     twins.tick()
-    assert twins.latched == (fault.bit if fault is Fault.EMERGENCY_STOP else 0)
+    assert twins.latched == (fault.bit if fault is FaultCode.EMERGENCY_STOP else 0)
     twins.signal(0)
     twins.press("reset")
     twins.tick()
@@ -213,7 +215,7 @@ def test_what_comes_from_outside_latches_in_c_as_in_python(machine: Machine, tmp
     assert np.abs(twins.tick(700)).max() > 0.02
 
 
-def test_other_bits_cannot_be_signalled_in_c(machine: Machine, tmp_path: Path) -> None:
+def test_other_bits_cannot_be_signalled_in_c(machine: MachineModel, tmp_path: Path) -> None:
     twins = Twins(machine, tmp_path)
     twins.signal(-1)
     assert int(twins.supervisor[SIGNALS]) == EXTERNAL
@@ -222,9 +224,11 @@ def test_other_bits_cannot_be_signalled_in_c(machine: Machine, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("macros", [(), ("-DDELTA_STALE_S=0.1",)], ids=["from the design", "by the macro"])
-def test_a_host_that_falls_silent_is_noticed_in_c(machine: Machine, tmp_path: Path, macros: tuple[str, ...]) -> None:
+def test_a_host_that_falls_silent_is_noticed_in_c(
+    machine: MachineModel, tmp_path: Path, macros: tuple[str, ...]
+) -> None:
     twins = Twins(machine, tmp_path, 0.1, *macros)
-    stale = Fault.COMMAND_STALE.bit
+    stale = FaultCode.COMMAND_STALE.bit
     twins.press("enable")
     twins.tick(100)
     assert not twins.host.bits & stale
@@ -242,11 +246,13 @@ def test_a_host_that_falls_silent_is_noticed_in_c(machine: Machine, tmp_path: Pa
     assert twins.supervisor[HEARD] == twins.now - 0.05
 
 
-def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(machine: Machine, tmp_path: Path) -> None:
+def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(
+    machine: MachineModel, tmp_path: Path
+) -> None:
     twins = Twins(machine, tmp_path)
     twins.press("enable")
     twins.tick(700)
-    assert not twins.host.bits & Fault.COMMAND_STALE.bit
+    assert not twins.host.bits & FaultCode.COMMAND_STALE.bit
     guide = (tmp_path / "controller" / "README.md").read_text()
     assert "that age is INFINITY, which switches code 17 off" in guide
     limited = sources(default_controller(machine, stale=0.25), "limited")
@@ -254,19 +260,19 @@ def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(machin
     assert "#define DELTA_STALE_S 0.25" in limited["delta_controller.c"]
 
 
-def test_header_and_guide_have_what_can_be_raised(machine: Machine) -> None:
+def test_header_and_guide_have_what_can_be_raised(machine: MachineModel) -> None:
     files = sources(default_controller(machine), "a")
     _, table = files["README.md"].split("| bit | found |")
     rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ") and line[2].isdigit()]
     by = {int(row[0].strip("| ")): row[2] for row in rows}
-    assert set(by) == {int(fault) for fault in Fault} - {Fault.ORDER}  # a tick keeps its own order
+    assert set(by) == {int(fault) for fault in FaultCode} - {FaultCode.ORDER}  # a tick keeps its own order
     assert {code for code, text in by.items() if "delta_signal" in text} == {int(f) for f in findings(EXTERNAL)}
-    assert by[int(Fault.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
+    assert by[int(FaultCode.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
     for fault in findings(EXTERNAL):
         assert f"#define DELTA_{fault.name} (1LL << {int(fault)})" in files["delta_controller.h"]
 
 
-def test_header_names_every_law_and_its_columns(machine: Machine) -> None:
+def test_header_names_every_law_and_its_columns(machine: MachineModel) -> None:
     header = sources(default_controller(machine), "a")["delta_controller.h"]
     lines = (line.split() for line in header.splitlines() if line.startswith("#define DELTA_"))
     named = {words[1]: words[2] for words in lines if len(words) > 2 and words[2].isdigit()}
@@ -288,7 +294,7 @@ def test_the_columns_of_a_law_do_not_overlap() -> None:
         assert places == list(range(2, 2 + len(places)))
 
 
-def test_what_is_written_does_not_depend_on_the_day(machine: Machine) -> None:
+def test_what_is_written_does_not_depend_on_the_day(machine: MachineModel) -> None:
     controller = default_controller(machine)
     written = sources(controller, "a")
     assert written == sources(controller, "a")

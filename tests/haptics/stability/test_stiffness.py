@@ -14,14 +14,15 @@ from delta_cad.design import Design
 from delta_cad.drive import drive_torque
 from delta_cad.masses import Masses
 from haptics.model.hands import HANDS
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
+from haptics.model.masses import MovingMasses
 from haptics.model.plant import Hand
 from haptics.simulation.assumptions import DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.page import stiffness_facts, stiffness_text
-from haptics.stability.passivity import Kind
+from haptics.stability.passivity import PassivityClass
 from haptics.stability.stiffness import (
     CEILING,
     FLOOR,
@@ -41,19 +42,19 @@ from haptics.stability.stiffness import (
 from haptics.stability.wall_limit import AXES, START, STEP, Predicate
 from haptics.stability.wall_trial import simulated_predicate
 
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 T = 1e-3
 DELAYS = (0.0, 0.5e-3, 1e-3)
 SOME = Corner("medium", "nominal", 0.5e-3)
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return Machine(best, MASSES, drive_torque(best))
+def machine(best: Design) -> MachineModel:
+    return MachineModel(best, MASSES, drive_torque(best))
 
 
 @pytest.fixture(scope="module")
-def simulated(machine: Machine) -> Stiffness:
+def simulated(machine: MachineModel) -> Stiffness:
     return largest_walls(machine)
 
 
@@ -119,7 +120,7 @@ def test_cases_far_from_an_end_are_not_simulated() -> None:
     assert asked == {end.corner for end in LINEAR if end.stiffness <= RIVAL * 500.0 or end.stiffness * RIVAL >= 30e3}
 
 
-def test_the_protocol_and_the_bisection_find_a_known_limit(machine: Machine) -> None:
+def test_the_protocol_and_the_bisection_find_a_known_limit(machine: MachineModel) -> None:
     found = largest_walls(machine, axes=("y",), ask=lambda _axis, _case, _seed: below(4300.0))
     (wall,) = found.axes
     assert wall.axis == "y"
@@ -132,7 +133,7 @@ def test_the_protocol_and_the_bisection_find_a_known_limit(machine: Machine) -> 
     assert wall.trials >= (4300.0 - START) / STEP
 
 
-def test_a_hand_that_shakes_the_default_wall_is_named(machine: Machine) -> None:
+def test_a_hand_that_shakes_the_default_wall_is_named(machine: MachineModel) -> None:
     def ask(axis: str, case: Corner, _seed: int) -> Predicate:
         return below(1000.0 if (axis, case.hand) == ("z", "light") else 4300.0)
 
@@ -142,14 +143,14 @@ def test_a_hand_that_shakes_the_default_wall_is_named(machine: Machine) -> None:
     assert "z  light OSCILLATES, medium stands, firm stands" in text
 
 
-def test_one_place_of_the_counts_is_enough_to_shake_it(machine: Machine) -> None:
+def test_one_place_of_the_counts_is_enough_to_shake_it(machine: MachineModel) -> None:
     def ask(_axis: str, case: Corner, seed: int) -> Predicate:
         return below(1000.0 if (case.hand, seed) == ("firm", PLACES - 1) else 4300.0)
 
     assert largest_walls(machine, axes=("y",), ask=ask).shaken == [("y", "firm")]
 
 
-def test_a_nominal_wall_that_never_stands(machine: Machine) -> None:
+def test_a_nominal_wall_that_never_stands(machine: MachineModel) -> None:
     found = largest_walls(machine, axes=("x",), ask=lambda _axis, _case, _seed: lambda _stiffness: False)
     (wall,) = found.axes
     assert wall.nominal.protocol is None
@@ -158,7 +159,7 @@ def test_a_nominal_wall_that_never_stands(machine: Machine) -> None:
     assert stiffness_facts("device", found)["axes"]["x"]["simulated_N_per_mm"]["protocol"] is None
 
 
-def test_walls_that_always_stand_are_lower_bounds(machine: Machine) -> None:
+def test_walls_that_always_stand_are_lower_bounds(machine: MachineModel) -> None:
     found = largest_walls(machine, axes=("x",), ask=lambda _axis, _case, _seed: lambda _stiffness: True)
     assert found.axes[0].simulated.highest.open
     text = stiffness_text("device", found)
@@ -167,7 +168,7 @@ def test_walls_that_always_stand_are_lower_bounds(machine: Machine) -> None:
     assert stiffness_facts("device", found)["axes"]["x"]["simulated_N_per_mm"]["lowest"]["or_more"]
 
 
-def test_linear_limits_are_those_of_each_case(machine: Machine) -> None:
+def test_linear_limits_are_those_of_each_case(machine: MachineModel) -> None:
     estimators = linear_models(default_estimator(T))
     ends = linear_limits(machine, "z", 0.0, T, DELAYS, estimators, HANDS)
     assert [end.stiffness for end in ends] == sorted(end.stiffness for end in ends)
@@ -195,12 +196,12 @@ def test_the_simulation_of_best(simulated: Stiffness) -> None:
         # what counts and the criterion take off is below a third; friction that sticks can only help
         assert wall.nominal.bisection > 0.67 * wall.linear_nominal
         assert wall.linear.lowest.stiffness < wall.linear_nominal < wall.linear.highest.stiffness
-        assert wall.default_verdict.kind is not Kind.PASSIVE  # K T / 2 alone is 15 times the viscous friction
+        assert wall.default_verdict.kind is not PassivityClass.PASSIVE  # K T / 2 alone is 15 times the viscous friction
         assert wall.found_verdict is not None
         assert wall.found_verdict.demand.friction > wall.default_verdict.demand.friction
 
 
-def test_later_torques_and_lighter_hands_bear_less(machine: Machine) -> None:
+def test_later_torques_and_lighter_hands_bear_less(machine: MachineModel) -> None:
     """With the least friction, where the simulation comes near the linear model."""
     for hand, delay in (("medium", 2e-3), ("light", 0.5e-3)):
         stands = simulated_predicate(machine, "x", HANDS[hand], "least", delay, substeps=4)
@@ -210,7 +211,7 @@ def test_later_torques_and_lighter_hands_bear_less(machine: Machine) -> None:
     assert not usual(14000.0)  # half as much again as the linear limit of 9.5 N/mm
 
 
-def test_what_is_asked_for_reaches_the_loop(machine: Machine) -> None:
+def test_what_is_asked_for_reaches_the_loop(machine: MachineModel) -> None:
     """Period, delay and damping: the linear limits move as the theory of a sampled spring has it."""
 
     def nominal(**given: Any) -> float:
@@ -240,7 +241,7 @@ def test_facts_and_text_tell_the_same(simulated: Stiffness) -> None:
         assert np.diff([stiffness for stiffness, _ in asked[:5]]) == pytest.approx([0.2] * 4)
     assert "lowest    x, y, z: light hand, least friction, delay 1 ms" in text
     assert max(map(len, text.splitlines())) <= 120
-    assert facts["axes"]["x"]["passivity"]["default_wall"]["verdict"] in set(Kind)
+    assert facts["axes"]["x"]["passivity"]["default_wall"]["verdict"] in set(PassivityClass)
 
 
 @pytest.mark.parametrize(
@@ -253,12 +254,12 @@ def test_facts_and_text_tell_the_same(simulated: Stiffness) -> None:
         ({"hands": {}}, "set of hands is empty"),
     ],
 )
-def test_what_cannot_be_is_refused(machine: Machine, given: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_is_refused(machine: MachineModel, given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         largest_walls(machine, ask=lambda *_: below(1.0), **given)
 
 
-def test_a_set_without_the_nominal_hand_takes_its_first(machine: Machine) -> None:
+def test_a_set_without_the_nominal_hand_takes_its_first(machine: MachineModel) -> None:
     hands = {"one": Hand(0.1, 5.0, 300.0)}
     ask: Callable[[str, Corner, int], Predicate] = lambda _axis, _case, _seed: below(2000.0)  # noqa: E731
     (wall,) = largest_walls(machine, axes=("x",), hands=hands, ask=ask).axes

@@ -1,0 +1,3 @@
+"""Units: the one place where metres become millimetres."""
+
+MM_PER_M = 1000.0
