@@ -25,17 +25,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
+from numba import njit
 
-from delta_cad.common.jit import compiled
-from delta_cad.masses import Masses
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
+from delta_cad.mechanism.kernel import chain_closure
 from haptics.model.masses import MovingMasses
 
 POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
 STATES = 12
-_ROOT_3_4 = float(np.sqrt(3.0) / 2.0)  # the same double as in `mechanism.geometry.RADIAL`
+_SIN_60 = float(RADIAL[1, 1])
 
 
 class Plant(NamedTuple):
@@ -166,12 +165,10 @@ def chain(par, i, x, y, z):
         Cosine and sine of the azimuth, cosine and sine of the shoulder angle, w (m), and the forearm s (m) in the base
         frame: 8 floats; NaN where the chain cannot be closed.
     """
-    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, _ROOT_3_4) if i == 1 else (-0.5, -_ROOT_3_4))
+    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, _SIN_60) if i == 1 else (-0.5, -_SIN_60))
     q, t = ca * x + sa * y - par.radius_difference, ca * y - sa * x
     la, lb = par.upper_arm_length, par.forearm_length
-    rho2 = q * q + z * z
-    m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
-    w = math.sqrt(rho2 - m * m)
+    rho2, m, _, w = chain_closure(q, t, z, la, lb)
     cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
     radial, up = q - la * cos, z - la * sin
     return ca, sa, cos, sin, w, ca * radial - sa * t, sa * radial + ca * t, up

@@ -5,7 +5,18 @@ import pytest
 
 from delta_cad.mechanism import inverse_kinematics
 from haptics.control.supervisor import memory as m
-from haptics.control.supervisor.faults import LATCHING, TABLE, FaultCode, Reaction, Severity, State, findings, mask
+from haptics.control.supervisor import supervisor as compiled
+from haptics.control.supervisor.faults import (
+    EXTERNAL,
+    LATCHING,
+    TABLE,
+    FaultCode,
+    Reaction,
+    Severity,
+    State,
+    findings,
+    mask,
+)
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, Rig
 
 PULL = np.array([0.1, -0.15, 0.2])
@@ -395,6 +406,18 @@ def test_the_strictest_of_several_reactions_counts() -> None:
     np.testing.assert_allclose(rig.ticks(GLIDE, PULL, HOLD), HOLD, atol=1e-12)
     rig.supervisor.signal(FaultCode.EMERGENCY_STOP)
     assert np.all(rig.ticks(GLIDE, PULL, HOLD) == 0.0)
+
+
+def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:
+    """Logs, boards and the C header keep the numbers: a new code gets a new one, wherever it stands in the list."""
+    numbers = (
+        "ANGLE_INVALID ANGLE_JUMP ANGLE_FROZEN FROZEN_SUSPECTED CLOCK_INVALID TICK_LATE DEADLINE_MISSED EDGE_LEFT "
+        "EDGE_FAR JOINT_RANGE NOT_CLOSED SINGULAR SINGULAR_NEAR OVERSPEED MOTOR_WARM MOTOR_HOT COMMAND_STALE "
+        "COMMAND_INVALID RAMP_HELD ENERGY_LIMITED ENERGY_SPENT ORDER WATCHDOG DEVICE_LOST EMERGENCY_STOP"
+    )
+    assert [FaultCode[name] for name in numbers.split()] == list(range(1, 26))
+    for code in set(FaultCode) - set(findings(EXTERNAL)):
+        assert getattr(compiled, f"_{code.name}") == code.bit
 
 
 def test_every_code_is_told_apart_and_told_about() -> None:
