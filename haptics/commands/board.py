@@ -54,12 +54,12 @@ def run(given: argparse.Namespace) -> int:
         try:
             serve(board, listening, patience=patience, paced=given.paced, idle=given.idle, once=given.once)
         except KeyboardInterrupt:  # the way to end it by hand
-            return refuse(f"interrupted; {_told(board)}", INTERRUPTED)
-    print(_told(board))
+            return refuse(f"interrupted; {_summary(board)}", INTERRUPTED)
+    print(_summary(board))
     return DONE
 
 
-def _told(board: Board) -> str:
+def _summary(board: Board) -> str:
     """What it did, in one line."""
     dropped = ", ".join(f"{number} {why}" for why, number in sorted(board.counts.items())) or "nothing"
     return f"{board.sessions} sessions, {board.served} commands served; dropped: {dropped}"

@@ -141,16 +141,16 @@ class Board:
         self._device.write(self._torques)
 
     def _hello(self, packet: Packet, peer: Any) -> bytes:
-        asked = packet.values[0]
+        requested = packet.values[0]
         if self.connected and peer != self._peer and not self._tripped:
             self.counts["BUSY"] += 1
             return self._refusal(packet.session, packet.sequence, Reason.BUSY)
-        if not self._period <= asked <= LONGEST_WATCHDOG:
+        if not self._period <= requested <= LONGEST_WATCHDOG:
             return self._refusal(packet.session, packet.sequence, Reason.WATCHDOG)
         again = self.connected and peer == self._peer and packet.session == self._session
         if not again:  # a HELLO is repeated when its WELCOME was lost; the session goes on then
             self.end()
-            self._peer, self._session, self._watchdog = peer, packet.session, asked
+            self._peer, self._session, self._watchdog = peer, packet.session, requested
             self._sequence, self._silent, self._answered = 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard

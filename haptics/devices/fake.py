@@ -81,7 +81,7 @@ class DisturbedDevice:
 
     @property
     def time(self) -> float:
-        """Of the other device, s."""
+        """Time of the other device, s."""
         return self.device.time
 
     def read(self) -> Reading:

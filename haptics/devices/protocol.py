@@ -20,7 +20,7 @@ _WRAP = 2**32
 
 
 class PacketKind(IntEnum):
-    """Of a packet."""
+    """Kind of a packet."""
 
     HELLO = 1
     WELCOME = 2

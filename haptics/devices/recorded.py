@@ -29,7 +29,7 @@ class RecordedDevice:
 
     @property
     def time(self) -> float:
-        """Of the last reading, s; of the first one before it."""
+        """Time of the last reading, s; that of the first one before it is read."""
         return float(self.recording.time[max(self._tick, 0)]) if len(self.recording.time) else 0.0
 
     @property

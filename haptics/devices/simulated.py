@@ -47,7 +47,7 @@ class SimulatedDevice:
 
     @property
     def time(self) -> float:
-        """Of the last reading, s."""
+        """Time of the last reading, s."""
         return max(self._tick, 0) * self.period
 
     @property

@@ -118,11 +118,11 @@ def mass_matrix(g: DeltaGeometry, masses: MovingMasses, p: ArrayLike) -> np.ndar
     """
     rates = inverse_jacobian(g, p)
     _, across = arm_directions(inverse_kinematics(g, p))
-    whole = masses.platform + 3.0 * masses.rod_wrist
+    translating_mass = masses.platform + 3.0 * masses.rod_wrist
     cross = masses.rod_cross * g.upper_arm_length * np.swapaxes(across, -1, -2) @ rates
     turning = masses.rod_elbow * g.upper_arm_length**2 + masses.arm_inertia + masses.rotor_inertia
     own = turning * np.swapaxes(rates, -1, -2) @ rates
-    return whole * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
+    return translating_mass * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
 
 
 def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:

@@ -46,7 +46,7 @@ class PublishedDevice:
     source: str
 
     @property
-    def told(self) -> str:
+    def shown(self) -> str:
         """As a table shows it; a question mark is for what was not confirmed."""
         said = self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
         return said if self.confirmed else f"{said} (?)"
@@ -64,7 +64,7 @@ def reference_devices(path: Path = FILE) -> tuple[PublishedDevice, ...]:
     Raises:
         ReferenceDeviceError: A line that cannot be.
     """
-    found = []
+    devices = []
     with path.open(encoding="utf-8", newline="") as file:
         for number, row in enumerate(csv.DictReader(file, strict=True), 2):
             at = f"{path.name}, line {number}"
@@ -81,9 +81,9 @@ def reference_devices(path: Path = FILE) -> tuple[PublishedDevice, ...]:
             except ValueError:
                 raise ReferenceDeviceError(f"{at}: value is {row['value']!r}; it must be a number") from None
             confirmed = row["confirmed"] == "yes"
-            found.append(
+            devices.append(
                 PublishedDevice(
                     row["device"], row["quantity"], value, row["bound"], row["text"], confirmed, row["source"]
                 )
             )
-    return tuple(found)
+    return tuple(devices)

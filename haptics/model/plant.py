@@ -190,12 +190,12 @@ def motion(par, hand_mass, state, out):
     """
     x, y, z, vx, vy, vz = state[0], state[1], state[2], state[3], state[4], state[5]
     la = par.upper_arm_length
-    whole = par.platform + hand_mass + 3.0 * par.rod_wrist
+    translating_mass = par.platform + hand_mass + 3.0 * par.rod_wrist
     turning = par.rod_elbow * la * la + par.joint_inertia
     cross = par.rod_cross * la
     hanging = par.platform + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
-    m11 = m22 = m33 = whole
+    m11 = m22 = m33 = translating_mass
     m12 = m13 = m23 = 0.0
     fx, fy, fz = hanging * par.gravity_x, hanging * par.gravity_y, hanging * par.gravity_z
     for i in range(3):

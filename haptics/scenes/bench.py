@@ -17,7 +17,7 @@ from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 
 PERIOD = 1e-3
-"""Of the paper's loop, s."""
+"""Period of the paper's loop, s."""
 READY = 0.8
 """Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s."""
 GUIDE = Hand(mass=0.1, damping=40.0, stiffness=8000.0)

@@ -44,7 +44,7 @@ FREE_S = 6.0
 START = 0.6
 """Where it is let go along (1, 1, 1): share of half the cube's side."""
 WINDOW = 0.5
-"""Of the judgement at the end of the way, s; there are two."""
+"""Length of each of the two windows at the end of the way in which an oscillation is judged, s."""
 SLOW = 0.1
 """What is slower than this is a way, not a buzz, s."""
 ARRIVED = 1.05
@@ -92,9 +92,9 @@ def home(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int =
     setting, mass = PAPER_SETTINGS[SETTING], smallest_mass(machine)
     cap = damping_limit(mass, delay, setting.stiffness)
     asked_of: dict[float, list[float]] = {}
-    for asked in DAMPINGS:
-        asked_of.setdefault(cap.applied(asked), []).append(asked)
-    runs = [_released(machine, setting, applied, asked, delay, seed) for applied, asked in asked_of.items()]
+    for requested in DAMPINGS:
+        asked_of.setdefault(cap.applied(requested), []).append(requested)
+    runs = [_released(machine, setting, applied, requested, delay, seed) for applied, requested in asked_of.items()]
     beyond = [b for b in PAPERS if cap.applied(b) < b]
     runs += [_released(machine, setting, b, [b], delay, seed, capped=False) for b in beyond]
     middle, start = machine.centre, _start(machine)
@@ -159,7 +159,7 @@ def _released(
     machine: MachineModel,
     setting: OperatingResistance,
     applied: float,
-    asked: list[float],
+    requested: list[float],
     delay: float,
     seed: int,
     *,
@@ -194,7 +194,7 @@ def _released(
     driven = buzz.force > 2.0 * friction_force(machine, direction)  # else the force cannot shake the handle loose
     moves = math.isfinite(buzz.swing) and buzz.counts >= RINGS
     facts: dict[str, Any] = {
-        "damping_asked_N_s_per_m": asked,
+        "damping_asked_N_s_per_m": requested,
         "damping_applied_N_s_per_m": applied,
         "capped": capped,
         "settling_s": PERIOD * last if settles else None,
@@ -213,12 +213,16 @@ def _released(
     facts["verdict"] = _verdict(facts)
     columns = series(recording, READY, motors_force(machine, recording), distance_mm=MM_PER_M * distance)
     name = f"b{applied:.3g}" + ("" if capped else "_uncapped")
-    note = "" if capped and asked == [applied] else " (" + ("uncapped" if not capped else _asked(asked)) + ")"
+    note = (
+        ""
+        if capped and requested == [applied]
+        else " (" + ("uncapped" if not capped else _requested_text(requested)) + ")"
+    )
     return SceneRun(name, f"b = {applied:.3g} N s/m{note}", recording, columns, facts)
 
 
-def _asked(asked: list[float]) -> str:
-    return " and ".join(f"{b:g}" for b in asked) + " asked"
+def _requested_text(requested: list[float]) -> str:
+    return " and ".join(f"{b:g}" for b in requested) + " asked"
 
 
 def _verdict(facts: dict[str, Any]) -> str:

@@ -12,8 +12,8 @@ from haptics.control.supervisor.faults import LATCHING, described
 from haptics.simulation.loop import SimulatedRun
 
 DECIMALS = {"_s": 6, "_mm": 5, "_N": 5, "_N_m": 7, "_mm_per_s": 3}
-"""Of each unit in the series: 10 nm, 10 uN, a thousandth of what encoders and motors resolve. More digits would only be
-more bytes."""
+"""Decimals that the series keep of each unit: 10 nm, 10 uN, a thousandth of what encoders and motors resolve.
+More digits would only be more bytes."""
 
 
 @dataclass(frozen=True)

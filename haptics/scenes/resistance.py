@@ -147,7 +147,7 @@ def _led(
     pull, felt = (given * towards).sum(axis=1), -(recording.hand * towards).sum(axis=1)
     at_rest = law_force(setting, distance, limit)
     stays = (time > WAY_S + 0.6 * STAY_S) & (time < WAY_S + STAY_S)
-    strays = np.linalg.norm(given - _whole_law(setting, applied, limit, recording.position - middle, recording), axis=1)
+    strays = np.linalg.norm(given - _full_law(setting, applied, limit, recording.position - middle, recording), axis=1)
     corner = "".join("-+"[int(s > 0)] + a for s, a in zip(signs, "xyz", strict=True))
     facts: dict[str, Any] = {
         "setting": name,
@@ -169,7 +169,7 @@ def _led(
     return SceneRun(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
 
 
-def _whole_law(
+def _full_law(
     setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: SimulatedRun
 ) -> np.ndarray:
     """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""
@@ -203,14 +203,14 @@ def _share(time: np.ndarray) -> np.ndarray:
 def _discussion(settings: dict[str, dict[str, Any]], required: float, mass: float) -> list[str]:
     said = []
     for name, s in settings.items():
-        asked, applied, beyond = (
+        requested, applied, beyond = (
             s[key] for key in ("damping_asked_N_s_per_m", "damping_applied_N_s_per_m", "force_beyond_N")
         )
         cut = f", cut to the limit of {required:g} N" if beyond > required else f", below {required:g} N by itself"
         said.append(f"{name}: eq. (23) ends at {beyond:.1f} N{cut}.")
-        if applied < asked:
+        if applied < requested:
             said.append(
-                f"{name}: b = {asked:g} N s/m is asked, {applied:.1f} N s/m applied: half the limit of "
+                f"{name}: b = {requested:g} N s/m is asked, {applied:.1f} N s/m applied: half the limit of "
                 f"{s['damping_limit_N_s_per_m']:.0f} N s/m at 1 kHz of a device whose effective mass goes down to "
                 f"{mass:.3f} kg. The paper's b would take {s['mass_for_that_damping_kg']:.2g} kg."
             )

@@ -21,7 +21,8 @@ from haptics.stability.wall_limit import START, WallSearch, search
 from haptics.stability.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
 
 STEP, CEILING, TOLERANCE = 1000.0, 40e3, 25.0
-"""Of the search for the limit, N/m: coarser and farther than the paper's protocol, which `stiffness` follows."""
+"""First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the
+paper's protocol, which `stiffness` follows."""
 ABOVE = 1.3
 """Times the limit: clearly beyond it."""
 VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
@@ -43,7 +44,7 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
     runs: list[SceneRun] = []
     limits: dict[str, dict[str, Any]] = {}
     for axis in AXES:
-        found = search(
+        limit_search = search(
             simulated_predicate(machine, axis, who.hand, delay=delay, seed=seed),
             step=STEP,
             ceiling=CEILING,
@@ -51,14 +52,14 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
         )
         published = MM_PER_M * STIFFNESS_N_PER_MM[axis]
         limits[axis] = {
-            "simulated_N_per_mm": found.bisection / MM_PER_M,
-            "never_oscillated": found.ceiling_reached,
+            "simulated_N_per_mm": limit_search.bisection / MM_PER_M,
+            "never_oscillated": limit_search.ceiling_reached,
             "published_N_per_mm": STIFFNESS_N_PER_MM[axis],
         }
-        above = ABOVE * (found.bisection or START)
+        above = ABOVE * (limit_search.bisection or START)
         for role, stiffness in (("first", START), ("published", published), ("above", above)):
             trial = wall_trial(machine, axis, who.hand, stiffness, delay=delay, seed=seed)
-            runs.append(_run(machine, axis, role, trial, found))
+            runs.append(_run(machine, axis, role, trial, limit_search))
     first = [run for run in runs if run.facts["role"] == "first"]
     promises = [
         Promise(
@@ -75,7 +76,7 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
     return Scene("wall", "figures 17 and 18", runs, facts, promises, _discussion(hand, limits, runs))
 
 
-def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, found: WallSearch) -> SceneRun:
+def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, limit_search: WallSearch) -> SceneRun:
     stiffness, verdict = trial.stiffness / MM_PER_M, trial.verdict
     if verdict is not None:
         text = VERDICTS[verdict.kind]
@@ -85,7 +86,7 @@ def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, found: W
         "axis": axis,
         "role": role,
         "stiffness_N_per_mm": stiffness,
-        "share_of_simulated_limit": trial.stiffness / found.bisection if found.bisection else None,
+        "share_of_simulated_limit": trial.stiffness / limit_search.bisection if limit_search.bisection else None,
         "verdict": text,
         "stable": trial.stable,
         "penetration_at_end_mm": MM_PER_M * float(trial.depth[-100:].mean()),

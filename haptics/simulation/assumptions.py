@@ -38,13 +38,13 @@ DELAY = (0.0, 0.5, 1.0)
 CURRENT_LAG = 0.2e-3
 """Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz."""
 CORNER = 100.0
-"""Of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an eighth of the damping with
-one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise here."""
+"""Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an
+eighth of the damping with one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise."""
 
 
 @dataclass(frozen=True)
 class Friction:
-    """Of one joint; each least, nominal, largest.
+    """Friction of one joint; each least, nominal, largest.
 
     Attributes:
         coulomb: N m.

@@ -168,7 +168,7 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, co
     """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
     room = np.zeros((13, STATES))
     theta, torque = np.zeros(3), np.zeros(3)
-    whole, part = clock.delay // clock.substeps, clock.delay % clock.substeps
+    delay_ticks, part = clock.delay // clock.substeps, clock.delay % clock.substeps
     step = clock.period / clock.substeps
     slots = pending.shape[0]
     for k in range(anchor.shape[0]):
@@ -189,7 +189,7 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, co
             out[k, 18 + i] = state[9 + i]
             out[k, 21 + i] = hand.stiffness * (anchor[k, i] - state[i]) - hand.damping * state[3 + i]
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
-        before, after = pending[(k - whole - 1) % slots], pending[(k - whole) % slots]
+        before, after = pending[(k - delay_ticks - 1) % slots], pending[(k - delay_ticks) % slots]
         if part > 0:
             advance(machine, hand, anchor[k], push[k], before, part * step, part, state, room)
         rest = clock.substeps - part

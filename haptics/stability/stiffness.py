@@ -35,15 +35,15 @@ from haptics.stability.wall_trial import LEVELS, PERIOD, Level, simulated_predic
 
 NOMINAL_HAND = "medium"
 SUBSTEPS = 4
-"""Of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over the
-places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20."""
+"""Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
+the places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20."""
 FLOOR, CEILING = 50.0, 50e3
 """Softest and stiffest wall that is asked, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
 bits on an arm of 80 mm: what happens beyond is not the wall."""
 TOLERANCE = 0.05
-"""Of the range's ends; the assumptions behind them are not known better."""
+"""Relative tolerance of the ends of the range; the assumptions behind them are not known better."""
 NOMINAL_TOLERANCE = 25.0
-"""Of the nominal bisection, N/m: an eighth of the paper's step."""
+"""Tolerance of the nominal bisection, N/m: an eighth of the paper's step."""
 PLACES = 3
 """Places of the encoders' counts with each of which the default wall must stand: one could be lucky."""
 STRIDE, RIVAL = 1.5, 3.0
@@ -223,7 +223,7 @@ def _axis_wall(
 ) -> AxisWall:
     trials = 0
 
-    def asked(corner: Corner, seed: int = 0) -> Predicate:
+    def stable_at(corner: Corner, seed: int = 0) -> Predicate:
         stands = ask(axis, corner, seed)
         answers: dict[float, bool] = {}
 
@@ -238,11 +238,11 @@ def _axis_wall(
 
     name = NOMINAL_HAND if NOMINAL_HAND in hands else next(iter(hands))
     corner = Corner(name, "nominal", delays[1])
-    nominal = search(asked(corner), tolerance=NOMINAL_TOLERANCE)
+    nominal = search(stable_at(corner), tolerance=NOMINAL_TOLERANCE)
     linear = linear_limits(machine, axis, damping, period, delays, estimators, hands)
     middle = linear_limits(machine, axis, damping, period, delays, estimators, {name: hands[name]}, ("nominal",))
     found = nominal.bisection
-    judged = [
+    verdicts = [
         _judge(machine, axis, stiffness, damping, Timing(period, delays[1], CURRENT_LAG), estimators, hands)
         for stiffness in ((START, found) if found > 0.0 else (START,))
     ]
@@ -251,15 +251,15 @@ def _axis_wall(
         nominal=nominal,
         corner=corner,
         linear_nominal=middle[0].stiffness,
-        simulated=simulated_range(linear, asked),
+        simulated=simulated_range(linear, stable_at),
         linear=Range(linear[0], linear[-1]),
         published=MM_PER_M * STIFFNESS_N_PER_MM[axis],
         steady={
-            hand: all(asked(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
+            hand: all(stable_at(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
             for hand in hands
         },
-        default_verdict=judged[0],
-        found_verdict=judged[1] if found > 0.0 else None,
+        default_verdict=verdicts[0],
+        found_verdict=verdicts[1] if found > 0.0 else None,
         trials=trials,
     )
 
@@ -307,28 +307,28 @@ def linear_limits(
     return sorted((End(stiffness, corner) for corner, stiffness in worst.items()), key=lambda end: end.stiffness)
 
 
-def simulated_range(linear: Sequence[End], asked: Callable[[Corner], Predicate]) -> Range:
+def simulated_range(linear: Sequence[End], stable_at: Callable[[Corner], Predicate]) -> Range:
     """Both ends of the simulated range, as the module's docstring has it.
 
     Args:
         linear: Limits of the linear loop, ascending.
-        asked: Who answers for a case.
+        stable_at: The simulated answer for a case.
 
     Returns:
         The range.
     """
-    low = edge(asked(linear[0].corner), linear[0])
+    low = edge(stable_at(linear[0].corner), linear[0])
     for rival in linear[1:]:
         if rival.stiffness > RIVAL * linear[0].stiffness:
             break
-        stands = asked(rival.corner)
+        stands = stable_at(rival.corner)
         if low.stiffness > FLOOR and not stands(low.stiffness):
             low = edge(stands, End(low.stiffness, rival.corner))
-    high = edge(asked(linear[-1].corner), linear[-1])
+    high = edge(stable_at(linear[-1].corner), linear[-1])
     for rival in reversed(linear[:-1]):
         if high.open or rival.stiffness * RIVAL < linear[-1].stiffness:
             break
-        stands = asked(rival.corner)
+        stands = stable_at(rival.corner)
         above = max(high.stiffness, FLOOR) * (1.0 + TOLERANCE)
         if above <= CEILING and stands(above):
             high = edge(stands, End(above, rival.corner))

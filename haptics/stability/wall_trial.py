@@ -25,7 +25,7 @@ from haptics.stability.oscillation import Oscillation, oscillation
 from haptics.stability.wall_limit import Predicate
 
 PERIOD = 1e-3
-"""Of the paper's loop, s."""
+"""Period of the paper's loop, s."""
 GAP = 2e-3
 """Between the handle and the wall at the start, m."""
 LEAN = 0.6
@@ -40,7 +40,7 @@ COMES = 0.4
 CALMS = 0.1
 """What the push itself stirs up is not judged, s."""
 WINDOW = 0.5
-"""Of the judgement, s; there are two."""
+"""Length of each of the two windows in which an oscillation is judged, s."""
 
 Level = Literal["least", "nominal", "largest"]
 LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 class State(IntEnum):
-    """Of the supervisor. Only in the middle three does a scene's force reach the motors."""
+    """State of the supervisor. Only in the middle three does a scene's force reach the motors."""
 
     DISABLED = 0
     RAMPING = 1
@@ -80,7 +80,7 @@ class FaultCode(IntEnum):
 
 
 class About(NamedTuple):
-    """Of one code.
+    """What a code means and what is done about it.
 
     Attributes:
         text: What was found.

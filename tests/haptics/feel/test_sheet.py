@@ -161,7 +161,7 @@ def test_page_and_facts_tell_the_same(found: Feel) -> None:
     assert {line.split("(")[1][:-5] for line in page.splitlines() if line.startswith("![")} == set(MAPS)
     for row in reference_devices():
         assert row.source in page
-        assert row.told in page
+        assert row.shown in page
 
 
 def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: MachineModel, found: Feel) -> None:
@@ -211,7 +211,7 @@ def test_figures_of_other_devices_have_sources() -> None:
         assert row.quantity in LABELS
         assert ("from memory" in row.source) != row.confirmed or row.confirmed
         assert row.confirmed or row.source.startswith("from memory")
-        assert row.told.endswith("(?)") == (not row.confirmed)
+        assert row.shown.endswith("(?)") == (not row.confirmed)
 
 
 @pytest.mark.parametrize(
