@@ -31,12 +31,12 @@ SLENDER = 1e-2
 """Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do."""
 
 
-class MassesError(ValueError):
+class MassError(ValueError):
     """Masses that are refused; the message names file, field, value and what is allowed."""
 
 
 @dataclass(frozen=True)
-class MovingMasses:
+class Masses:
     """Mass of the moving bodies, the same for the three chains.
 
     Attributes:
@@ -68,7 +68,7 @@ class MovingMasses:
             value = getattr(self, field.name)
             if not math.isfinite(value) or (field.name not in signed and value < 0.0):
                 rule = "finite" if field.name in signed else "finite and not negative"
-                raise MassesError(f"{field.name} is {value!r}; it must be {rule}")
+                raise MassError(f"{field.name} is {value!r}; it must be {rule}")
 
     @property
     def handle_inertia(self) -> HandleInertia:
@@ -108,7 +108,7 @@ class PointMasses:
     upper_arm: float
     forearm: float
 
-    def masses(self, upper_arm_length: float, rotor_inertia: float = 0.0) -> MovingMasses:
+    def masses(self, upper_arm_length: float, rotor_inertia: float = 0.0) -> Masses:
         """As the dynamics takes them.
 
         Args:
@@ -120,7 +120,7 @@ class PointMasses:
             of an even rod: for the same velocities at both ends they agree, for opposite ones it is three times that.
         """
         half = self.upper_arm / 2.0 * upper_arm_length
-        return MovingMasses(
+        return Masses(
             platform=self.platform,
             arm_along=half,
             arm_across=0.0,
@@ -145,7 +145,7 @@ def rod_masses(mass: float, centre: float, inertia: float, length: float) -> tup
     return mass * (1.0 - c) ** 2 + turning, mass * c * (1.0 - c) - turning, mass * c**2 + turning
 
 
-def load_masses(path: str | Path, forearm_length: float, drive: DriveReport | None = None) -> MovingMasses:
+def load_masses(path: str | Path, forearm_length: float, drive: DriveReport | None = None) -> Masses:
     """Reads `mass_properties.json` of a build.
 
     Args:
@@ -163,18 +163,18 @@ def load_masses(path: str | Path, forearm_length: float, drive: DriveReport | No
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise MassesError(f"{path.name}: cannot be read: {error.strerror or error}") from None
+        raise MassError(f"{path.name}: cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError):
-        raise MassesError(f"{path.name}: is not JSON") from None
+        raise MassError(f"{path.name}: is not JSON") from None
     return masses_from_dict(data, forearm_length, drive, path.name)
 
 
 def masses_from_dict(
     data: object, forearm_length: float, drive: DriveReport | None = None, file: str = "masses"
-) -> MovingMasses:
+) -> Masses:
     """The same from what the file holds; see `load_masses`."""
     if not isinstance(data, Mapping) or data.get("schema") != SCHEMA:
-        raise MassesError(f"{file}: schema must be {SCHEMA}")
+        raise MassError(f"{file}: schema must be {SCHEMA}")
     bodies = data.get("bodies")
     arms = [_body(bodies, f"upper_arm_{i}", file) for i in CHAINS]
     rods = [_body(bodies, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]
@@ -186,9 +186,9 @@ def masses_from_dict(
     rod_mass, rod_centre, rod_inertia = rods[0]
     transverse = (rod_inertia[1, 1] + rod_inertia[2, 2]) / 2.0
     if abs(rod_inertia[1, 1] - rod_inertia[2, 2]) > SLENDER * transverse:
-        raise MassesError(f"{file}: bodies.rod_0_0.inertia_kg_m2: its two transverse inertias differ by more than 1 %")
+        raise MassError(f"{file}: bodies.rod_0_0.inertia_kg_m2: its two transverse inertias differ by more than 1 %")
     uu, uv, vv = rod_masses(rod_mass, float(rod_centre[0]), float(transverse), forearm_length)
-    return MovingMasses(
+    return Masses(
         platform=platform[0],
         arm_along=mass * float(centre[0]),
         arm_across=mass * float(centre[2]),
@@ -212,21 +212,21 @@ def _body(bodies: object, name: str, file: str) -> tuple[float, np.ndarray, np.n
     """Mass, centre (3,) and inertia (3, 3) of a body in its own frame."""
     body = bodies.get(name) if isinstance(bodies, Mapping) else None
     if not isinstance(body, Mapping):
-        raise MassesError(f"{file}: bodies.{name}: is missing")
+        raise MassError(f"{file}: bodies.{name}: is missing")
     parts: list[Any] = [body.get(key) for key in ("mass_kg", "centre_m", "inertia_kg_m2")]
     if not all(_in_numbers(part) for part in parts):
-        raise MassesError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers")
+        raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers")
     try:
         mass, centre, inertia = float(parts[0]), np.array(parts[1], dtype=float), np.array(parts[2], dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise MassesError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers") from None
+        raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers") from None
     shaped = centre.shape == (3,) and inertia.shape == (3, 3)
     if not shaped or not (math.isfinite(mass) and np.isfinite(centre).all() and np.isfinite(inertia).all()):
-        raise MassesError(f"{file}: bodies.{name}: must be finite, with a (3) centre and a (3, 3) inertia")
+        raise MassError(f"{file}: bodies.{name}: must be finite, with a (3) centre and a (3, 3) inertia")
     if not 0.0 < mass <= MASS_MAX:
-        raise MassesError(f"{file}: bodies.{name}.mass_kg is {mass!r}; it must be > 0 and at most {MASS_MAX:g} kg")
+        raise MassError(f"{file}: bodies.{name}.mass_kg is {mass!r}; it must be > 0 and at most {MASS_MAX:g} kg")
     if not (np.diag(inertia) > 0.0).all():
-        raise MassesError(f"{file}: bodies.{name}.inertia_kg_m2: moments of inertia must be > 0 kg m^2")
+        raise MassError(f"{file}: bodies.{name}.inertia_kg_m2: moments of inertia must be > 0 kg m^2")
     return mass, centre, inertia
 
 
@@ -247,4 +247,4 @@ def _require_alike(bodies: list[tuple[float, np.ndarray, np.ndarray]], kind: str
             or np.abs(other[2] - inertia).max() > ALIKE * mass * size**2
         )
         if differs:
-            raise MassesError(f"{file}: bodies.{kind}_*: the chains differ; the dynamics takes three alike")
+            raise MassError(f"{file}: bodies.{kind}_*: the chains differ; the dynamics takes three alike")

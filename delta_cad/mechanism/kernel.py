@@ -99,7 +99,7 @@ def angle_margins(
     return shoulder_margin, lean_margin
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def chain_closure(q, t, z, la, lb):
     """Closes a chain in its own plane: rho^2, m, w^2 and w, README (2), (3); w is NaN where it cannot be closed."""
     rho2 = q * q + z * z
@@ -108,7 +108,7 @@ def chain_closure(q, t, z, la, lb):
     return rho2, m, w2, math.sqrt(w2)
 
 
-@njit(inline="always", error_model="numpy")
+@expanded
 def _chain(q, t, z, la, lb):
     """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
     rho2, m, w2, w = chain_closure(q, t, z, la, lb)

@@ -33,7 +33,6 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError
     from delta_cad.masses import MassError
     from haptics.devices.server import listen, serve
-    from haptics.model.masses import MassesError
 
     try:
         if not 0 <= given.port <= 65535:
@@ -42,7 +41,7 @@ def run(given: argparse.Namespace) -> int:
             return refuse(f"--idle {given.idle:g}: must be more than 0 s and at most 1e6 s", BAD_INPUT)
         board, period = _board(given)
         listening = listen(given.host, given.port, allow_remote=given.allow_remote)
-    except (DesignError, MassesError) as error:
+    except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     except (ValueError, OSError) as error:
         return refuse(f"--host {given.host} --port {given.port}: {error}", BAD_INPUT)

@@ -33,7 +33,6 @@ def run(given: argparse.Namespace) -> int:
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import QUANTITIES, feel
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassesError
 
     try:
         machine = load_machine(given.design, given.masses)
@@ -53,7 +52,7 @@ def run(given: argparse.Namespace) -> int:
                         title = f"{machine.design.name}: {quantity.label}"
                         figure = feel_map(title, label, *map_values(found, quantity), small=quantity.small)
                         save(figure, folder / f"{quantity.name}.png")
-    except (DesignError, MassesError) as error:
+    except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"{given.design}: cube: {error}", BAD_INPUT)

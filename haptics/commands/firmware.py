@@ -25,11 +25,10 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError
     from delta_cad.masses import MassError
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassesError
 
     try:
         machine = load_machine(given.design, given.masses)
-    except (DesignError, MassesError) as error:
+    except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     from haptics.firmware.generate import sources, write_firmware
     from haptics.simulation.assumptions import default_controller

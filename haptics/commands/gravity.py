@@ -38,11 +38,10 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError
     from delta_cad.masses import MassError
     from delta_cad.mechanism import MechanismError
-    from haptics.model.masses import MassesError
 
     try:
         facts = _facts(given)
-    except (DesignError, MassesError) as error:
+    except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"--at {','.join(f'{x:g}' for x in given.at)}: {error}", BAD_INPUT)

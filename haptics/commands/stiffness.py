@@ -34,7 +34,6 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.design import DesignError
     from delta_cad.masses import MassError
     from haptics.model.machine import load_machine
-    from haptics.model.masses import MassesError
     from haptics.stability.page import stiffness_facts, stiffness_text
     from haptics.stability.stiffness import largest_walls
 
@@ -54,7 +53,7 @@ def run(given: argparse.Namespace) -> int:
         name = machine.design.name
         facts = json.dumps(stiffness_facts(name, found), indent=1)
         write_whole(given.out / f"{name}-stiffness.json", facts + "\n")
-    except (DesignError, MassesError) as error:
+    except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
-
+from delta_cad.common.jit import compiled
+from delta_cad.masses import Masses
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from haptics.control.pose_margins import singularity_margins
-from haptics.model.masses import MovingMasses
 
 POSITION, RATES, HOLDING = 3, 4, 5
 """Rows of what `pose` fills; rows 0-2 are the Jacobian's columns."""
@@ -48,7 +47,7 @@ class Model(NamedTuple):
     gravity_z: float
 
 
-def model(geometry: DeltaGeometry, masses: MovingMasses, gravity_vector: tuple[float, float, float]) -> Model:
+def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, float, float]) -> Model:
     """The controller's model of a device.
 
     Args:

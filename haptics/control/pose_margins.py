@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from delta_cad.common.jit import compiled
+from delta_cad.common.jit import compiled, inlined
 from haptics.model.plant import chain
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inlined
 def singularity_margins(w0, w1, w2, det, forearm_length):
     """Smallest w of the chains (m) and det S / L_B^3, both NaN where a w is."""
     return min(w0, w1, w2) + 0.0 * (w0 + w1 + w2), det / forearm_length**3
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pose_margins(par, p):
     """The distances to both kinds of singularity.
 

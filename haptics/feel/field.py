@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from delta_cad.masses import Masses
     from delta_cad.mechanism import DeltaGeometry
     from haptics.model.machine import MachineModel
-    from haptics.model.masses import MovingMasses
 
 SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
 """(8, 3) corners of a cube of torques; the first four are enough where n and -n are the same."""
@@ -105,7 +104,7 @@ class FeelField:
         return found | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
 
 
-def mass_matrix(g: DeltaGeometry, masses: MovingMasses, p: ArrayLike) -> np.ndarray:
+def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
     """Mass matrix of the platform's coordinates, without a hand; the formula is that of `plant`.
 
     Args:

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
+from delta_cad.common.jit import Compiled
 from haptics.firmware.inference import inferred
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, is_table
 
@@ -49,7 +50,7 @@ Value = tuple[str, Any]
 class Owner(Protocol):
     """What translates the functions that an expression calls, and defines the structs that it needs."""
 
-    def add(self, function: Dispatcher, arguments: tuple[Any, ...]) -> tuple[str, Any]:
+    def add(self, function: Any, arguments: tuple[Any, ...]) -> tuple[str, Any]:
         """Name in C and return type of a function, translated now if it is not yet."""
         ...
 
@@ -72,12 +73,13 @@ def literal(value: float) -> str:
 class Expressions:
     """A function on its way to C: its types, its names, and its expressions."""
 
-    def __init__(self, owner: Owner, function: Dispatcher, arguments: tuple[Any, ...]) -> None:
+    def __init__(self, owner: Owner, function: Any, arguments: tuple[Any, ...]) -> None:
         self.owner, self.python = owner, function.py_func
         typemap, self.returns = inferred(self.python, arguments)
         self.types = _variables(typemap)
         self.scope = inspect.getclosurevars(self.python)
-        tree = ast.parse(textwrap.dedent(inspect.getsource(self.python)))
+        source = getattr(self.python, "source", None) or textwrap.dedent(inspect.getsource(self.python))
+        tree = ast.parse(source)
         self.tree = next(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
         self.arguments = [argument.arg for argument in self.tree.args.args]
         self.types.update(zip(self.arguments, arguments, strict=True))
@@ -272,7 +274,7 @@ class Expressions:
         called = self.outside(node.func)
         if called in (math.isfinite, math.isnan, math.isinf):
             return f"({called.__name__}({self.value(node.args[0])[0]}) != 0)", types.boolean
-        if isinstance(called, Dispatcher):
+        if isinstance(called, Dispatcher | Compiled):
             values = [self.value(argument) for argument in node.args]
             name, returns = self.owner.add(called, tuple(_plain(kind) for _, kind in values))
             return f"{name}({', '.join(text for text, _ in values)})", returns

@@ -16,7 +16,6 @@ from collections.abc import Callable
 from typing import Any
 
 from numba.core import types
-from numba.core.dispatcher import Dispatcher
 
 from haptics.firmware.expressions import WHOLE, Expressions
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, record_name, struct, tuple_name
@@ -34,7 +33,7 @@ class Translation:
         self.functions: dict[str, str] = {}
         self.structs: dict[str, str] = {}
         self._returns: dict[str, Any] = {}
-        self._names: dict[Dispatcher, str] = {}
+        self._names: dict[Any, str] = {}
 
     def add(self, function: Any, arguments: tuple[Any, ...]) -> tuple[str, Any]:
         """Translates a function with everything that it calls.
@@ -57,7 +56,7 @@ class Translation:
             self._returns[name] = written.returns
         return name, self._returns[name]
 
-    def _name(self, function: Dispatcher) -> str:
+    def _name(self, function: Any) -> str:
         """Module's last word and the function's own; numbered where two have the same, as those made in a loop do."""
         if function not in self._names:
             plain = f"{function.py_func.__module__.rsplit('.', 1)[-1]}_{function.py_func.__name__.strip('_')}"

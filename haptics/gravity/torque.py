@@ -8,11 +8,10 @@ from numpy.typing import ArrayLike
 from delta_cad.masses import Masses, PointMasses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL
-from haptics.model.masses import MovingMasses, PointMasses
 
 
 def gravity_torque(
-    geometry: DeltaGeometry, masses: MovingMasses | PointMasses, p: ArrayLike, gravity_vector: ArrayLike
+    geometry: DeltaGeometry, masses: Masses | PointMasses, p: ArrayLike, gravity_vector: ArrayLike
 ) -> np.ndarray:
     """Torque of each joint that holds the moving bodies: minus the torque of gravity.
 
@@ -47,7 +46,7 @@ def gravity_torque(
 
 
 def potential_energy(
-    geometry: DeltaGeometry, masses: MovingMasses | PointMasses, p: ArrayLike, gravity_vector: ArrayLike
+    geometry: DeltaGeometry, masses: Masses | PointMasses, p: ArrayLike, gravity_vector: ArrayLike
 ) -> np.ndarray:
     """Potential energy of the moving bodies, zero for each at its shoulder or at the base's centre.
 
@@ -84,5 +83,5 @@ def arm_directions(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return cos * RADIAL + sin * VERTICAL, cos * VERTICAL - sin * RADIAL
 
 
-def _as_masses(geometry: DeltaGeometry, masses: MovingMasses | PointMasses) -> MovingMasses:
+def _as_masses(geometry: DeltaGeometry, masses: Masses | PointMasses) -> Masses:
     return masses.masses(geometry.upper_arm_length) if isinstance(masses, PointMasses) else masses

@@ -13,7 +13,6 @@ from delta_cad.design import Design, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
 from delta_cad.masses import MassError, Masses, load_masses
 from delta_cad.mechanism import DeltaGeometry
-from haptics.model.masses import MassesError, MovingMasses, load_masses
 
 FILE = "mass_properties.json"
 
@@ -29,7 +28,7 @@ class MachineModel:
     """
 
     design: Design
-    masses: MovingMasses
+    masses: Masses
     drive: DriveReport
 
     @property
@@ -65,9 +64,7 @@ def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineM
     design = load_design(design_file)
     path = masses_file if masses_file is not None else Path("out") / design.name / FILE
     if masses_file is None and not path.exists():
-        raise MassesError(
-            f"{path}: is missing; run `python -m delta_cad build --design {design_file}` or give --masses"
-        )
+        raise MassError(f"{path}: is missing; run `python -m delta_cad build --design {design_file}` or give --masses")
     _require_same_design(path, design)
     drive = drive_torque(design)
     return MachineModel(design, load_masses(path, design.geometry.forearm_length, drive), drive)
@@ -81,4 +78,4 @@ def _require_same_design(path: Path, design: Design) -> None:
         return  # `load_masses` says what is wrong with it
     built_from = data.get("input_sha256") if isinstance(data, dict) else None
     if built_from is not None and built_from != design_hash(design):
-        raise MassesError(f"{path}: was built from another design than {design.name}; build it again")
+        raise MassError(f"{path}: was built from another design than {design.name}; build it again")

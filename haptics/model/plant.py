@@ -25,11 +25,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
-
+from delta_cad.common.jit import compiled
+from delta_cad.masses import Masses
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.kernel import chain_closure
-from haptics.model.masses import MovingMasses
 
 POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
@@ -101,7 +100,7 @@ FREE = Hand(0.0, 0.0, 0.0)
 
 def plant(
     geometry: DeltaGeometry,
-    masses: MovingMasses,
+    masses: Masses,
     gravity_vector: tuple[float, float, float] = (0.0, 0.0, -9.81),
     *,
     coulomb: float = 0.0,

@@ -14,8 +14,8 @@ from functools import cache
 from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
-from numba import njit
-from numba.core.dispatcher import Dispatcher
+
+from delta_cad.common.jit import compiled
 
 KIND, GAIN, FIRST = 0, 1, 2
 """Columns that all laws have, and the first of a law's own parameters."""
@@ -71,8 +71,8 @@ class Law(NamedTuple):
     """
 
     parameters: type[ForceLaw]
-    force: Dispatcher
-    energy: Dispatcher
+    force: Any
+    energy: Any
 
 
 @cache
@@ -90,7 +90,7 @@ def columns(law: type[ForceLaw]) -> tuple[int, ...]:
     return tuple(places)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def spring_energy(stiffness, stretch, longest):
     """Energy of a spring whose pull stays constant beyond a longest stretch, J.
 

@@ -6,12 +6,7 @@ columns that the C header and its guide name. Importing this module loads numba.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import reduce
-from typing import Any
-
-from numba import njit
-
+from delta_cad.common.jit import in_turn
 from haptics.rendering.law import FIRST, KIND, Law, columns
 from haptics.rendering.laws import constant_force, home, operating_resistance, spring, virtual_wall
 
@@ -33,45 +28,14 @@ def layout(law: Law) -> list[tuple[str, int, int, str]]:
     return [(name, first, parameter.width, parameter.unit) for (name, parameter), first in named]
 
 
-@njit(cache=True, error_model="numpy")
-def _no_force(laws, i, px, py, pz, vx, vy, vz):  # noqa: ARG001
-    """Force of a row of unknown kind."""
-    return 0.0, 0.0, 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def _no_energy(laws, i, px, py, pz):  # noqa: ARG001
-    """Energy of a row of unknown kind."""
-    return 0.0
-
-
-def _force_of(kind: int, force: Any, of_others: Any) -> Any:
-    @njit(error_model="numpy")
-    def force_of(laws, i, px, py, pz, vx, vy, vz):
-        """Force of row i if it is of one kind, else of the others."""
-        if laws[i, KIND] == kind:
-            return force(laws, i, px, py, pz, vx, vy, vz)
-        return of_others(laws, i, px, py, pz, vx, vy, vz)
-
-    return force_of
-
-
-def _energy_of(kind: int, energy: Any, of_others: Any) -> Any:
-    @njit(error_model="numpy")
-    def energy_of(laws, i, px, py, pz):
-        """Energy of row i if it is of one kind, else of the others."""
-        if laws[i, KIND] == kind:
-            return energy(laws, i, px, py, pz)
-        return of_others(laws, i, px, py, pz)
-
-    return energy_of
-
-
-def _dispatch(one: Callable[..., Any], form: str, nothing: Any) -> Any:
-    """One compiled function that takes a row of any kind: a chain of comparisons, which the compiler makes flat."""
-    last_first = reversed(LAWS.items())
-    return reduce(lambda others, law: one(law[0], getattr(law[1], form), others), last_first, nothing)
-
-
-force_of = _dispatch(_force_of, "force", _no_force)
-energy_of = _dispatch(_energy_of, "energy", _no_energy)
+_STATE = "laws, i, px, py, pz"
+_OF_KIND = f"if laws[i, {KIND}] == {{1}}: return {{0}}"
+force_of = in_turn(
+    f"{_STATE}, vx, vy, vz",
+    [(law.force, kind) for kind, law in LAWS.items()],
+    f"{_OF_KIND}({_STATE}, vx, vy, vz)",
+    "return 0.0, 0.0, 0.0",
+)
+"""Compiled: force of row i of a table at gain 1, N; none for a row of unknown kind."""
+energy_of = in_turn(_STATE, [(law.energy, kind) for kind, law in LAWS.items()], f"{_OF_KIND}({_STATE})", "return 0.0")
+"""Compiled: energy that row i of a table stores at gain 1, J."""

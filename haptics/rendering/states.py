@@ -8,9 +8,9 @@ from functools import cache
 from typing import Any, ParamSpec, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import in_turn
 from haptics.rendering.law import ForceLaw, Law, LawError
 
 AT_REST = (0.0, 0.0, 0.0)
@@ -88,9 +88,5 @@ def flat(array: np.ndarray) -> np.ndarray:
 
 @cache
 def _over_states(force: Any) -> Any:
-    @njit(error_model="numpy")
-    def forces_into(table, p, v, out):
-        for j in range(p.shape[0]):
-            out[j, 0], out[j, 1], out[j, 2] = force(table, 0, p[j, 0], p[j, 1], p[j, 2], v[j, 0], v[j, 1], v[j, 2])
-
-    return forces_into
+    one = "out[j, 0], out[j, 1], out[j, 2] = {0}(table, 0, p[j, 0], p[j, 1], p[j, 2], v[j, 0], v[j, 1], v[j, 2])"
+    return in_turn("table, p, v, out", [(force,)], f"for j in range(p.shape[0]): {one}")

@@ -19,9 +19,9 @@ at most dg times the stored energy; that, and the home function's own store, is 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from haptics.rendering.law import FIRST, GAIN, KIND, ForceLaw, LawError
 from haptics.rendering.registry import COLUMNS, LAWS, energy_of, force_of
 from haptics.rendering.states import AT_REST, flat, forces, vectors
@@ -29,7 +29,7 @@ from haptics.rendering.states import AT_REST, flat, forces, vectors
 _KIND_OF = {law.parameters: kind for kind, law in LAWS.items()}
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def total_force(laws, px, py, pz, vx, vy, vz):
     """Force of all laws on the handle.
 
@@ -55,7 +55,7 @@ def total_force(laws, px, py, pz, vx, vy, vz):
     return sx, sy, sz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def total_energy(laws, px, py, pz):
     """Energy stored by all laws at a position: minus its gradient is `total_force` at rest.
 
@@ -74,19 +74,19 @@ def total_energy(laws, px, py, pz):
     return energy
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _forces_into(laws, p, v, out):
     for j in range(p.shape[0]):
         out[j, 0], out[j, 1], out[j, 2] = total_force(laws, p[j, 0], p[j, 1], p[j, 2], v[j, 0], v[j, 1], v[j, 2])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _energies_into(laws, p, out):
     for j in range(p.shape[0]):
         out[j] = total_energy(laws, p[j, 0], p[j, 1], p[j, 2])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def fade(gain, target, step):
     """The gain of a law one tick later, so that a law that is switched on or off makes no step.
 

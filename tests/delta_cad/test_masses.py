@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from delta_cad.design import load_design
 from delta_cad.drive import drive_torque
-from haptics.model.masses import MassesError, MovingMasses, PointMasses, load_masses, masses_from_dict, rod_masses
+from delta_cad.masses import MassError, Masses, PointMasses, load_masses, masses_from_dict, rod_masses
 from tests.committed import BEST
 
 LENGTH = 0.112
@@ -67,7 +67,7 @@ def test_what_the_file_says_is_what_the_dynamics_gets() -> None:
 def test_lumped_rods_weigh_the_same_and_resist_a_turn_three_times_as_much() -> None:
     lumped = PointMasses(0.07, 0.1, 0.006).masses(0.08)
     uu, uv, vv = rod_masses(0.006, LENGTH / 2.0, 0.006 * LENGTH**2 / 12.0, LENGTH)
-    even = MovingMasses(0.07, lumped.arm_along, 0.0, lumped.arm_inertia, uu, uv, vv)
+    even = Masses(0.07, lumped.arm_along, 0.0, lumped.arm_inertia, uu, uv, vv)
     assert lumped.at_wrists == pytest.approx(even.at_wrists)
     assert lumped.at_elbow == pytest.approx(even.at_elbow)
     assert lumped.rod_elbow + lumped.rod_wrist == pytest.approx(3.0 * (uu - 2.0 * uv + vv))
@@ -103,35 +103,35 @@ def bad(body: str, key: str, value: Any) -> dict[str, Any]:
     ],
 )
 def test_masses_that_are_refused(given_data: object, message: str) -> None:
-    with pytest.raises(MassesError, match=message):
+    with pytest.raises(MassError, match=message):
         masses_from_dict(given_data, LENGTH)
 
 
 def test_a_rod_that_is_no_rod_is_refused() -> None:
     flat = {"mass_kg": 0.003, "centre_m": [0.05, 0.0, 0.0], "inertia_kg_m2": np.diag([1e-8, 4e-6, 5e-6]).tolist()}
-    with pytest.raises(MassesError, match="transverse inertias differ"):
+    with pytest.raises(MassError, match="transverse inertias differ"):
         masses_from_dict(data(**{f"rod_{i}_{j}": flat for i in range(3) for j in range(2)}), LENGTH)
 
 
 def test_a_malformed_pinion_is_refused() -> None:
-    with pytest.raises(MassesError, match="pinion_0"):
+    with pytest.raises(MassError, match="pinion_0"):
         masses_from_dict(bad("pinion_0", "mass_kg", []), LENGTH, DRIVE)
 
 
 @pytest.mark.parametrize("value", [float("nan"), -1e-9])
 def test_masses_must_be_finite_and_not_negative(value: float) -> None:
-    with pytest.raises(MassesError, match="platform is"):
-        MovingMasses(value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    with pytest.raises(MassesError, match="arm_across is"):
-        MovingMasses(0.1, 0.0, float("inf"), 0.0, 0.0, 0.0, 0.0)
+    with pytest.raises(MassError, match="platform is"):
+        Masses(value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    with pytest.raises(MassError, match="arm_across is"):
+        Masses(0.1, 0.0, float("inf"), 0.0, 0.0, 0.0, 0.0)
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(MassesError, match=r"none\.json: cannot be read"):
+    with pytest.raises(MassError, match=r"none\.json: cannot be read"):
         load_masses(tmp_path / "none.json", LENGTH)
     file = tmp_path / "half.json"
     file.write_text("{")
-    with pytest.raises(MassesError, match=r"half\.json: is not JSON"):
+    with pytest.raises(MassError, match=r"half\.json: is not JSON"):
         load_masses(file, LENGTH)
     file.write_text(json.dumps(data()))
     assert load_masses(file, LENGTH) == masses_from_dict(data(), LENGTH)

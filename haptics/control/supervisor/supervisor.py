@@ -28,8 +28,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from delta_cad.common.jit import compiled, inlined
 from haptics.control.supervisor.energy_tank import share_allowed, slewed
 from haptics.control.supervisor.faults import ALWAYS, LATCHING, FaultCode, Reaction, State, reacting
 from haptics.control.supervisor.memory import (

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from haptics.rendering.law import ForceLaw, Law, columns, vector
 from haptics.rendering.states import AT_REST, force_function
 
@@ -30,13 +30,13 @@ class ConstantForce(ForceLaw):
 (FORCE,) = columns(ConstantForce)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def force(laws, i, px, py, pz, vx, vy, vz):  # noqa: ARG001
     """Force of a constant force."""
     return laws[i, FORCE], laws[i, FORCE + 1], laws[i, FORCE + 2]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energy(laws, i, px, py, pz):
     """Energy of a constant force; 0 at the base's centre."""
     return -(laws[i, FORCE] * px + laws[i, FORCE + 1] * py + laws[i, FORCE + 2] * pz)

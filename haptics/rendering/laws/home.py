@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from haptics.rendering.law import ForceLaw, Law, columns, positive, spring_energy, vector
 from haptics.rendering.states import force_function
 
@@ -44,7 +44,7 @@ class Home(ForceLaw):
 STIFFNESS, DAMPING, SPEED, ORIGIN = columns(Home)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def force(laws, i, px, py, pz, vx, vy, vz):
     """Force of a home function."""
     qx, qy, qz = laws[i, ORIGIN] - px, laws[i, ORIGIN + 1] - py, laws[i, ORIGIN + 2] - pz
@@ -54,7 +54,7 @@ def force(laws, i, px, py, pz, vx, vy, vz):
     return k * qx - b * vx, k * qy - b * vy, k * qz - b * vz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energy(laws, i, px, py, pz):
     """Energy of a home function; 0 at its origin."""
     qx, qy, qz = laws[i, ORIGIN] - px, laws[i, ORIGIN + 1] - py, laws[i, ORIGIN + 2] - pz

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from haptics.rendering.law import (
     ForceLaw,
     Law,
@@ -71,7 +71,7 @@ class OperatingResistance(ForceLaw):
 STIFFNESS, DAMPING, DEAD_RADIUS, FULL_RADIUS, ORIGIN, BLEND = columns(OperatingResistance)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def force(laws, i, px, py, pz, vx, vy, vz):
     """Force of an operating resistance."""
     qx, qy, qz = laws[i, ORIGIN] - px, laws[i, ORIGIN + 1] - py, laws[i, ORIGIN + 2] - pz
@@ -85,7 +85,7 @@ def force(laws, i, px, py, pz, vx, vy, vz):
     return pull * qx - b * vx, pull * qy - b * vy, pull * qz - b * vz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energy(laws, i, px, py, pz):
     """Energy of an operating resistance; 0 in its dead zone."""
     qx, qy, qz = laws[i, ORIGIN] - px, laws[i, ORIGIN + 1] - py, laws[i, ORIGIN + 2] - pz

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from haptics.rendering.law import ForceLaw, Law, columns, not_negative, spring_energy, vector
 from haptics.rendering.states import force_function
 
@@ -34,7 +34,7 @@ class SpringDamper(ForceLaw):
 STIFFNESS, DAMPING, POINT = columns(SpringDamper)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def force(laws, i, px, py, pz, vx, vy, vz):
     """Force of a spring and damper."""
     qx, qy, qz = laws[i, POINT] - px, laws[i, POINT + 1] - py, laws[i, POINT + 2] - pz
@@ -42,7 +42,7 @@ def force(laws, i, px, py, pz, vx, vy, vz):
     return k * qx - b * vx, k * qy - b * vy, k * qz - b * vz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energy(laws, i, px, py, pz):
     """Energy of a spring; 0 at its point."""
     qx, qy, qz = laws[i, POINT] - px, laws[i, POINT + 1] - py, laws[i, POINT + 2] - pz

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from delta_cad.common.jit import compiled
 from delta_cad.mechanism import Cube
 from haptics.rendering.law import (
     ForceLaw,
@@ -60,14 +60,14 @@ class VirtualWall(ForceLaw):
 STIFFNESS, POINT, NORMAL, DAMPING, BLEND = columns(VirtualWall)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _depth(laws, i, px, py, pz):
     """Depth of a position in a wall, m; negative outside."""
     qx, qy, qz = laws[i, POINT] - px, laws[i, POINT + 1] - py, laws[i, POINT + 2] - pz
     return laws[i, NORMAL] * qx + laws[i, NORMAL + 1] * qy + laws[i, NORMAL + 2] * qz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def force(laws, i, px, py, pz, vx, vy, vz):
     """Force of a virtual wall."""
     depth = _depth(laws, i, px, py, pz)
@@ -80,7 +80,7 @@ def force(laws, i, px, py, pz, vx, vy, vz):
     return push * nx, push * ny, push * nz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def energy(laws, i, px, py, pz):
     """Energy of a virtual wall; 0 outside."""
     return spring_energy(laws[i, STIFFNESS], max(0.0, _depth(laws, i, px, py, pz)), math.inf)

@@ -80,7 +80,6 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
     from haptics.model.machine import MachineModel
-    from haptics.model.masses import MovingMasses
     from haptics.rendering import law_table
     from haptics.rendering.laws.operating_resistance import OperatingResistance
     from haptics.rendering.laws.virtual_wall import axis_wall
@@ -90,7 +89,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     if compiler is None:
         raise RuntimeError("no C compiler (cc) on this machine")
     design = load_design(ROOT / "best.json")
-    masses = MovingMasses(
+    masses = Masses(
         0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4
     )  # of its size; no time depends on it
     controller = default_controller(MachineModel(design, masses, drive_torque(design)))

@@ -125,11 +125,11 @@ def _told(grown: tuple[list[int], list[float]]) -> str:
 def _machine() -> Any:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
+    from delta_cad.masses import Masses
     from haptics.model.machine import MachineModel
-    from haptics.model.masses import MovingMasses
 
     design = load_design(ROOT / "best.json")
-    return MachineModel(design, MovingMasses(*MASSES), drive_torque(design))
+    return MachineModel(design, Masses(*MASSES), drive_torque(design))
 
 
 def measured() -> None:

@@ -56,12 +56,11 @@ def measured() -> None:
     from delta_cad.masses import Masses
     from haptics.model.hands import HANDS
     from haptics.model.machine import MachineModel
-    from haptics.model.masses import MovingMasses
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
     from haptics.stability.wall_trial import simulated_predicate
 
     design = load_design(ROOT / "best.json")
-    machine = MachineModel(design, MovingMasses(*MASSES), drive_torque(design))
+    machine = MachineModel(design, Masses(*MASSES), drive_torque(design))
     stands = simulated_predicate(machine, "x", HANDS["medium"], substeps=SUBSTEPS)
     largest_walls(machine, axes=("x",))  # compiles what is not in the cache
 

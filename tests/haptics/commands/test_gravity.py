@@ -15,7 +15,6 @@ from delta_cad.masses import MassError, load_masses
 from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
-from haptics.model.masses import MassesError, load_masses
 from tests.committed import BEST, Built, changed
 
 
@@ -88,7 +87,7 @@ def test_bad_input_is_one_line_and_exit_2(
 def test_masses_of_another_design_are_refused(tmp_path: Path, masses: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(json.dumps(changed(cube__half_side_mm=30.0)))
-    with pytest.raises(MassesError, match="was built from another design"):
+    with pytest.raises(MassError, match="was built from another design"):
         load_machine(other, masses)
     data = json.loads(masses.read_text())
     del data["input_sha256"]
@@ -107,7 +106,7 @@ def test_a_full_disk_is_one_line(masses: Path) -> None:
 
 def test_without_a_build_it_says_which_command_makes_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(MassesError, match="python -m delta_cad build --design"):
+    with pytest.raises(MassError, match="python -m delta_cad build --design"):
         load_machine(BEST)
 
 

@@ -18,10 +18,9 @@ from delta_cad.mechanism import (
 )
 from haptics.control.pose import HOLDING, POSITION, ROWS, model, pose
 from haptics.gravity import gravity_torque
-from haptics.model.masses import MovingMasses
 
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
-MASSES = MovingMasses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
+MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
 TILTED = (2.0, -3.0, -8.0)
 KNOWN = model(GEOMETRY, MASSES, TILTED)
 

@@ -19,11 +19,10 @@ from delta_cad.mechanism import (
 from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
 from haptics.gravity import gravity_torque
 from haptics.model.machine import MachineModel
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import energy, plant
 from haptics.stability.linear import linearise
 
-MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3)
 GRAVITY = (0.0, 0.0, -9.81)
 

@@ -31,13 +31,12 @@ from haptics.feel.sheet import (
     summarise,
 )
 from haptics.model.machine import MachineModel
-from haptics.model.masses import MovingMasses
 from haptics.simulation.assumptions import joint_friction
 from haptics.stability.stiffness import Corner, Stiffness, largest_walls
 from haptics.stability.wall_limit import Predicate
 from tests.committed import BEST, Built, changed
 
-MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 
 
 @pytest.fixture(scope="module")

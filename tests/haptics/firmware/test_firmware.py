@@ -31,7 +31,6 @@ from haptics.firmware.generate import sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
-from haptics.model.masses import MovingMasses
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.home import Home
@@ -43,7 +42,7 @@ from haptics.rendering.registry import LAWS as REGISTRY
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built
 
-MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(
     replace(PAPER_SETTINGS["k0.4"], origin=HOME, damping=20.0),

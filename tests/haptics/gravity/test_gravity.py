@@ -12,10 +12,9 @@ from delta_cad.masses import Masses, PointMasses, masses_from_dict
 from delta_cad.mechanism import DeltaGeometry, UnreachableError, forward_kinematics, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from haptics.gravity import gravity_torque, potential_energy
-from haptics.model.masses import MovingMasses, PointMasses, masses_from_dict
 
 PUBLISHED = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
-MASSES = MovingMasses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.002, 3e-4)
+MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.002, 3e-4)
 DOWN = np.array([0.0, 0.0, -9.81])
 
 inside = st.tuples(st.floats(-0.0375, 0.0375), st.floats(-0.0375, 0.0375), st.floats(0.057112, 0.132112))

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinematics, jacobian
 from haptics.gravity import arm_directions, gravity_torque, potential_energy
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, bristle, derivative, energy, motion, plant
 
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
-MASSES = MovingMasses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
+MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
 TILTED = (2.0, -3.0, -8.0)
 ZERO = np.zeros(3)
 HOME = np.array([0.0, 0.0, 0.0946])
@@ -175,7 +174,7 @@ def test_a_hand_is_a_mass_a_spring_and_a_damper() -> None:
     hand, state = Hand(0.1, 5.0, 300.0), state_of([0.005, 0.0, HOME[2]], [0.1, 0.0, 0.0])
     par = plant(GEOMETRY, MASSES, (0.0, 0.0, 0.0))
     felt = acceleration(par, state, hand=hand)
-    heavier = plant(GEOMETRY, MovingMasses(0.17, *list(vars(MASSES).values())[1:]), (0.0, 0.0, 0.0))
+    heavier = plant(GEOMETRY, Masses(0.17, *list(vars(MASSES).values())[1:]), (0.0, 0.0, 0.0))
     by_force = acceleration(heavier, state, force=[-300.0 * 0.005 - 5.0 * 0.1, 0.0, 0.0])
     assert felt == pytest.approx(by_force, rel=1e-12)
     assert np.isnan(acceleration(par, state_of(HOME))).sum() == 0

@@ -18,7 +18,6 @@ from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.gravity import gravity_torque
 from haptics.model.machine import MachineModel
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import FREE, Hand
 from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
@@ -37,7 +36,7 @@ from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 
 HOME = np.array([0.0, 0.0, 0.0946])
-MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 
 

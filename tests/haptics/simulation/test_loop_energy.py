@@ -11,7 +11,6 @@ from delta_cad.masses import Masses
 from delta_cad.mechanism import jacobian
 from haptics.control.filters import backward_difference
 from haptics.model.machine import MachineModel
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import Hand, Plant
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import axis_wall
@@ -23,7 +22,7 @@ from haptics.stability.linear import linearise
 from haptics.stability.passivity import required_friction
 from tests.committed import PUBLISHED
 
-MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
 STIFFNESS, DELAY, TICKS, BEGIN = 1500.0, 0.5e-3, 6000, 1000
 GUIDE = Hand(0.0, 60.0, 20e3)

@@ -8,14 +8,13 @@ from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinematics, jacobian
 from haptics.control.filters import backward_difference, low_pass
 from haptics.gravity import gravity_torque
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import FREE, STATES, Hand, advance, energy, plant
 from haptics.stability.discrete import SampledBody, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
-MASSES = MovingMasses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
+MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
 POSE = np.array([0.018, -0.011, 0.088])
 NORMAL = np.array([2.0, -1.0, 2.0]) / 3.0
 GRIP = Hand(0.1, 4.0, 200.0)

@@ -15,7 +15,6 @@ from delta_cad.drive import drive_torque
 from delta_cad.masses import Masses
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import Hand
 from haptics.simulation.assumptions import DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import Timing
@@ -42,7 +41,7 @@ from haptics.stability.stiffness import (
 from haptics.stability.wall_limit import AXES, START, STEP, Predicate
 from haptics.stability.wall_trial import simulated_predicate
 
-MASSES = MovingMasses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
+MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 T = 1e-3
 DELAYS = (0.0, 0.5e-3, 1e-3)
 SOME = Corner("medium", "nominal", 0.5e-3)

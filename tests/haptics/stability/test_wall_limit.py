@@ -7,7 +7,6 @@ from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.control.filters import backward_difference, foaw
 from haptics.model.hands import HAND_MODELS, HANDS
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import Hand, plant
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
@@ -16,7 +15,7 @@ from haptics.stability.wall_limit import AXES, search, wall_interval, wall_predi
 
 PLANT = plant(
     DeltaGeometry(0.040, 0.030, 0.082, 0.112079),
-    MovingMasses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4),
+    Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4),
 )
 POSE = [0.01, 0.0, 0.09]
 T = 1e-3

@@ -12,13 +12,12 @@ from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor.limits import SafetyLimits, safety_limits
 from haptics.control.supervisor.safety import Supervisor
-from haptics.model.masses import MovingMasses
 from haptics.model.plant import Plant, plant
 from tests.committed import PUBLISHED
 
 DESIGN = load_design(PUBLISHED)
 GEOMETRY: DeltaGeometry = DESIGN.geometry
-MASSES = MovingMasses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
+MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
 PLANT: Plant = plant(GEOMETRY, MASSES)
 LIMITS: SafetyLimits = safety_limits(DESIGN)
 HOME = np.array([0.0, 0.0, 0.0946])
