@@ -59,7 +59,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _summary(board: Board) -> str:
-    """What it did, in one line."""
+    """Summary of what the board served and dropped, in one line."""
     dropped = ", ".join(f"{number} {why}" for why, number in sorted(board.counts.items())) or "nothing"
     return f"{board.sessions} sessions, {board.served} commands served; dropped: {dropped}"
 

@@ -31,7 +31,7 @@ FACTOR = (ROWS + 4, 0)
 
 
 class Controller(NamedTuple):
-    """What does not change while the controller runs.
+    """Parameters of a controller, constant while it runs.
 
     Attributes:
         model: The device as the controller knows it.
@@ -47,7 +47,7 @@ class Controller(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the controller remembers, changed in place.
+    """State of a controller between ticks, changed in place.
 
     Attributes:
         filters: (3, n) of the estimator.

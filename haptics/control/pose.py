@@ -22,7 +22,7 @@ _SIN_60 = float(RADIAL[1, 1])
 
 
 class Model(NamedTuple):
-    """What the controller believes of the device, SI; plain floats.
+    """Parameters of the device as the controller knows it, SI; plain floats.
 
     Attributes:
         radius_difference: R - r, m.

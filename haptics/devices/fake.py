@@ -121,7 +121,7 @@ def late(seconds: float) -> Disturbance:
 
 
 def signalling(flags: int) -> Disturbance:
-    """A reading with these bits of `faults.EXTERNAL`."""
+    """A reading that also holds up these bits of `faults.EXTERNAL`."""
     return lambda sample: sample._replace(flags=sample.flags | flags)
 
 

@@ -41,7 +41,7 @@ of the design."""
 
 @dataclass(frozen=True)
 class Drive:
-    """What the joints do, N m at the joint unless said.
+    """Torques and friction of the joints, N m at the joint unless said.
 
     Attributes:
         continuous: Torque for ever, as far as the controller allows it.

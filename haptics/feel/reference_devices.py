@@ -47,7 +47,7 @@ class PublishedDevice:
 
     @property
     def shown(self) -> str:
-        """As a table shows it; a question mark is for what was not confirmed."""
+        """Text of the value in a table; a question mark marks what was not confirmed."""
         said = self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
         return said if self.confirmed else f"{said} (?)"
 

@@ -52,14 +52,14 @@ FELT = 0.04
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a figure is told.
+    """A figure of the sheet: its name, unit and what is better.
 
     Attributes:
         name: In `FeelField.named`, or "wall".
-        label: In words.
-        unit: As told.
-        factor: SI to that unit.
-        digits: After the point.
+        label: Text for a person.
+        unit: Unit that a person sees.
+        factor: From SI to that unit.
+        digits: Decimals after the point.
         small: Whether less is better.
     """
 
@@ -72,7 +72,7 @@ class Quantity:
 
     @property
     def key(self) -> str:
-        """Its name with the unit, for files."""
+        """Name of the figure with its unit, for files."""
         return f"{self.name}_{self.unit.replace(' ', '_').replace('/', '_per_')}"
 
 

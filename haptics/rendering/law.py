@@ -26,7 +26,7 @@ class LawError(ValueError):
 
 
 class Parameter(NamedTuple):
-    """What a parameter may be; the annotation of a law's field.
+    """Unit, width and check of a parameter; the annotation of a law's field.
 
     Attributes:
         unit: Of its numbers.

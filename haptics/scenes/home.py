@@ -57,7 +57,7 @@ RINGS = 0.5
 
 @dataclass(frozen=True)
 class Buzz:
-    """What the handle does at the end of its way.
+    """Swing of the handle at the end of its way, and the force behind it.
 
     Attributes:
         swing: Peak to peak of the position along its main direction in the last window, m.

@@ -70,7 +70,7 @@ class Scene:
 
     @property
     def kept(self) -> bool:
-        """Whether all promises are."""
+        """Whether all promises are kept."""
         return all(promise.kept for promise in self.promises)
 
 

@@ -129,7 +129,7 @@ def default_controller(
         machine: The device.
         period: s.
         estimator: Of the joint rates; None for `default_estimator`.
-        **limits: Any of `supervisor_limits.Limits`, to replace what follows from the design.
+        **limits: Any of `SafetyLimits`, to replace what follows from the design.
 
     Returns:
         The controller.

@@ -39,7 +39,7 @@ class LoopTiming(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulatedRun:
-    """What happened, one row a tick, taken when the encoders are read.
+    """Record of a simulated run, one row a tick, taken when the encoders are read.
 
     Attributes:
         time: (n,) s.

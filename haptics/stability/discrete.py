@@ -157,7 +157,7 @@ class SampledLoop:
 
 
 class Limit(NamedTuple):
-    """Where a gain is stable.
+    """Range of gains that are stable.
 
     Attributes:
         intervals: Stable intervals, ascending; those that begin at the foot of the scan begin at 0.

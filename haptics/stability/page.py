@@ -31,7 +31,7 @@ def stiffness_facts(name: str, result: Stiffness) -> dict[str, Any]:
 
     Args:
         name: Of the design.
-        result: What is known.
+        result: Walls of the device.
 
     Returns:
         JSON types, with a unit in every key.
@@ -103,7 +103,7 @@ def stiffness_text(name: str, result: Stiffness) -> str:
 
     Args:
         name: Of the design.
-        result: What is known.
+        result: Walls of the device.
     """
     applied = result.cap.applied(result.damping)
     delays = ", ".join(f"{delay * 1e3:g}" for delay in sorted(set(result.delays)))

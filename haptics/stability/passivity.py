@@ -44,7 +44,7 @@ than the first grid's step, which no filter of first order and no window below 1
 
 
 class PassivityClass(StrEnum):
-    """What is known of a wall."""
+    """Class of a wall, from the strictest promise to none."""
 
     PASSIVE = "PASSIVE"
     STABLE_WITH_HAND_SET = "STABLE_WITH_HAND_SET"

@@ -99,7 +99,7 @@ class Range:
 
 @dataclass(frozen=True)
 class AxisWall:
-    """What is known of walls across an axis.
+    """Stable walls across an axis: nominal, over the assumptions, and linear.
 
     Attributes:
         axis: "x", "y" or "z"; the handle meets the wall in its positive direction, at the cube's centre.
@@ -131,7 +131,7 @@ class AxisWall:
 
 @dataclass(frozen=True)
 class Stiffness:
-    """What is known of a device's walls.
+    """Stable walls of a device, axis by axis.
 
     Attributes:
         axes: x, y, z.

@@ -34,7 +34,7 @@ Predicate = Callable[[float], bool]
 
 @dataclass(frozen=True)
 class WallSearch:
-    """What a search for the largest stable stiffness found.
+    """Largest stable stiffness of a wall (the Z-width of one axis), as a search brackets it.
 
     Attributes:
         protocol: Last stable stiffness of the paper's steps, N/m; None if the first one oscillates.

@@ -168,7 +168,7 @@ def with_friction(machine: MachineModel, level: Level) -> Plant:
 
 
 class _WallBench:
-    """What the trials of one search share."""
+    """Plant, controller and hand that the trials of one search share."""
 
     def __init__(
         self,

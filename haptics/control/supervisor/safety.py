@@ -17,7 +17,7 @@ class Supervisor:
 
     Attributes:
         limits: The limits.
-        memory: (MEMORY,) as laid out in `supervisor_memory`.
+        memory: (MEMORY,) as laid out in `memory`.
 
     Raises:
         ValueError: The limits contradict each other.

@@ -1,7 +1,6 @@
 """The supervisor: whether what was read can be trusted, and what of a wanted torque may reach the motors; compiled.
 
-A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in
-`supervisor_memory`:
+A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in `memory`:
 
     bits = check(limits, memory, now, theta, p, reach, volume)
     bits = limit(limits, memory, rendered, gravity, out)
@@ -350,7 +349,7 @@ def _move(lim, mem, bits):
 
 @compiled
 def limit(lim, mem, rendered, gravity, out):
-    """What of the wanted torques goes to the motors. Call it once a tick, after `check`.
+    """Limits the wanted torques to what may go to the motors. Call it once a tick, after `check`.
 
     Args:
         lim: The limits.
