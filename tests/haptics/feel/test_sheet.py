@@ -19,8 +19,10 @@ from haptics.commands.cli import main
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
 from haptics.feel.reference_devices import FILE, LABELS, ReferenceDeviceError, reference_devices
 from haptics.feel.sheet import (
+    HARD,
     MASS_ERROR,
     QUANTITIES,
+    RIGID,
     Feel,
     buzzes,
     cube_points,
@@ -113,15 +115,11 @@ def test_whether_the_handle_stays(machine: MachineModel, found: Feel) -> None:
         assert f"{1e3 * missed:.1f} mN m of" in answer.text
 
 
-@pytest.mark.parametrize(
-    ("limit", "short", "says"),
-    [(1500.0, "No.", "feels soft"), (4400.0, "Yes.", "feels hard"), (16e3, "Yes.", "nobody tells it from rigid")],
-)
-def test_whether_the_wall_is_hard(machine: MachineModel, limit: float, short: str, says: str) -> None:
+@pytest.mark.parametrize(("limit", "short"), [(0.99 * HARD, "No."), (1.01 * HARD, "Yes."), (1.01 * RIGID, "Yes.")])
+def test_whether_the_wall_is_hard(machine: MachineModel, limit: float, short: str) -> None:
     answer = hard(quick_walls(machine, {"light": 1200.0, "medium": limit, "firm": 20e3}))
     assert (answer.short, answer.good) == (short, short == "Yes.")
-    assert says in answer.text
-    assert "light hand" in answer.text
+    assert f"{limit / 1e3:.1f} N/mm" in answer.text
 
 
 def test_whether_it_buzzes(machine: MachineModel, found: Feel) -> None:
@@ -130,14 +128,12 @@ def test_whether_it_buzzes(machine: MachineModel, found: Feel) -> None:
     assert (steady.short, steady.good) == ("No.", True)
     shaken = buzzes(quick_walls(machine, {"light": 800.0, "medium": 4400.0, "firm": 9000.0}), summaries)
     assert (shaken.short, shaken.good) == ("Yes.", False)
-    assert "x with the light hand" in shaken.text
 
     def at_corners(_axis: str, case: Corner, _seed: int) -> Predicate:
         return lambda stiffness: stiffness <= (2000.0 if case.friction == "nominal" else 500.0)
 
     doubtful = buzzes(largest_walls(machine, axes=("x",), ask=at_corners), summaries)
     assert doubtful.short == "Not with nominal friction and delay."
-    assert "may swing" in doubtful.text
     step = found.summary("position_step")
     for way, says in ((1e-6, "too little to be felt"), (1e-4, "while moving"), (1e-3, "felt as grain")):
         coarse = [replace(step, worst=(way, step.worst[1])) if s is step else s for s in summaries]
