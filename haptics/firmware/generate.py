@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -171,8 +172,7 @@ def sources(controller: Controller, name: str) -> dict[str, str]:
     memory = fresh(controller)
     laws, vector = np.zeros((1, COLUMNS)), np.zeros(3)
     arguments = (typeof(controller), typeof(memory), typeof(laws), float64, typeof(vector), typeof(vector))
-    translation = Translation()
-    translation.add(tick, arguments)
+    translation = _translated(arguments)
     shapes = {
         "filters": memory.filters.size,
         "filter_rows": memory.filters.shape[0],
@@ -239,6 +239,14 @@ def sources(controller: Controller, name: str) -> dict[str, str]:
             **shapes,
         ),
     }
+
+
+@cache
+def _translated(arguments: tuple[Any, ...]) -> Translation:
+    """Tick in C for arguments of these types; numbers of a design come later, so that one translation serves all."""
+    translation = Translation()
+    translation.add(tick, arguments)
+    return translation
 
 
 def write_firmware(files: dict[str, str], folder: Path) -> None:

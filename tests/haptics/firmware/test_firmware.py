@@ -27,7 +27,7 @@ from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, R
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.firmware.expressions import TranslationError, literal
-from haptics.firmware.generate import sources, write_firmware
+from haptics.firmware.generate import _translated, sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
@@ -292,6 +292,7 @@ def test_the_columns_of_a_law_do_not_overlap() -> None:
 def test_what_is_written_does_not_depend_on_the_day(machine: MachineModel) -> None:
     controller = default_controller(machine)
     written = sources(controller, "a")
+    _translated.cache_clear()
     assert written == sources(controller, "a")
     assert "malloc" not in written["delta_controller.c"]
 
