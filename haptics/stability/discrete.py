@@ -145,18 +145,18 @@ class SampledLoop:
         z = self.eigenvalues(stiffness, damping)
         return np.where(np.abs(z - 1.0) > NEUTRAL, np.abs(z), 0.0).max(axis=-1)
 
-    def stiffness_limit(self, damping: float = 0.0) -> Limit:
+    def stiffness_limit(self, damping: float = 0.0) -> StableGains:
         """Stable stiffnesses at a damping, N/m."""
         unit = self.scale / self.period**2
         return limits(lambda k: self.radius(k, damping), SCAN[0] * unit, SCAN[1] * unit)
 
-    def damping_limit(self, stiffness: float = 0.0) -> Limit:
+    def damping_limit(self, stiffness: float = 0.0) -> StableGains:
         """Stable dampings at a stiffness, N s/m."""
         unit = self.scale / self.period
         return limits(lambda b: self.radius(stiffness, b), SCAN[0] * unit, SCAN[1] * unit)
 
 
-class Limit(NamedTuple):
+class StableGains(NamedTuple):
     """Range of gains that are stable.
 
     Attributes:
@@ -275,7 +275,7 @@ def _hold(body: SampledBody, timing: Timing) -> tuple[np.ndarray, np.ndarray, np
 
 def limits(
     radius: Callable[[np.ndarray], np.ndarray], lowest: float, highest: float, points: int = 96, rounds: int = 36
-) -> Limit:
+) -> StableGains:
     """Where a spectral radius stays below 1: scanned on a logarithmic grid, each change then bisected.
 
     Args:
@@ -302,7 +302,7 @@ def limits(
     if stable[-1]:
         edges.append(highest)
     edges = [float(edge) for edge in edges]
-    return Limit(tuple(zip(edges[::2], edges[1::2], strict=True)), highest)
+    return StableGains(tuple(zip(edges[::2], edges[1::2], strict=True)), highest)
 
 
 @dataclass(frozen=True)
