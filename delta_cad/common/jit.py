@@ -59,7 +59,8 @@ def expanded(function: Callable[..., Any]) -> Any:
 def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return") -> Any:
     """Compiles a function that makes one call after the other: how compiled code goes through a registry.
 
-    A loop over functions is no compiled code; so the function is written here, a line a call, as if by hand.
+    A loop over functions is no compiled code; so the function is written here, a line a call, as if by hand. Its text
+    is kept as its attribute `source`, for whoever translates it.
 
     Args:
         arguments: Names of the function's arguments, such as "pose, out".
@@ -79,5 +80,6 @@ def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: s
     exec(compile(code, caller["__file__"], "exec"), scope)
     function = scope["turn"]
     digest = hashlib.sha256(repr((code, [f.py_func.__module__ for f in functions.values()])).encode())
+    function.source = code  # pyright: ignore[reportFunctionMemberAccess]
     function.__qualname__ = f"turn_{digest.hexdigest()[:12]}"
     return Compiled(function)

@@ -100,12 +100,18 @@ def angle_margins(
 
 
 @expanded
-def _chain(q, t, z, la, lb):
-    """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
+def chain_closure(q, t, z, la, lb):
+    """Closes a chain in its own plane: rho^2, m, w^2 and w, README (2), (3); w is NaN where it cannot be closed."""
     rho2 = q * q + z * z
     m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
     w2 = rho2 - m * m
-    w = math.sqrt(w2)
+    return rho2, m, w2, math.sqrt(w2)
+
+
+@expanded
+def _chain(q, t, z, la, lb):
+    """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
+    rho2, m, w2, w = chain_closure(q, t, z, la, lb)
     scale = la / rho2
     return w2, w, q - (q * m + z * w) * scale, z - (z * m - q * w) * scale
 

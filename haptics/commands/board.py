@@ -53,13 +53,13 @@ def run(given: argparse.Namespace) -> int:
         try:
             serve(board, listening, patience=patience, paced=given.paced, idle=given.idle, once=given.once)
         except KeyboardInterrupt:  # the way to end it by hand
-            return refuse(f"interrupted; {_told(board)}", INTERRUPTED)
-    print(_told(board))
+            return refuse(f"interrupted; {_summary(board)}", INTERRUPTED)
+    print(_summary(board))
     return DONE
 
 
-def _told(board: Board) -> str:
-    """What it did, in one line."""
+def _summary(board: Board) -> str:
+    """Summary of what the board served and dropped, in one line."""
     dropped = ", ".join(f"{number} {why}" for why, number in sorted(board.counts.items())) or "nothing"
     return f"{board.sessions} sessions, {board.served} commands served; dropped: {dropped}"
 
@@ -68,7 +68,6 @@ def _board(given: argparse.Namespace):
     import math
 
     from delta_cad import catalogue
-    from delta_cad.design.file import MM_PER_M
     from haptics.devices.board import Board
     from haptics.devices.simulated import SimulatedDevice
     from haptics.model.machine import load_machine
@@ -77,7 +76,6 @@ def _board(given: argparse.Namespace):
     machine = load_machine(given.design, given.masses)
     counts = catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
     par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
-    centre = (machine.design.cube.bottom_height_mm + machine.design.cube.half_side_mm) / MM_PER_M
-    device = SimulatedDevice(par, [0.0, 0.0, centre], count=2.0 * math.pi / counts)
+    device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
     torque = min(machine.design.requirements.joint_torque_N_m, machine.drive.peak_torque_N_m)
     return Board(device, device.period, torque, counts), device.period

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+from delta_cad.common.units import MM_PER_M
 
 NAME = "gravity"
 TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
-MM_PER_M = 1000.0
 LARGEST = 1e6
-"""Of a coordinate in mm or a mass in g: a kilometre, a ton."""
+"""Largest coordinate in mm and largest mass in g: a kilometre, a ton."""
 
 
 def arguments(command: argparse.ArgumentParser) -> None:

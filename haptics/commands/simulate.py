@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 
 if TYPE_CHECKING:
-    from haptics.model.machine import Machine
+    from haptics.model.machine import MachineModel
     from haptics.scenes.record import Scene
 
 NAME = "simulate"
@@ -70,7 +70,7 @@ def run(given: argparse.Namespace) -> int:
     return DONE if scene.kept else NOT_MET
 
 
-def _scene(machine: Machine, given: argparse.Namespace) -> Scene:
+def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
     delay = _rounded(given.delay)
     if given.scene == "resistance":
         from haptics.scenes.resistance import resistance
@@ -103,7 +103,7 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _facts(machine: Machine, given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+def _facts(machine: MachineModel, given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
     from delta_cad.design import design_hash
     from haptics.scenes.bench import PERIOD
     from haptics.simulation.assumptions import CORNER, CURRENT_LAG, encoder_count, nominal_plant
@@ -135,7 +135,7 @@ def _facts(machine: Machine, given: argparse.Namespace, scene: Scene) -> dict[st
     }
 
 
-def _write(folder: Path, machine: Machine, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
+def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
     """Writes everything, whole or not at all, and returns what was written."""
     from delta_cad.common.files import whole_folder
     from haptics.simulation.series import write_csv, write_parquet

@@ -17,10 +17,10 @@ from delta_cad.common.jit import compiled
 from haptics.control.filters import Estimator, fresh_memory, velocity
 from haptics.control.pose import HOLDING, POSITION, RATES, ROWS, Model, pose
 from haptics.control.saturation import saturate
-from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import reset_memory
 from haptics.control.supervisor.supervisor import check, limit
-from haptics.rendering.kernel import total_force
+from haptics.rendering.table import total_force
 
 VELOCITY, FORCE, RENDERED, CEILING = ROWS, ROWS + 1, ROWS + 2, ROWS + 3
 """Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), its torque as far as it fits
@@ -31,7 +31,7 @@ FACTOR = (ROWS + 4, 0)
 
 
 class Controller(NamedTuple):
-    """What does not change while the controller runs.
+    """Parameters of a controller, constant while it runs.
 
     Attributes:
         model: The device as the controller knows it.
@@ -42,12 +42,12 @@ class Controller(NamedTuple):
 
     model: Model
     estimator: Estimator
-    limits: Limits
+    limits: SafetyLimits
     force: float
 
 
 class Memory(NamedTuple):
-    """What the controller remembers, changed in place.
+    """State of a controller between ticks, changed in place.
 
     Attributes:
         filters: (3, n) of the estimator.

@@ -10,20 +10,19 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from delta_cad.common.jit import compiled
 from delta_cad.masses import Masses
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
+from haptics.control.pose_margins import singularity_margins
 
 POSITION, RATES, HOLDING = 3, 4, 5
 """Rows of what `pose` fills; rows 0-2 are the Jacobian's columns."""
 ROWS = 6
-_ROOT_3_4 = float(np.sqrt(3.0) / 2.0)  # the same double as in `mechanism.geometry.RADIAL`
+_SIN_60 = float(RADIAL[1, 1])
 
 
 class Model(NamedTuple):
-    """What the controller believes of the device, SI; plain floats.
+    """Parameters of the device as the controller knows it, SI; plain floats.
 
     Attributes:
         radius_difference: R - r, m.
@@ -93,8 +92,8 @@ def pose(known, theta, out):
     r0, r1, r2 = a + la * c0, a + la * c1, a + la * c2
     # sphere centres: the elbows, moved in by the platform's radius
     x0, y0, z0 = r0, 0.0, la * s0
-    x1, y1, z1 = -0.5 * r1, _ROOT_3_4 * r1, la * s1
-    x2, y2, z2 = -0.5 * r2, -_ROOT_3_4 * r2, la * s2
+    x1, y1, z1 = -0.5 * r1, _SIN_60 * r1, la * s1
+    x2, y2, z2 = -0.5 * r2, -_SIN_60 * r2, la * s2
     bx, by, bz = x1 - x0, y1 - y0, z1 - z0
     cx, cy, cz = x2 - x0, y2 - y0, z2 - z0
     nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
@@ -110,8 +109,8 @@ def pose(known, theta, out):
     ex, ey, ez = px - x2, py - y2, pz - z2
     # w: the forearm along the elbow's direction of motion, -sin radial + cos up
     w0 = c0 * az - s0 * ax
-    w1 = c1 * dz - s1 * (_ROOT_3_4 * dy - 0.5 * dx)
-    w2 = c2 * ez - s2 * (-_ROOT_3_4 * ey - 0.5 * ex)
+    w1 = c1 * dz - s1 * (_SIN_60 * dy - 0.5 * dx)
+    w2 = c2 * ez - s2 * (-_SIN_60 * ey - 0.5 * ex)
     fx, fy, fz = dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex
     det = ax * fx + ay * fy + az * fz
     scale = la / det
@@ -124,7 +123,7 @@ def pose(known, theta, out):
     gx, gy, gz = known.gravity_x, known.gravity_y, known.gravity_z
     for i in range(3):
         c, s = (c0, s0) if i == 0 else ((c1, s1) if i == 1 else (c2, s2))
-        g = gx if i == 0 else (_ROOT_3_4 * gy - 0.5 * gx if i == 1 else -_ROOT_3_4 * gy - 0.5 * gx)  # along the radius
+        g = gx if i == 0 else (_SIN_60 * gy - 0.5 * gx if i == 1 else -_SIN_60 * gy - 0.5 * gx)  # along the radius
         platform = out[i, 0] * gx + out[i, 1] * gy + out[i, 2] * gz
         out[5, i] = -known.hanging * platform - known.moment * (c * gz - s * g) + known.across * (c * g + s * gz)
-    return min(w0, w1, w2) + 0.0 * (w0 + w1 + w2), det / lb**3
+    return singularity_margins(w0, w1, w2, det, lb)

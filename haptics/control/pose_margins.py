@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from delta_cad.common.jit import compiled
+from delta_cad.common.jit import compiled, inlined
 from haptics.model.plant import chain
+
+
+@inlined
+def singularity_margins(w0, w1, w2, det, forearm_length):
+    """Smallest w of the chains (m) and det S / L_B^3, both NaN where a w is."""
+    return min(w0, w1, w2) + 0.0 * (w0 + w1 + w2), det / forearm_length**3
 
 
 @compiled
@@ -21,4 +27,4 @@ def pose_margins(par, p):
     _, _, _, _, w1, bx, by, bz = chain(par, 1, p[0], p[1], p[2])
     _, _, _, _, w2, cx, cy, cz = chain(par, 2, p[0], p[1], p[2])
     det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-    return min(w0, w1, w2) + 0.0 * (w0 + w1 + w2), det / par.forearm_length**3
+    return singularity_margins(w0, w1, w2, det, par.forearm_length)

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from haptics.devices.device import Device, Sample
+from haptics.devices.device import Device, Reading
 from haptics.devices.protocol import (
     RESET_WATCHDOG,
     STOP_PRESSED,
     VERSION,
     WATCHDOG_TRIPPED,
-    Kind,
     Packet,
     PacketError,
+    PacketKind,
     Reason,
     Wrong,
     decode,
@@ -95,14 +95,14 @@ class Board:
         except PacketError as error:
             self.counts[error.wrong.name] += 1
             return self._refusal(0, 0, Reason.VERSION) if error.wrong is Wrong.VERSION else None
-        if packet.kind is Kind.HELLO:
+        if packet.kind is PacketKind.HELLO:
             return self._hello(packet, peer)
         if peer != self._peer or packet.session != self._session:
             self.counts["STRANGER"] += 1
             return None
-        if packet.kind is Kind.BYE:
+        if packet.kind is PacketKind.BYE:
             return self.farewell()
-        if packet.kind is not Kind.COMMAND:
+        if packet.kind is not PacketKind.COMMAND:
             self.counts["UNEXPECTED"] += 1
         elif not newer(packet.sequence, self._heard):
             self.counts["OLD"] += 1
@@ -119,19 +119,19 @@ class Board:
                 self.counts["TRIPPED"] += 1
         off = self._tripped or self.stop or not self.connected
         self._device.write(np.zeros(3) if off else self._torques)
-        sample: Sample = self._device.read()
+        sample: Reading = self._device.read()
         self._time = sample.time
         if not self.connected:
             return None
         self._answered = False
         flags = WATCHDOG_TRIPPED * self._tripped | STOP_PRESSED * self.stop
-        return self._packet(Kind.STATE, tuple(float(a) for a in sample.angles), flags)
+        return self._packet(PacketKind.STATE, tuple(float(a) for a in sample.angles), flags)
 
     def farewell(self) -> bytes | None:
         """Ends the session from this side; returns the BYE to send, None without a session."""
         if not self.connected:
             return None
-        bye = self._packet(Kind.BYE)
+        bye = self._packet(PacketKind.BYE)
         self.end()
         return bye
 
@@ -141,20 +141,20 @@ class Board:
         self._device.write(self._torques)
 
     def _hello(self, packet: Packet, peer: Any) -> bytes:
-        asked = packet.values[0]
+        requested = packet.values[0]
         if self.connected and peer != self._peer and not self._tripped:
             self.counts["BUSY"] += 1
             return self._refusal(packet.session, packet.sequence, Reason.BUSY)
-        if not self._period <= asked <= LONGEST_WATCHDOG:
+        if not self._period <= requested <= LONGEST_WATCHDOG:
             return self._refusal(packet.session, packet.sequence, Reason.WATCHDOG)
         again = self.connected and peer == self._peer and packet.session == self._session
         if not again:  # a HELLO is repeated when its WELCOME was lost; the session goes on then
             self.end()
-            self._peer, self._session, self._watchdog = peer, packet.session, asked
+            self._peer, self._session, self._watchdog = peer, packet.session, requested
             self._sequence, self._silent, self._answered = 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
-        return self._packet(Kind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
+        return self._packet(PacketKind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
 
     def _command(self, packet: Packet) -> None:
         self._heard, self._answered = packet.sequence, True
@@ -165,11 +165,11 @@ class Board:
             self._tripped, self._silent = False, 0.0
         self._torques = np.clip(packet.values, -self._limit, self._limit)
 
-    def _packet(self, kind: Kind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:
+    def _packet(self, kind: PacketKind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:
         self._sequence = following(self._sequence)
         time = round(self._time * NS_PER_S)
         return encode(Packet(kind, self._session, self._sequence, self._heard, time, values, flags))
 
     def _refusal(self, session: int, answers: int, reason: Reason) -> bytes:
         time = round(self._time * NS_PER_S)
-        return encode(Packet(Kind.REFUSED, session, 1, answers, time, (reason, VERSION)))
+        return encode(Packet(PacketKind.REFUSED, session, 1, answers, time, (reason, VERSION)))

@@ -27,7 +27,7 @@ class EndOfRecordingError(DeviceError):
     """A recording has no further sample; `run` ends there as planned."""
 
 
-class Sample(NamedTuple):
+class Reading(NamedTuple):
     """What a device read.
 
     Attributes:
@@ -49,7 +49,7 @@ class Device(Protocol):
         """The device's clock at its last reading, s."""
         ...
 
-    def read(self) -> Sample:
+    def read(self) -> Reading:
         """Waits for the device's next tick and reads the joints.
 
         Raises:
@@ -94,10 +94,10 @@ def three_torques(torques: ArrayLike) -> np.ndarray:
 
 def run(
     device: Device,
-    tick: Callable[[Sample], ArrayLike],
+    tick: Callable[[Reading], ArrayLike],
     *,
     ticks: int | None = None,
-    until: Callable[[Sample], bool] | None = None,
+    until: Callable[[Reading], bool] | None = None,
     recorder: Recorder | None = None,
 ) -> Recording:
     """Drives a device tick by tick, and leaves it closed and without torque.

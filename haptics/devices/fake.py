@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Sample, three_torques
+from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Reading, three_torques
 
-Disturbance = Callable[[Sample], Sample]
+Disturbance = Callable[[Reading], Reading]
 
 
 class FakeDevice:
     """Plays a script of readings and keeps every write.
 
     Args:
-        script: For each reading angles (3) in rad, a whole `Sample`, or an exception to raise.
+        script: For each reading angles (3) in rad, a whole `Reading`, or an exception to raise.
         period: Between two readings given as angles, s.
         refusals: Exceptions to raise at writing, by the number of the write.
 
@@ -27,7 +27,7 @@ class FakeDevice:
 
     def __init__(
         self,
-        script: Iterable[ArrayLike | Sample | BaseException],
+        script: Iterable[ArrayLike | Reading | BaseException],
         period: float = 1e-3,
         refusals: Mapping[int, BaseException] | None = None,
     ) -> None:
@@ -37,7 +37,7 @@ class FakeDevice:
         self.written: list[np.ndarray] = []
         self.closed = 0
 
-    def read(self) -> Sample:
+    def read(self) -> Reading:
         """The script's next entry; see `Device`."""
         self._require_open()
         try:
@@ -46,9 +46,9 @@ class FakeDevice:
             raise EndOfRecordingError(f"the script has no more than {self._reads} readings") from None
         if isinstance(entry, BaseException):
             raise entry
-        self.time = entry.time if isinstance(entry, Sample) else self._reads * self._period
+        self.time = entry.time if isinstance(entry, Reading) else self._reads * self._period
         self._reads += 1
-        return entry if isinstance(entry, Sample) else Sample(np.array(entry, dtype=float), self.time)
+        return entry if isinstance(entry, Reading) else Reading(np.array(entry, dtype=float), self.time)
 
     def write(self, torques: ArrayLike) -> None:
         """See `Device`."""
@@ -81,10 +81,10 @@ class DisturbedDevice:
 
     @property
     def time(self) -> float:
-        """Of the other device, s."""
+        """Time of the other device, s."""
         return self.device.time
 
-    def read(self) -> Sample:
+    def read(self) -> Reading:
         """See `Device`."""
         sample = self.device.read()
         self._reads += 1
@@ -121,11 +121,11 @@ def late(seconds: float) -> Disturbance:
 
 
 def signalling(flags: int) -> Disturbance:
-    """A reading with these bits of `faults.EXTERNAL`."""
+    """A reading that also holds up these bits of `faults.EXTERNAL`."""
     return lambda sample: sample._replace(flags=sample.flags | flags)
 
 
-def _with_angle(sample: Sample, joint: int, angle: float) -> Sample:
+def _with_angle(sample: Reading, joint: int, angle: float) -> Reading:
     changed = sample.angles.copy()
     changed[joint] = angle
     return sample._replace(angles=changed)

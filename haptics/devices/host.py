@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike
 
 from haptics.control.controller import Controller, Memory, fresh, tick
 from haptics.control.filters import fresh_memory
-from haptics.control.supervisor.faults import EXTERNAL, Fault
+from haptics.control.supervisor.faults import EXTERNAL, FaultCode
 from haptics.control.supervisor.memory import GRAVITY, KNOWN, OUT, PLACED, RENDERED, SIGNALS, STARTED
 from haptics.control.supervisor.safety import Supervisor
-from haptics.devices.device import Device, DeviceLostError, Sample, run
+from haptics.devices.device import Device, DeviceLostError, Reading, run
 from haptics.devices.recording import Recorder, Recording
-from haptics.rendering.kernel import GAIN, fade
-from haptics.rendering.laws import law_table
+from haptics.rendering import law_table
+from haptics.rendering.law import GAIN, ForceLaw
+from haptics.rendering.table import fade
 
 SAME_PERIOD = 1e-6
 """Relative difference of two periods that are the same: less than the error of any quartz."""
@@ -38,7 +39,7 @@ class Guarded(Protocol):
 
 
 class Host:
-    """A controller at work: call it with a `Sample` to get torques, or let `drive` do that.
+    """A controller at work: call it with a `Reading` to get torques, or let `drive` do that.
 
     The supervisor begins disabled; `enable` asks for force. Buttons (`enable`, `disable`, `reset`, `emergency_stop`,
     `heard`) only leave a mark for the next tick and may be pressed in another thread; `change` belongs to the thread of
@@ -46,7 +47,7 @@ class Host:
 
     Args:
         controller: Of the device.
-        laws: Rows of force laws, as `rows.law_table` takes them.
+        laws: A law or a table of laws, as `haptics.rendering.law_table` takes them.
 
     Attributes:
         controller: As given.
@@ -59,7 +60,7 @@ class Host:
         ValueError: The controller's limits contradict each other.
     """
 
-    def __init__(self, controller: Controller, laws: ArrayLike) -> None:
+    def __init__(self, controller: Controller, laws: ForceLaw | ArrayLike) -> None:
         self.controller, self.supervisor = controller, Supervisor(controller.limits)
         self.memory: Memory = fresh(controller)._replace(supervisor=self.supervisor.memory)
         self.bits = 0
@@ -67,17 +68,17 @@ class Host:
         self._gains, self._step = self._laws[:, GAIN].copy(), 1.0
         self._stopped, self._lost = False, False
         self._device: Device | None = None
-        self._last: Sample | None = None
+        self._last: Reading | None = None
         self._torques = np.zeros(3)
         # compiled before a device waits for it
         tick(controller, fresh(controller), self._laws, 0.0, np.zeros(3), self._torques)
 
     @property
     def laws(self) -> np.ndarray:
-        """(n, COLUMNS) rows that act now, those that fade included; a copy."""
+        """(n, COLUMNS) laws that act now, those that fade included; a copy."""
         return self._laws.copy()
 
-    def __call__(self, sample: Sample) -> np.ndarray:
+    def __call__(self, sample: Reading) -> np.ndarray:
         """One tick.
 
         Args:
@@ -99,7 +100,7 @@ class Host:
         device: Device,
         *,
         ticks: int | None = None,
-        until: Callable[[Sample], bool] | None = None,
+        until: Callable[[Reading], bool] | None = None,
         recorder: Recorder | None = None,
     ) -> Recording:
         """Drives a device as `device.run` does, and tells the supervisor if it is lost.
@@ -163,11 +164,11 @@ class Host:
         """A sign of life of whoever gives the commands; force fades when there is none for `limits.stale`."""
         self.supervisor.heard()
 
-    def change(self, laws: ArrayLike, seconds: float | None = None) -> None:
+    def change(self, laws: ForceLaw | ArrayLike, seconds: float | None = None) -> None:
         """Other laws from now on, which is a sign of life too; the old ones fade out while the new ones fade in.
 
         Args:
-            laws: Rows of force laws, as `rows.law_table` takes them.
+            laws: A law or a table of laws, as `haptics.rendering.law_table` takes them.
             seconds: Of the fade, s; 0 for at once, None for `limits.fade`.
 
         Raises:
@@ -185,8 +186,8 @@ class Host:
         self._laws = np.vstack([self._laws, table])
         self.heard()
 
-    def _tick(self, sample: Sample) -> np.ndarray:
-        mine = self._stopped * Fault.EMERGENCY_STOP.bit | self._lost * Fault.DEVICE_LOST.bit
+    def _tick(self, sample: Reading) -> np.ndarray:
+        mine = self._stopped * FaultCode.EMERGENCY_STOP.bit | self._lost * FaultCode.DEVICE_LOST.bit
         self.supervisor.memory[SIGNALS] = float(sample.flags & EXTERNAL | mine)
         self._fade()
         theta = np.array(sample.angles, dtype=float)
@@ -200,7 +201,7 @@ class Host:
             self._tick(self._last._replace(time=self._last.time + self.controller.limits.period))
 
     def _fade(self) -> None:
-        """Moves the gains on, and drops rows that have faded out."""
+        """Moves the gains on, and drops laws that have faded out."""
         gains = self._laws[:, GAIN]
         if np.array_equal(gains, self._gains):
             return

@@ -8,7 +8,7 @@ import zlib
 from enum import IntEnum
 from typing import NamedTuple
 
-from haptics.control.supervisor.faults import Fault
+from haptics.control.supervisor.faults import FaultCode
 
 VERSION = 1
 MAGIC = b"DHAP"
@@ -19,8 +19,8 @@ SHORTEST = _HEADER.size + _CHECK.size
 _WRAP = 2**32
 
 
-class Kind(IntEnum):
-    """Of a packet."""
+class PacketKind(IntEnum):
+    """Kind of a packet."""
 
     HELLO = 1
     WELCOME = 2
@@ -50,20 +50,20 @@ class Wrong(IntEnum):
     VALUE = 7
 
 
-PAYLOAD: dict[Kind, struct.Struct] = {
-    Kind.HELLO: struct.Struct("<d"),  # watchdog that the host asks for, s
-    Kind.WELCOME: struct.Struct("<dddI"),  # period s, watchdog s, torque limit N m, counts per turn
-    Kind.STATE: struct.Struct("<ddd"),  # shoulder angles, rad; NaN for an encoder that knows of its fault
-    Kind.COMMAND: struct.Struct("<ddd"),  # torques, N m
-    Kind.BYE: struct.Struct("<"),
-    Kind.REFUSED: struct.Struct("<HH"),  # reason, version that is spoken
+PAYLOAD: dict[PacketKind, struct.Struct] = {
+    PacketKind.HELLO: struct.Struct("<d"),  # watchdog that the host asks for, s
+    PacketKind.WELCOME: struct.Struct("<dddI"),  # period s, watchdog s, torque limit N m, counts per turn
+    PacketKind.STATE: struct.Struct("<ddd"),  # shoulder angles, rad; NaN for an encoder that knows of its fault
+    PacketKind.COMMAND: struct.Struct("<ddd"),  # torques, N m
+    PacketKind.BYE: struct.Struct("<"),
+    PacketKind.REFUSED: struct.Struct("<HH"),  # reason, version that is spoken
 }
 
 WATCHDOG_TRIPPED, STOP_PRESSED = 1, 2
 """Flags of a STATE."""
 RESET_WATCHDOG = 1
 """Flag of a COMMAND."""
-FAULT_OF_FLAG = {WATCHDOG_TRIPPED: Fault.WATCHDOG, STOP_PRESSED: Fault.EMERGENCY_STOP}
+FAULT_OF_FLAG = {WATCHDOG_TRIPPED: FaultCode.WATCHDOG, STOP_PRESSED: FaultCode.EMERGENCY_STOP}
 
 
 class PacketError(ValueError):
@@ -91,7 +91,7 @@ class Packet(NamedTuple):
         flags: See above.
     """
 
-    kind: Kind
+    kind: PacketKind
     session: int
     sequence: int
     answers: int
@@ -133,14 +133,14 @@ def decode(data: bytes) -> Packet:
         raise PacketError(Wrong.VERSION, f"version {version}; this is version {VERSION}")
     if kind not in PAYLOAD:
         raise PacketError(Wrong.KIND, f"kind {kind} is unknown")
-    payload = PAYLOAD[Kind(kind)]
+    payload = PAYLOAD[PacketKind(kind)]
     if len(data) != SHORTEST + payload.size:
-        raise PacketError(Wrong.LENGTH, f"{len(data)} bytes; a {Kind(kind).name} has {SHORTEST + payload.size}")
+        raise PacketError(Wrong.LENGTH, f"{len(data)} bytes; a {PacketKind(kind).name} has {SHORTEST + payload.size}")
     values = payload.unpack_from(data, _HEADER.size)
     for value in values:
-        if not math.isfinite(value) and not (kind == Kind.STATE and math.isnan(value)):
-            raise PacketError(Wrong.VALUE, f"a {Kind(kind).name} holds {value}")
-    return Packet(Kind(kind), session, sequence, answers, time, values, flags)
+        if not math.isfinite(value) and not (kind == PacketKind.STATE and math.isnan(value)):
+            raise PacketError(Wrong.VALUE, f"a {PacketKind(kind).name} holds {value}")
+    return Packet(PacketKind(kind), session, sequence, answers, time, values, flags)
 
 
 def newer(sequence: int, than: int) -> bool:

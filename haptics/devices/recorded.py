@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.devices.device import DeviceError, EndOfRecordingError, Sample, three_torques
+from haptics.devices.device import DeviceError, EndOfRecordingError, Reading, three_torques
 from haptics.devices.recording import Recorder, Recording, load_recording, save_recording
 
 
@@ -29,7 +29,7 @@ class RecordedDevice:
 
     @property
     def time(self) -> float:
-        """Of the last reading, s; of the first one before it."""
+        """Time of the last reading, s; that of the first one before it is read."""
         return float(self.recording.time[max(self._tick, 0)]) if len(self.recording.time) else 0.0
 
     @property
@@ -37,13 +37,13 @@ class RecordedDevice:
         """Readings and what was written after each of them."""
         return self._recorder.recording()
 
-    def read(self) -> Sample:
+    def read(self) -> Reading:
         """The next row; see `Device`. Raises EndOfRecordingError after the last one."""
         self._require_open()
         if self._tick + 1 >= len(self.recording.time):
             raise EndOfRecordingError(f"the recording has no more than {len(self.recording.time)} ticks")
         self._tick += 1
-        return Sample(self.recording.angles[self._tick].copy(), self.time)
+        return Reading(self.recording.angles[self._tick].copy(), self.time)
 
     def write(self, torques: ArrayLike) -> None:
         """Keeps them beside the last reading; see `Device`. Before the first reading and at the end they are zero."""

@@ -14,7 +14,7 @@ COLUMNS = (
     *(f"shoulder_angle_{i}_rad" for i in range(3)),
     *(f"torque_{i}_N_m" for i in range(3)),
 )
-"""Of a CSV file, and with their values side by side of the array in an npz file."""
+"""Columns of a CSV file, and with their values side by side of the array in an npz file."""
 
 
 class RecordingError(ValueError):
@@ -22,7 +22,7 @@ class RecordingError(ValueError):
 
 
 class Recording(NamedTuple):
-    """Of n ticks.
+    """What was read and written over n ticks.
 
     Attributes:
         time: (n,) s.

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.devices.board import NS_PER_S
-from haptics.devices.device import DeviceError, DeviceLostError, Sample, three_torques
+from haptics.devices.device import DeviceError, DeviceLostError, Reading, three_torques
 from haptics.devices.link import Link
 from haptics.devices.protocol import (
     FAULT_OF_FLAG,
     RESET_WATCHDOG,
-    Kind,
     Packet,
     PacketError,
+    PacketKind,
     Reason,
     Wrong,
     decode,
@@ -73,7 +73,7 @@ class RemoteDevice:
         self._reset, self._closed = False, False
         self.counts: Counter[str] = Counter()
         try:
-            welcome = self._ask(Kind.HELLO, (watchdog,), Kind.WELCOME)
+            welcome = self._ask(PacketKind.HELLO, (watchdog,), PacketKind.WELCOME)
             if welcome is None:
                 raise DeviceLostError(f"no board answers within {TRIES * timeout:g} s")
         except BaseException:
@@ -92,7 +92,7 @@ class RemoteDevice:
         """The next command ends what the board's watchdog began."""
         self._reset = True
 
-    def read(self) -> Sample:
+    def read(self) -> Reading:
         """Waits for a STATE newer than the last, and takes the newest of those that are there; see `Device`.
 
         Raises:
@@ -102,9 +102,9 @@ class RemoteDevice:
         end, newest = self._clock() + self._timeout, None
         while True:
             packet = self._next(0.0 if newest is not None else end - self._clock())
-            if packet is not None and packet.kind is Kind.BYE:
+            if packet is not None and packet.kind is PacketKind.BYE:
                 raise DeviceLostError("the board has ended the session")
-            if packet is not None and packet.kind is Kind.STATE:
+            if packet is not None and packet.kind is PacketKind.STATE:
                 if newest is not None:
                     self.counts["SKIPPED"] += 1
                 self.counts["LOST"] += (packet.sequence - self._heard - 1) % 2**32
@@ -119,13 +119,13 @@ class RemoteDevice:
         if newest.answers != self._sequence:
             self.counts["UNANSWERED"] += 1
         flags = sum(fault.bit for flag, fault in FAULT_OF_FLAG.items() if newest.flags & flag)
-        return Sample(np.array(newest.values), self.time, flags)
+        return Reading(np.array(newest.values), self.time, flags)
 
     def write(self, torques: ArrayLike) -> None:
         """Sends a COMMAND; see `Device`. Whether it came is seen in the next STATE, not here."""
         self._require_open()
         values = tuple(float(v) for v in three_torques(torques))
-        self._send(Kind.COMMAND, values, RESET_WATCHDOG if self._reset else 0)
+        self._send(PacketKind.COMMAND, values, RESET_WATCHDOG if self._reset else 0)
         self._reset = False
 
     def close(self) -> None:
@@ -134,13 +134,13 @@ class RemoteDevice:
             return
         self._closed = True
         try:
-            self._ask(Kind.BYE, (), Kind.BYE)
+            self._ask(PacketKind.BYE, (), PacketKind.BYE)
         except DeviceError:
             pass  # gone already: its watchdog has cut the torque
         finally:
             self._link.close()
 
-    def _ask(self, kind: Kind, values: tuple[float, ...], reply: Kind) -> Packet | None:
+    def _ask(self, kind: PacketKind, values: tuple[float, ...], reply: PacketKind) -> Packet | None:
         """Sends until the reply comes; None after the last try. A REFUSED, or only another version, raises."""
         for _ in range(TRIES):
             self._send(kind, values)
@@ -149,7 +149,7 @@ class RemoteDevice:
                 packet = self._next(end - self._clock())
                 if packet is not None and packet.kind is reply:
                     return packet
-                if packet is not None and packet.kind is Kind.REFUSED:
+                if packet is not None and packet.kind is PacketKind.REFUSED:
                     raise DeviceRefusedError(_refusal(packet))
                 if self.counts[Wrong.VERSION.name]:
                     raise DeviceRefusedError("the board speaks another version of the protocol")
@@ -170,7 +170,7 @@ class RemoteDevice:
         except PacketError as error:
             self.counts[error.wrong.name] += 1
             return None
-        if packet.kind is Kind.REFUSED and not self._heard:
+        if packet.kind is PacketKind.REFUSED and not self._heard:
             return packet
         if packet.session != self._session:
             self.counts["STRANGER"] += 1
@@ -180,7 +180,7 @@ class RemoteDevice:
             return None
         return packet
 
-    def _send(self, kind: Kind, values: tuple[float, ...], flags: int = 0) -> None:
+    def _send(self, kind: PacketKind, values: tuple[float, ...], flags: int = 0) -> None:
         self._sequence = following(self._sequence)
         sent = round(self._clock() * NS_PER_S)
         packet = Packet(kind, self._session, self._sequence, self._heard, sent, values, flags)

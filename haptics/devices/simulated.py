@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.devices.device import DeviceError, Sample, three_torques
+from haptics.devices.device import DeviceError, Reading, three_torques
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
 
 
@@ -47,7 +47,7 @@ class SimulatedDevice:
 
     @property
     def time(self) -> float:
-        """Of the last reading, s."""
+        """Time of the last reading, s."""
         return max(self._tick, 0) * self.period
 
     @property
@@ -55,7 +55,7 @@ class SimulatedDevice:
         """(3,) angles without quantisation, rad."""
         return self._theta.copy()
 
-    def read(self) -> Sample:
+    def read(self) -> Reading:
         """Moves the plant on by a period, but for the first time, and reads its encoders; see `Device`."""
         self._require_open()
         if self._tick >= 0:
@@ -66,7 +66,7 @@ class SimulatedDevice:
         self._tick += 1
         angles(self.par, self.state, self._theta)
         read = np.round(self._theta / self.count) * self.count if self.count > 0.0 else self._theta.copy()
-        return Sample(read, self.time)
+        return Reading(read, self.time)
 
     def write(self, torques: ArrayLike) -> None:
         """See `Device`."""

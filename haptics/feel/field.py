@@ -30,7 +30,7 @@ from haptics.gravity import arm_directions, gravity_torque
 if TYPE_CHECKING:
     from delta_cad.masses import Masses
     from delta_cad.mechanism import DeltaGeometry
-    from haptics.model.machine import Machine
+    from haptics.model.machine import MachineModel
 
 SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
 """(8, 3) corners of a cube of torques; the first four are enough where n and -n are the same."""
@@ -41,7 +41,7 @@ of the design."""
 
 @dataclass(frozen=True)
 class Drive:
-    """What the joints do, N m at the joint unless said.
+    """Torques and friction of the joints, N m at the joint unless said.
 
     Attributes:
         continuous: Torque for ever, as far as the controller allows it.
@@ -117,14 +117,14 @@ def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
     """
     rates = inverse_jacobian(g, p)
     _, across = arm_directions(inverse_kinematics(g, p))
-    whole = masses.platform + 3.0 * masses.rod_wrist
+    translating_mass = masses.platform + 3.0 * masses.rod_wrist
     cross = masses.rod_cross * g.upper_arm_length * np.swapaxes(across, -1, -2) @ rates
     turning = masses.rod_elbow * g.upper_arm_length**2 + masses.arm_inertia + masses.rotor_inertia
     own = turning * np.swapaxes(rates, -1, -2) @ rates
-    return whole * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
+    return translating_mass * np.eye(3) + cross + np.swapaxes(cross, -1, -2) + own
 
 
-def feel_at(machine: Machine, drive: Drive, p: ArrayLike) -> FeelField:
+def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     """The figures at positions.
 
     Args:

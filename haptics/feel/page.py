@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS
-from haptics.feel.reference_devices import LABELS, Published, reference_devices
+from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, QUANTITIES, Feel, Quantity, Summary
 from haptics.model.hands import HAND_MODELS
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, joint_friction
@@ -20,44 +21,44 @@ OURS = "this design"
 WIDTH = 110
 
 
-def map_values(found: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def map_values(sheet: Feel, quantity: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """x, y, z (mm) and values (3, ny, nx) of a quantity's map, in its unit."""
     walls = quantity.name == "wall"
-    values = found.walls if walls else found.slices.named()[quantity.name]
-    p = 1e3 * (found.wall_positions if walls else found.slices.position)
+    values = sheet.walls if walls else sheet.slices.named()[quantity.name]
+    p = MM_PER_M * (sheet.wall_positions if walls else sheet.slices.position)
     return p[0, 0, :, 0], p[0, :, 0, 1], p[:, 0, 0, 2], quantity.factor * values
 
 
-def feel_facts(found: Feel) -> dict[str, Any]:
+def feel_facts(sheet: Feel) -> dict[str, Any]:
     """The facts as JSON types, with a unit in every key."""
-    friction = joint_friction(found.machine)
+    friction = joint_friction(sheet.machine)
     return {
         "schema": SCHEMA,
-        "name": found.machine.design.name,
+        "name": sheet.machine.design.name,
         "answers": [
             {"question": answer.question, "good": answer.good, "short": answer.short, "text": answer.text}
-            for answer in found.answers
+            for answer in sheet.answers
         ],
-        "summary": {summary.quantity.key: _summary_facts(summary) for summary in found.summaries},
+        "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries},
         "simulated_wall_N_per_mm": {
             wall.axis: {
                 "nominal": wall.nominal.bisection * 1e-3,
                 "lowest": wall.simulated.lowest.stiffness * 1e-3,
                 "highest": wall.simulated.highest.stiffness * 1e-3,
             }
-            for wall in found.stiffness.axes
+            for wall in sheet.stiffness.axes
         },
         "beside": [
             {
                 "device": row.device,
                 "quantity": row.quantity,
-                "value": row.told,
+                "value": row.shown,
                 "confirmed": row.confirmed,
                 "source": row.source,
             }
             for row in reference_devices()
         ],
-        "maps": {quantity.key: _map_facts(found, quantity) for quantity in QUANTITIES if quantity.name in MAPS},
+        "maps": {quantity.key: _map_facts(sheet, quantity) for quantity in QUANTITIES if quantity.name in MAPS},
         "assumptions": {
             "joint_friction_coulomb_N_m": list(friction.coulomb),
             "joint_friction_viscous_N_m_s_per_rad": list(friction.viscous),
@@ -65,10 +66,10 @@ def feel_facts(found: Feel) -> dict[str, Any]:
             "current_lag_ms": CURRENT_LAG * 1e3,
             "command_steps": COMMAND_STEPS,
             "mass_error": MASS_ERROR,
-            "continuous_torque_N_m": found.drive.continuous,
-            "peak_torque_N_m": found.drive.peak,
-            "peak_torque_of_the_motor_N_m": found.drive.motor,
-            "encoder_count_rad": found.drive.count,
+            "continuous_torque_N_m": sheet.drive.continuous,
+            "peak_torque_N_m": sheet.drive.peak,
+            "peak_torque_of_the_motor_N_m": sheet.drive.motor,
+            "encoder_count_rad": sheet.drive.count,
         },
     }
 
@@ -78,14 +79,14 @@ def _summary_facts(summary: Summary) -> dict[str, Any]:
     return {
         "centre": factor * summary.centre,
         "best": factor * summary.best[0],
-        "best_at_mm": (1e3 * summary.best[1]).tolist(),
+        "best_at_mm": (MM_PER_M * summary.best[1]).tolist(),
         "worst": factor * summary.worst[0],
-        "worst_at_mm": (1e3 * summary.worst[1]).tolist(),
+        "worst_at_mm": (MM_PER_M * summary.worst[1]).tolist(),
     }
 
 
-def _map_facts(found: Feel, quantity: Quantity) -> dict[str, Any]:
-    x, y, z, values = map_values(found, quantity)
+def _map_facts(sheet: Feel, quantity: Quantity) -> dict[str, Any]:
+    x, y, z, values = map_values(sheet, quantity)
     step = 1 if quantity.name == "wall" else 4  # the picture has them all
     return {
         "x_mm": x[::step].tolist(),
@@ -95,10 +96,10 @@ def _map_facts(found: Feel, quantity: Quantity) -> dict[str, Any]:
     }
 
 
-def feel_text(found: Feel) -> str:
+def feel_text(sheet: Feel) -> str:
     """Answers and summary as plain text."""
-    lines = [f"{found.machine.design.name}: what it will feel like", ""]
-    for answer in found.answers:
+    lines = [f"{sheet.machine.design.name}: what it will feel like", ""]
+    for answer in sheet.answers:
         lines += [
             f"{answer.question} {answer.short}",
             *wrap(answer.text, WIDTH, initial_indent="  ", subsequent_indent="  "),
@@ -107,7 +108,7 @@ def feel_text(found: Feel) -> str:
     rows = [
         f"{s.quantity.label:<44}{s.quantity.unit:>6}{_number(s, s.centre):>9}{_number(s, s.best[0]):>9}"
         f"{_number(s, s.worst[0]):>9}   {_place(s.worst[1])}"
-        for s in found.summaries
+        for s in sheet.summaries
     ]
     return "\n".join([*lines, "", head, *rows])
 
@@ -117,12 +118,12 @@ def _number(summary: Summary, value: float) -> str:
 
 
 def _place(p: np.ndarray) -> str:
-    return ", ".join(f"{1e3 * x + 0.0:.1f}" for x in p)
+    return ", ".join(f"{MM_PER_M * x + 0.0:.1f}" for x in p)
 
 
-def feel_markdown(found: Feel) -> str:
+def feel_markdown(sheet: Feel) -> str:
     """The page."""
-    machine, design = found.machine, found.machine.design
+    machine, design = sheet.machine, sheet.machine.design
     side = 2.0 * design.cube.half_side_mm
     low, usual, most = (1e3 * torque for torque in joint_friction(machine).coulomb)
     lines = [
@@ -132,7 +133,7 @@ def feel_markdown(found: Feel) -> str:
         "what is assumed stands at the end.",
         "",
     ]
-    for answer in found.answers:
+    for answer in sheet.answers:
         lines += [f"**{answer.question} {answer.short}** {answer.text}", ""]
     lines += [
         "## Figures over the cube",
@@ -140,7 +141,7 @@ def feel_markdown(found: Feel) -> str:
         "| figure | unit | centre | best | worst | worst at x, y, z, mm |",
         "|---|---|---:|---:|---:|---|",
     ]
-    for s in found.summaries:
+    for s in sheet.summaries:
         lines.append(
             f"| {s.quantity.label} | {s.quantity.unit} | {_number(s, s.centre)} | {_number(s, s.best[0])} | "
             f"{_number(s, s.worst[0])} | {_place(s.worst[1])} |"
@@ -150,31 +151,32 @@ def feel_markdown(found: Feel) -> str:
         "Effective mass: felt along a direction with the others free. Friction: Coulomb friction of the joints, "
         "against a steady motion; in the best direction it is also the smallest force that moves a handle at rest, and "
         "hides smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
-        f"forces that the joints give beside the weight. {_stops(found)}",
+        f"forces that the joints give beside the weight. {_stops(sheet)}",
         "",
         "## Walls at the centre, simulated",
         "",
         "| axis | paper, its prototype | protocol | bisection | range over hands, friction, delay | passivity |",
         "|---|---:|---:|---:|---|---|",
     ]
-    for wall in found.stiffness.axes:
-        protocol = "-" if wall.nominal.protocol is None else f"{wall.nominal.protocol / 1e3:.1f}"
+    for wall in sheet.stiffness.axes:
+        protocol = "-" if wall.nominal.protocol is None else f"{wall.nominal.protocol / MM_PER_M:.1f}"
         lines.append(
-            f"| {wall.axis} | {wall.published / 1e3:.1f} | {protocol} | {wall.nominal.bisection / 1e3:.2f} | "
-            f"{wall.simulated.lowest.stiffness / 1e3:.2f} ({wall.simulated.lowest.corner}) to "
-            f"{wall.simulated.highest.stiffness / 1e3:.1f} ({wall.simulated.highest.corner}) | "
+            f"| {wall.axis} | {wall.published / MM_PER_M:.1f} | {protocol} | {wall.nominal.bisection / MM_PER_M:.2f} | "
+            f"{wall.simulated.lowest.stiffness / MM_PER_M:.2f} ({wall.simulated.lowest.corner}) to "
+            f"{wall.simulated.highest.stiffness / MM_PER_M:.1f} ({wall.simulated.highest.corner}) | "
             f"{wall.default_verdict.kind.value} |"
         )
     lines += [
         "",
-        f"N/mm; nominal: {found.stiffness.axes[0].corner}. The verdict is on "
-        f"{START / 1e3:g} N/mm; no friction that sticks counts. FAILS: a hand of the set makes the linear loop swing.",
+        f"N/mm; nominal: {sheet.stiffness.axes[0].corner}. The verdict is on "
+        f"{START / MM_PER_M:g} N/mm; no friction that sticks counts. "
+        "FAILS: a hand of the set makes the linear loop swing.",
         "",
         "## Beside devices on the market",
         "",
-        *_comparison(found, reference_devices()),
+        *_comparison(sheet, reference_devices()),
         "",
-        _stops(found),
+        _stops(sheet),
         "",
         "(?) from memory, its source was not opened. A stiffness of the others is what a library renders with them, "
         "not a limit by our protocol; ours is the smallest nominal one of the three axes.",
@@ -199,9 +201,9 @@ def feel_markdown(found: Feel) -> str:
         f"- Coulomb friction of a joint {usual:.1f} mN m ({low:.1f} to {most:.1f}), from the motor's idle current; it "
         "scales all friction figures.",
         f"- Delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag {CURRENT_LAG * 1e3:g} ms, period "
-        f"{found.stiffness.period * 1e3:g} ms, no damping in the wall.",
-        f"- Torque for ever {found.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), peak "
-        f"{found.drive.peak:.2f} N m likewise; the motors by themselves {found.drive.motor:.2f} N m for "
+        f"{sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
+        f"- Torque for ever {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), peak "
+        f"{sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
         f"{machine.drive.peak_time_s:g} s.",
         f"- A current command of {COMMAND_STEPS} steps from minus to plus the peak.",
         *(f"- {name} hand: {model.meaning}." for name, model in HAND_MODELS.items()),
@@ -213,38 +215,38 @@ def feel_markdown(found: Feel) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _stops(found: Feel) -> str:
+def _stops(sheet: Feel) -> str:
     """Which force is the device's: what its controller gives, not what its motors could."""
-    stop = found.machine.design.requirements.joint_torque_N_m
-    if found.drive.motor <= stop:
-        return f"The motors' own limit, {found.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."
+    stop = sheet.machine.design.requirements.joint_torque_N_m
+    if sheet.drive.motor <= stop:
+        return f"The motors' own limit, {sheet.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."
     return (
         f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives "
-        f"{found.summary('force_peak').worst[0]:.1f} N in every direction everywhere; with motors let go to their own "
-        f"limit, {found.drive.motor:.2f} N m, it would be {found.summary('force_motor').worst[0]:.1f} N for "
-        f"{found.machine.drive.peak_time_s:g} s."
+        f"{sheet.summary('force_peak').worst[0]:.1f} N in every direction everywhere; with motors let go to their own "
+        f"limit, {sheet.drive.motor:.2f} N m, it would be {sheet.summary('force_motor').worst[0]:.1f} N for "
+        f"{sheet.machine.drive.peak_time_s:g} s."
     )
 
 
-def _comparison(found: Feel, rows: tuple[Published, ...]) -> list[str]:
+def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
-    side = 2.0 * found.machine.design.cube.half_side_mm
-    mass, friction = found.summary("mass_max"), found.summary("friction_max")
+    side = 2.0 * sheet.machine.design.cube.half_side_mm
+    mass, friction = sheet.summary("mass_max"), sheet.summary("friction_max")
     ours = {
         "workspace_mm": f"{side:g} x {side:g} x {side:g}",
-        "force_continuous_N": f"{found.summary('force_continuous').worst[0]:.1f} everywhere, any direction",
-        "force_peak_N": f"{found.summary('force_peak').worst[0]:.1f} likewise, as the controller gives it",
-        "stiffness_N_per_mm": f"{min(w.nominal.bisection for w in found.stiffness.axes) / 1e3:.1f}",
+        "force_continuous_N": f"{sheet.summary('force_continuous').worst[0]:.1f} everywhere, any direction",
+        "force_peak_N": f"{sheet.summary('force_peak').worst[0]:.1f} likewise, as the controller gives it",
+        "stiffness_N_per_mm": f"{min(w.nominal.bisection for w in sheet.stiffness.axes) / 1e3:.1f}",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
-        "resolution_mm": f"{1e3 * found.summary('position_step').worst[0]:.3f}",
+        "resolution_mm": f"{MM_PER_M * sheet.summary('position_step').worst[0]:.3f}",
     }
-    told = {(row.device, row.quantity): row.told for row in rows}
+    shown = {(row.device, row.quantity): row.shown for row in rows}
     lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
     for quantity, label in LABELS.items():
-        cells = " | ".join(told.get((device, quantity), "not known") for device in devices)
+        cells = " | ".join(shown.get((device, quantity), "not known") for device in devices)
         lines.append(f"| {label} | {ours[quantity]} | {cells} |")
-        if quantity == "force_peak_N" and found.drive.motor > found.drive.peak:
-            own = f"{found.summary('force_motor').worst[0]:.1f} likewise, which the controller does not give"
+        if quantity == "force_peak_N" and sheet.drive.motor > sheet.drive.peak:
+            own = f"{sheet.summary('force_motor').worst[0]:.1f} likewise, which the controller does not give"
             lines.append(f"| the same at the motor's own limit, N | {own} |{' - |' * len(devices)}")
     return lines

@@ -24,7 +24,7 @@ class ReferenceDeviceError(ValueError):
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedDevice:
     """One figure of a device.
 
     Attributes:
@@ -46,13 +46,13 @@ class Published:
     source: str
 
     @property
-    def told(self) -> str:
-        """As a table shows it; a question mark is for what was not confirmed."""
+    def shown(self) -> str:
+        """Text of the value in a table; a question mark marks what was not confirmed."""
         said = self.text if self.value is None else f"{self.bound} {self.value:g}".strip()
         return said if self.confirmed else f"{said} (?)"
 
 
-def reference_devices(path: Path = FILE) -> tuple[Published, ...]:
+def reference_devices(path: Path = FILE) -> tuple[PublishedDevice, ...]:
     """The published figures.
 
     Args:
@@ -64,7 +64,7 @@ def reference_devices(path: Path = FILE) -> tuple[Published, ...]:
     Raises:
         ReferenceDeviceError: A line that cannot be.
     """
-    found = []
+    devices = []
     with path.open(encoding="utf-8", newline="") as file:
         for number, row in enumerate(csv.DictReader(file, strict=True), 2):
             at = f"{path.name}, line {number}"
@@ -81,7 +81,9 @@ def reference_devices(path: Path = FILE) -> tuple[Published, ...]:
             except ValueError:
                 raise ReferenceDeviceError(f"{at}: value is {row['value']!r}; it must be a number") from None
             confirmed = row["confirmed"] == "yes"
-            found.append(
-                Published(row["device"], row["quantity"], value, row["bound"], row["text"], confirmed, row["source"])
+            devices.append(
+                PublishedDevice(
+                    row["device"], row["quantity"], value, row["bound"], row["text"], confirmed, row["source"]
+                )
             )
-    return tuple(found)
+    return tuple(devices)

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
 from haptics.model.hands import HANDS
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import (
     CURRENT_LAG,
     DELAY,
@@ -25,7 +26,7 @@ from haptics.simulation.assumptions import (
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
-from haptics.stability.stiffness import NOMINAL_HAND, Stiffness, centre, largest_walls
+from haptics.stability.stiffness import NOMINAL_HAND, Stiffness, largest_walls
 from haptics.stability.wall_limit import AXES, START
 from haptics.stability.wall_trial import PERIOD
 
@@ -51,14 +52,14 @@ FELT = 0.04
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a figure is told.
+    """A figure of the sheet: its name, unit and what is better.
 
     Attributes:
         name: In `FeelField.named`, or "wall".
-        label: In words.
-        unit: As told.
-        factor: SI to that unit.
-        digits: After the point.
+        label: Text for a person.
+        unit: Unit that a person sees.
+        factor: From SI to that unit.
+        digits: Decimals after the point.
         small: Whether less is better.
     """
 
@@ -71,7 +72,7 @@ class Quantity:
 
     @property
     def key(self) -> str:
-        """Its name with the unit, for files."""
+        """Name of the figure with its unit, for files."""
         return f"{self.name}_{self.unit.replace(' ', '_').replace('/', '_per_')}"
 
 
@@ -143,7 +144,7 @@ class Feel:
         answers: To a designer's questions.
     """
 
-    machine: Machine
+    machine: MachineModel
     drive: Drive
     summaries: tuple[Summary, ...]
     slices: FeelField
@@ -157,7 +158,7 @@ class Feel:
         return next(found for found in self.summaries if found.quantity.name == name)
 
 
-def joint_drive(machine: Machine) -> Drive:
+def joint_drive(machine: MachineModel) -> Drive:
     """What the joints of a device do, friction nominal.
 
     Both torques are those of the drive as far as the design's limit, at which the controller stops, lets them; the
@@ -174,15 +175,15 @@ def joint_drive(machine: Machine) -> Drive:
     )
 
 
-def cube_points(machine: Machine, nx: int, ny: int, nz: int) -> np.ndarray:
+def cube_points(machine: MachineModel, nx: int, ny: int, nz: int) -> np.ndarray:
     """(nz, ny, nx, 3) positions that fill the cube to its faces, m."""
-    half = machine.design.cube.half_side_mm / 1000.0
+    half = machine.half_side
     x, y, z = (np.linspace(-half, half, n) for n in (nx, ny, nz))
     up, across, along = np.meshgrid(z, y, x, indexing="ij")
-    return np.stack([along, across, up], axis=-1) + centre(machine)
+    return np.stack([along, across, up], axis=-1) + machine.centre
 
 
-def linear_wall(machine: Machine, p: np.ndarray) -> float:
+def linear_wall(machine: MachineModel, p: np.ndarray) -> float:
     """Smallest linear limit of walls across x, y and z at a position, N/m, in the nominal case without damping."""
     here = linearise(nominal_plant(machine), p)
     (model, *_) = linear_models(default_estimator(PERIOD))  # of no effect without damping
@@ -193,9 +194,9 @@ def linear_wall(machine: Machine, p: np.ndarray) -> float:
 
 
 def feel(
-    machine: Machine,
+    machine: MachineModel,
     *,
-    walls: Callable[[Machine], Stiffness] = largest_walls,
+    walls: Callable[[MachineModel], Stiffness] = largest_walls,
     say: Callable[[str], None] = lambda _: None,
 ) -> Feel:
     """All figures of a device.
@@ -215,7 +216,7 @@ def feel(
     drive = joint_drive(machine)
     say("figures over the cube")
     field = feel_at(machine, drive, cube_points(machine, GRID, GRID, GRID))
-    middle = feel_at(machine, drive, centre(machine))
+    middle = feel_at(machine, drive, machine.centre)
     slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
     say("linear walls over the cube")
     positions = cube_points(machine, *WALL_GRID)
@@ -225,7 +226,7 @@ def feel(
     summaries = []
     for quantity in QUANTITIES:
         if quantity.name == "wall":
-            summaries.append(summarise(quantity, linear_wall(machine, centre(machine)), limits, positions))
+            summaries.append(summarise(quantity, linear_wall(machine, machine.centre), limits, positions))
         else:
             value = float(middle.named()[quantity.name])
             summaries.append(summarise(quantity, value, field.named()[quantity.name], field.position))
@@ -256,7 +257,7 @@ def _centre(summaries: list[Summary], name: str) -> float:
     return next(found for found in summaries if found.quantity.name == name).centre
 
 
-def stays(machine: Machine, drive: Drive, summaries: list[Summary]) -> Answer:
+def stays(machine: MachineModel, drive: Drive, summaries: list[Summary]) -> Answer:
     """Will the handle stay where it is left? Each joint's friction against what its compensation misses of the weight:
     at rest all three torques can be held if and only if none exceeds its friction.
     """
@@ -284,10 +285,10 @@ def hard(found: Stiffness) -> Answer:
     high = max((axis.simulated.highest for axis in found.axes), key=lambda end: end.stiffness)
     kind = "nobody tells it from rigid" if limit >= RIGID else "it feels hard" if limit >= HARD else "it feels soft"
     text = (
-        f"The stiffest stable wall across {wall.axis}, the worst axis, has {limit / 1e3:.1f} N/mm ({wall.corner}): "
-        f"{kind} (hard from "
-        f"about {HARD / 1e3:.0f} N/mm, rigid from about {RIGID / 1e3:.0f} N/mm). It depends on who holds it: "
-        f"{low.stiffness / 1e3:.2f} N/mm ({low.corner}) to {high.stiffness / 1e3:.0f} N/mm ({high.corner})."
+        f"The stiffest stable wall across {wall.axis}, the worst axis, has {limit / MM_PER_M:.1f} N/mm "
+        f"({wall.corner}): {kind} (hard from "
+        f"about {HARD / MM_PER_M:.0f} N/mm, rigid from about {RIGID / MM_PER_M:.0f} N/mm). It depends on who holds it: "
+        f"{low.stiffness / MM_PER_M:.2f} N/mm ({low.corner}) to {high.stiffness / MM_PER_M:.0f} N/mm ({high.corner})."
     )
     return Answer("Is the wall hard?", limit >= HARD, "Yes." if limit >= HARD else "No.", text)
 
@@ -298,10 +299,10 @@ def buzzes(found: Stiffness, summaries: list[Summary]) -> Answer:
     shaken = found.shaken
     with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
     low = min((axis.simulated.lowest for axis in found.axes), key=lambda end: end.stiffness)
-    wall = f"A wall of {START / 1e3:g} N/mm "
+    wall = f"A wall of {START / MM_PER_M:g} N/mm "
     wall += f"buzzes: {with_whom}" if shaken else "is steady with each hand of the set, friction and delay nominal"
     if low.stiffness < START:
-        wall += f"; in the worst case ({low.corner}) any wall above {low.stiffness / 1e3:.2f} N/mm may swing"
+        wall += f"; in the worst case ({low.corner}) any wall above {low.stiffness / MM_PER_M:.2f} N/mm may swing"
     if step < FELT:
         grain = "too little to be felt"
     elif step < friction:

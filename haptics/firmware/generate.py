@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import math
+import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +14,16 @@ from numba import float64, typeof
 
 from delta_cad.common.files import whole_folder
 from haptics.control.controller import Controller, fresh, tick
-from haptics.control.supervisor.faults import EXTERNAL, TABLE, Fault, findings
-from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.faults import EXTERNAL, TABLE, FaultCode, findings
+from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
+from haptics.firmware.expressions import literal
 from haptics.firmware.layout import PRELUDE, is_record, members, record_name
-from haptics.firmware.translate import Translation, literal
-from haptics.rendering.kernel import COLUMNS
+from haptics.firmware.translate import Translation
+from haptics.rendering.law import GAIN, KIND, Law
+from haptics.rendering.registry import COLUMNS, LAWS, layout
 
-NEVER = (Fault.ORDER,)
+NEVER = (FaultCode.ORDER,)
 """What the C controller cannot find: a tick keeps the order of its two halves itself."""
 STALE = "DELTA_STALE_S"
 """Macro of the age at which the host's last word is too old, s."""
@@ -31,6 +35,9 @@ HEADER = """\
 
 #define DELTA_PERIOD_S {period}
 #define DELTA_LAW_COLUMNS {columns}
+
+/* A table of laws has one in each row: its kind, its gain (0 to 1), then its parameters; the rest is 0. */
+{laws}
 
 /* Bits of delta_signal. */
 {signals}
@@ -55,8 +62,8 @@ void delta_signal(delta_memory *memory, long long bits);
  * the age at which force fades (-D{stale_macro}=0.1; {stale} if not given). */
 void delta_heard(delta_memory *memory, double now);
 /* One period: angles of the shoulders in rad, 0 level and positive upwards, and the time of their reading in s; torques
- * of the joints in N m. `laws` holds n rows of DELTA_LAW_COLUMNS. Returns the bits of what the supervisor found:
- * bit k is code k of the table in README.md. The torques are finite and within the limits whatever is read. */
+ * of the joints in N m. `laws` holds n laws of DELTA_LAW_COLUMNS doubles. Returns the bits of what the supervisor
+ * found: bit k is code k of the table in README.md. The torques are finite and within the limits whatever is read. */
 long long delta_tick(delta_memory *memory, const double *laws, long n, double now, const double theta[3],
                      double torque[3]);
 
@@ -124,9 +131,16 @@ the Python controller has it; without it results differ by rounding.
     delta_enable(&memory);
     every {period_ms:g} ms:
         delta_signal(&memory, stop_pressed ? DELTA_EMERGENCY_STOP : 0);
-        bits = delta_tick(&memory, laws, rows, now, theta, torque);
+        bits = delta_tick(&memory, laws, n, now, theta, torque);
 
-`laws` are rows of {columns} doubles, as `haptics.rendering.laws` makes them (columns: `kernel` beside it). A tick
+`laws` is a table of {columns} doubles a row, as `haptics.rendering.law_table` makes it: column {kind} holds the law's
+kind, column {gain} its gain (0 to 1), then come its parameters, and zeros to the row's end. The header names them all.
+
+| kind | law | parameters, in the order of their columns |
+|---|---|---|
+{law_rows}
+
+A tick
 neither allocates nor waits. Torques are limited to {torque:g} N m, {slew:g} N m a tick for the force on the handle.
 
 What comes from outside has to be told, and holds until it is taken back: `delta_signal(&memory, bits)` with any of
@@ -158,8 +172,7 @@ def sources(controller: Controller, name: str) -> dict[str, str]:
     memory = fresh(controller)
     laws, vector = np.zeros((1, COLUMNS)), np.zeros(3)
     arguments = (typeof(controller), typeof(memory), typeof(laws), float64, typeof(vector), typeof(vector))
-    translation = Translation()
-    translation.add(tick, arguments)
+    translation = _translated(arguments)
     shapes = {
         "filters": memory.filters.size,
         "filter_rows": memory.filters.shape[0],
@@ -207,7 +220,7 @@ def sources(controller: Controller, name: str) -> dict[str, str]:
     )
     return {
         "delta_controller.h": HEADER.format(
-            name=name, period=literal(limits.period), signals=_signal_macros(), **stale, **shapes
+            name=name, period=literal(limits.period), signals=_signal_macros(), laws=_law_macros(), **stale, **shapes
         ),
         "delta_controller.c": code,
         "README.md": GUIDE.format(
@@ -219,10 +232,21 @@ def sources(controller: Controller, name: str) -> dict[str, str]:
             never=", ".join(str(int(fault)) for fault in NEVER),
             stale_means="code 17 waits for" if math.isfinite(limits.stale) else "switches code 17 off",
             faults=_fault_rows(),
+            kind=KIND,
+            gain=GAIN,
+            law_rows=_law_rows(),
             **stale,
             **shapes,
         ),
     }
+
+
+@cache
+def _translated(arguments: tuple[Any, ...]) -> Translation:
+    """Tick in C for arguments of these types; numbers of a design come later, so that one translation serves all."""
+    translation = Translation()
+    translation.add(tick, arguments)
+    return translation
 
 
 def write_firmware(files: dict[str, str], folder: Path) -> None:
@@ -249,18 +273,44 @@ def _initialiser(value: Any, kind: Any, depth: int) -> str:
     for field, part in members(kind):
         held = getattr(value, field)
         text = _initialiser(held, part, depth + 1) if is_record(part) else literal(held)
-        if value.__class__ is Limits and field == "stale":
+        if value.__class__ is SafetyLimits and field == "stale":
             text = STALE
         lines.append(f"{inner}.{field} = {text},")
     return "{ /* " + record_name(kind) + " */\n" + "\n".join(lines) + "\n" + "    " * depth + "}"
 
 
-def _macro(fault: Fault) -> str:
+def _macro(fault: FaultCode) -> str:
     return f"DELTA_{fault.name}"
 
 
 def _signal_macros() -> str:
     return "\n".join(f"#define {_macro(fault)} (1LL << {int(fault)})" for fault in findings(EXTERNAL))
+
+
+def _law_macros() -> str:
+    """Kind of each law, and the columns of its parameters."""
+    lines = [f"#define DELTA_LAW_KIND {KIND}", f"#define DELTA_LAW_GAIN {GAIN}"]
+    for kind, law in LAWS.items():
+        name = _law_name(law)
+        lines.append(f"#define DELTA_{name} {kind}")
+        for parameter, first, width, unit in layout(law):
+            lines.append(
+                f"#define DELTA_{name}_{parameter.upper()} {first} /* {width} column{'s' * (width > 1)}, {unit} */"
+            )
+    return "\n".join(lines)
+
+
+def _law_rows() -> str:
+    rows = []
+    for kind, law in LAWS.items():
+        parts = [f"{name}{f' ({width})' if width > 1 else ''}, {unit}" for name, _, width, unit in layout(law)]
+        rows.append(f"| {kind} | `{law.parameters.__name__}` | {'; '.join(parts)} |")
+    return "\n".join(rows)
+
+
+def _law_name(law: Law) -> str:
+    """Name of a law in C: OperatingResistance is OPERATING_RESISTANCE."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", law.parameters.__name__).upper()
 
 
 def _fault_rows() -> str:
@@ -269,7 +319,7 @@ def _fault_rows() -> str:
         if code in NEVER:
             continue
         by = "`delta_signal`" if code.bit & EXTERNAL else "`delta_tick`"
-        if code is Fault.COMMAND_STALE:
+        if code is FaultCode.COMMAND_STALE:
             by += f", `{STALE}` finite"
         reaction = f"{about.severity.name.lower()}: {about.reaction.name.lower()}"
         rows.append(f"| {int(code)} | {about.text} | {by} | {reaction} | {about.cleared} |")

@@ -23,7 +23,7 @@ class _TypesOnly(CompilerBase):
 
 
 def inferred(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[dict[str, Any], Any]:
-    """What the compiler knows of a function.
+    """Infers the types of a function's variables and of what it returns.
 
     Args:
         function: The Python function beneath a compiled one.

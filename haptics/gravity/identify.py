@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.masses import PointMasses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
@@ -57,7 +58,7 @@ def identify() -> Identified:
     Source:
         [RCIM2018] section on gravity compensation; positions, azimuths and torques in `published`.
     """
-    g = DeltaGeometry(**{name: length / 1000.0 for name, length in published.GRAVITY_LENGTHS_MM.items()})
+    g = DeltaGeometry(**{name: length / MM_PER_M for name, length in published.GRAVITY_LENGTHS_MM.items()})
     torques = np.array(published.GRAVITY_TORQUES_MN_M) / 1000.0
 
     def columns(height: float) -> np.ndarray:
@@ -76,7 +77,7 @@ def identify() -> Identified:
         by_sum, found = sums(height)
         return float(((by_sum @ found - torques.ravel()) ** 2).sum())
 
-    low, high = (height / 1000.0 for height in ORIGIN_MM)
+    low, high = (height / MM_PER_M for height in ORIGIN_MM)
     best: Any = minimize_scalar(misfit, bounds=(low, high), method="bounded", options={"xatol": 1e-7})
     height = float(best.x)
     by_sum, found = sums(height)
@@ -97,5 +98,5 @@ def _positions(height: float) -> np.ndarray:
     """(2, 3) the published positions in our frame, whose chain 0 is along x, m."""
     turn = -np.radians(published.GRAVITY_AZIMUTHS_DEG[0])
     c, s = np.cos(turn), np.sin(turn)
-    at = np.array(published.GRAVITY_POSITIONS_MM) / 1000.0
+    at = np.array(published.GRAVITY_POSITIONS_MM) / MM_PER_M
     return at @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).T + [0.0, 0.0, height]

@@ -6,6 +6,9 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
 from delta_cad.masses import MassError, Masses, load_masses
@@ -15,7 +18,7 @@ FILE = "mass_properties.json"
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineModel:
     """A design with its masses.
 
     Attributes:
@@ -33,8 +36,18 @@ class Machine:
         """The mechanism's lengths in metres."""
         return self.design.geometry
 
+    @property
+    def half_side(self) -> float:
+        """L, half the side of the cube workspace, m."""
+        return self.design.cube.half_side_mm / MM_PER_M
 
-def load_machine(design_file: Path, masses_file: Path | None = None) -> Machine:
+    @property
+    def centre(self) -> np.ndarray:
+        """(3,) centre of the cube workspace in the base frame, m."""
+        return np.array([0.0, 0.0, (self.design.cube.bottom_height_mm + self.design.cube.half_side_mm) / MM_PER_M])
+
+
+def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineModel:
     """Reads a device.
 
     Args:
@@ -54,7 +67,7 @@ def load_machine(design_file: Path, masses_file: Path | None = None) -> Machine:
         raise MassError(f"{path}: is missing; run `python -m delta_cad build --design {design_file}` or give --masses")
     _require_same_design(path, design)
     drive = drive_torque(design)
-    return Machine(design, load_masses(path, design.geometry.forearm_length, drive), drive)
+    return MachineModel(design, load_masses(path, design.geometry.forearm_length, drive), drive)
 
 
 def _require_same_design(path: Path, design: Design) -> None:

@@ -28,7 +28,7 @@ COPPER = 0.0039
 REFERENCE_C = 25.0
 """Temperature of the catalogue's resistance and ambient."""
 SPECIFIC_HEAT = 450.0
-"""Of a whole motor, J/(kg K)."""
+"""Specific heat of a motor as one body, J/(kg K)."""
 DERATE_K = 30.0
 """De-rating begins this far below the largest temperature: at the peak torque the catalogue's windings warm by 6 to
 10 K/s, so there are 3 s in which the torque comes down, and nobody feels a step."""

@@ -25,16 +25,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from delta_cad.common.jit import compiled
 from delta_cad.masses import Masses
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
+from delta_cad.mechanism.kernel import chain_closure
 
 POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 """Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
 STATES = 12
-_ROOT_3_4 = float(np.sqrt(3.0) / 2.0)  # the same double as in `mechanism.geometry.RADIAL`
+_SIN_60 = float(RADIAL[1, 1])
 
 
 class Plant(NamedTuple):
@@ -165,12 +164,10 @@ def chain(par, i, x, y, z):
         Cosine and sine of the azimuth, cosine and sine of the shoulder angle, w (m), and the forearm s (m) in the base
         frame: 8 floats; NaN where the chain cannot be closed.
     """
-    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, _ROOT_3_4) if i == 1 else (-0.5, -_ROOT_3_4))
+    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, _SIN_60) if i == 1 else (-0.5, -_SIN_60))
     q, t = ca * x + sa * y - par.radius_difference, ca * y - sa * x
     la, lb = par.upper_arm_length, par.forearm_length
-    rho2 = q * q + z * z
-    m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
-    w = math.sqrt(rho2 - m * m)
+    rho2, m, _, w = chain_closure(q, t, z, la, lb)
     cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
     radial, up = q - la * cos, z - la * sin
     return ca, sa, cos, sin, w, ca * radial - sa * t, sa * radial + ca * t, up
@@ -192,12 +189,12 @@ def motion(par, hand_mass, state, out):
     """
     x, y, z, vx, vy, vz = state[0], state[1], state[2], state[3], state[4], state[5]
     la = par.upper_arm_length
-    whole = par.platform + hand_mass + 3.0 * par.rod_wrist
+    translating_mass = par.platform + hand_mass + 3.0 * par.rod_wrist
     turning = par.rod_elbow * la * la + par.joint_inertia
     cross = par.rod_cross * la
     hanging = par.platform + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
-    m11 = m22 = m33 = whole
+    m11 = m22 = m33 = translating_mass
     m12 = m13 = m23 = 0.0
     fx, fy, fz = hanging * par.gravity_x, hanging * par.gravity_y, hanging * par.gravity_z
     for i in range(3):

@@ -8,17 +8,16 @@ import numpy as np
 
 from delta_cad.mechanism import closure_margin, inverse_jacobian
 from haptics.gravity import gravity_torque
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
-from haptics.scenes.record import MM_PER_M
 from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, joint_friction, nominal_plant
-from haptics.simulation.loop import Recording
+from haptics.simulation.loop import SimulatedRun
 from haptics.stability.discrete import DampingCap, damping_cap
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 
 PERIOD = 1e-3
-"""Of the paper's loop, s."""
+"""Period of the paper's loop, s."""
 READY = 0.8
 """Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s."""
 GUIDE = Hand(mass=0.1, damping=40.0, stiffness=8000.0)
@@ -26,21 +25,10 @@ GUIDE = Hand(mass=0.1, damping=40.0, stiffness=8000.0)
 GRID = 9
 
 
-def origin(machine: Machine) -> np.ndarray:
-    """(3,) centre of the cube, m: where the handle belongs."""
-    cube = machine.design.cube
-    return np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / MM_PER_M])
-
-
-def half_side(machine: Machine) -> float:
-    """Half the side of the cube, m."""
-    return machine.design.cube.half_side_mm / MM_PER_M
-
-
-def smallest_mass(machine: Machine) -> float:
+def smallest_mass(machine: MachineModel) -> float:
     """Smallest effective mass in any direction anywhere in the cube, kg, on a grid of `GRID` points an edge."""
-    par, half = nominal_plant(machine), half_side(machine)
-    axis, middle = np.linspace(-half, half, GRID), origin(machine)
+    par, half = nominal_plant(machine), machine.half_side
+    axis, middle = np.linspace(-half, half, GRID), machine.centre
     return min(linearise(par, middle + np.array(step)).smallest_mass for step in product(axis, axis, axis))
 
 
@@ -75,7 +63,7 @@ def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:
     return high
 
 
-def motors_force(machine: Machine, recording: Recording) -> np.ndarray:
+def motors_force(machine: MachineModel, recording: SimulatedRun) -> np.ndarray:
     """(n, 3) force on the handle of what the motors give beyond the weight, N: `F = J^-T (torque - holding torque)`;
     NaN where a fault let the handle leave what the mechanism can reach.
     """
@@ -88,7 +76,7 @@ def motors_force(machine: Machine, recording: Recording) -> np.ndarray:
     return force
 
 
-def friction_force(machine: Machine, direction: np.ndarray) -> float:
+def friction_force(machine: MachineModel, direction: np.ndarray) -> float:
     """Coulomb friction of the joints against a motion of the handle from the origin, N.
 
     Args:
@@ -98,11 +86,11 @@ def friction_force(machine: Machine, direction: np.ndarray) -> float:
     Returns:
         `coulomb sum |theta_dot_i| / |v| = coulomb sum |G_i . e|`, by virtual power.
     """
-    rates = inverse_jacobian(machine.geometry, origin(machine)) @ direction
+    rates = inverse_jacobian(machine.geometry, machine.centre) @ direction
     return joint_friction(machine).coulomb[1] * float(np.abs(rates).sum())
 
 
-def friction_holds(machine: Machine) -> float:
+def friction_holds(machine: MachineModel) -> float:
     """Largest force on the handle at the origin that the joints' Coulomb friction can hold, N.
 
     Args:
@@ -111,6 +99,6 @@ def friction_holds(machine: Machine) -> float:
     Returns:
         Largest `|G^T torque|` over the torques within friction: at one of their eight corners.
     """
-    rates = inverse_jacobian(machine.geometry, origin(machine))
+    rates = inverse_jacobian(machine.geometry, machine.centre)
     corners = np.array(list(product((-1.0, 1.0), repeat=3))) @ rates
     return joint_friction(machine).coulomb[1] * float(np.linalg.norm(corners, axis=1).max())

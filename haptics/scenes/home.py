@@ -9,14 +9,16 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
-from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS, Resistance, law_table
+from haptics.model.machine import MachineModel
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
     GUIDE,
     PERIOD,
@@ -24,15 +26,13 @@ from haptics.scenes.bench import (
     damping_limit,
     friction_force,
     friction_holds,
-    half_side,
     mass_for_damping,
     motors_force,
-    origin,
     smallest_mass,
 )
-from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.simulation.loop import Recording, simulate, timing
+from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.stability.oscillation import decay_ratio, off_line, oscillation, strongest_line
 
 SETTING = "k0.4"
@@ -44,7 +44,7 @@ FREE_S = 6.0
 START = 0.6
 """Where it is let go along (1, 1, 1): share of half the cube's side."""
 WINDOW = 0.5
-"""Of the judgement at the end of the way, s; there are two."""
+"""Length of each of the two windows at the end of the way in which an oscillation is judged, s."""
 SLOW = 0.1
 """What is slower than this is a way, not a buzz, s."""
 ARRIVED = 1.05
@@ -57,7 +57,7 @@ RINGS = 0.5
 
 @dataclass(frozen=True)
 class Buzz:
-    """What the handle does at the end of its way.
+    """Swing of the handle at the end of its way, and the force behind it.
 
     Attributes:
         swing: Peak to peak of the position along its main direction in the last window, m.
@@ -78,7 +78,7 @@ class Buzz:
     counts: float
 
 
-def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def home(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
     """Lets the handle go with several dampings.
 
     Args:
@@ -92,12 +92,12 @@ def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -
     setting, mass = PAPER_SETTINGS[SETTING], smallest_mass(machine)
     cap = damping_limit(mass, delay, setting.stiffness)
     asked_of: dict[float, list[float]] = {}
-    for asked in DAMPINGS:
-        asked_of.setdefault(cap.applied(asked), []).append(asked)
-    runs = [_released(machine, setting, applied, asked, delay, seed) for applied, asked in asked_of.items()]
+    for requested in DAMPINGS:
+        asked_of.setdefault(cap.applied(requested), []).append(requested)
+    runs = [_released(machine, setting, applied, requested, delay, seed) for applied, requested in asked_of.items()]
     beyond = [b for b in PAPERS if cap.applied(b) < b]
     runs += [_released(machine, setting, b, [b], delay, seed, capped=False) for b in beyond]
-    middle, start = origin(machine), _start(machine)
+    middle, start = machine.centre, _start(machine)
     facts: dict[str, Any] = {
         "setting": SETTING,
         "stiffness_N_per_m": setting.stiffness,
@@ -127,7 +127,7 @@ def home(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -
     return Scene("home", "figure 16", runs, facts, promises, _discussion(facts, runs))
 
 
-def ideal_settling(machine: Machine, setting: Resistance, damping: float, distance: float) -> float:
+def ideal_settling(machine: MachineModel, setting: OperatingResistance, damping: float, distance: float) -> float:
     """Time of an ideal, continuous damper without mass and friction to the home radius, s.
 
     Args:
@@ -146,33 +146,33 @@ def ideal_settling(machine: Machine, setting: Resistance, damping: float, distan
     return plateau + (damping / k * math.log((min(distance, knee) - r0) / (end - r0)) if end < knee else 0.0)
 
 
-def _start(machine: Machine) -> np.ndarray:
-    return origin(machine) + START * half_side(machine) * np.ones(3) / math.sqrt(3.0)
+def _start(machine: MachineModel) -> np.ndarray:
+    return machine.centre + START * machine.half_side * np.ones(3) / math.sqrt(3.0)
 
 
-def _home_radius(machine: Machine, setting: Resistance) -> float:
+def _home_radius(machine: MachineModel, setting: OperatingResistance) -> float:
     """Distance within which friction may hold the handle against the spring, m."""
     return setting.dead_radius + ARRIVED * friction_holds(machine) / setting.stiffness
 
 
 def _released(
-    machine: Machine,
-    setting: Resistance,
+    machine: MachineModel,
+    setting: OperatingResistance,
     applied: float,
-    asked: list[float],
+    requested: list[float],
     delay: float,
     seed: int,
     *,
     capped: bool = True,
-) -> Run:
-    middle, start = origin(machine), _start(machine)
+) -> SceneRun:
+    middle, start = machine.centre, _start(machine)
     ticks = round((READY + FREE_S) / PERIOD)
     time = np.arange(ticks) * PERIOD - READY
     limit = machine.design.requirements.force_N
     recording = simulate(
         nominal_plant(machine),
         default_controller(machine, PERIOD)._replace(force=limit),
-        law_table(setting.row(middle, damping=applied)),
+        law_table(replace(setting, origin=middle, damping=applied)),
         timing(PERIOD, delay),
         start,
         hand=GUIDE,
@@ -194,7 +194,7 @@ def _released(
     driven = buzz.force > 2.0 * friction_force(machine, direction)  # else the force cannot shake the handle loose
     moves = math.isfinite(buzz.swing) and buzz.counts >= RINGS
     facts: dict[str, Any] = {
-        "damping_asked_N_s_per_m": asked,
+        "damping_asked_N_s_per_m": requested,
         "damping_applied_N_s_per_m": applied,
         "capped": capped,
         "settling_s": PERIOD * last if settles else None,
@@ -213,12 +213,16 @@ def _released(
     facts["verdict"] = _verdict(facts)
     columns = series(recording, READY, motors_force(machine, recording), distance_mm=MM_PER_M * distance)
     name = f"b{applied:.3g}" + ("" if capped else "_uncapped")
-    note = "" if capped and asked == [applied] else " (" + ("uncapped" if not capped else _asked(asked)) + ")"
-    return Run(name, f"b = {applied:.3g} N s/m{note}", recording, columns, facts)
+    note = (
+        ""
+        if capped and requested == [applied]
+        else " (" + ("uncapped" if not capped else _requested_text(requested)) + ")"
+    )
+    return SceneRun(name, f"b = {applied:.3g} N s/m{note}", recording, columns, facts)
 
 
-def _asked(asked: list[float]) -> str:
-    return " and ".join(f"{b:g}" for b in asked) + " asked"
+def _requested_text(requested: list[float]) -> str:
+    return " and ".join(f"{b:g}" for b in requested) + " asked"
 
 
 def _verdict(facts: dict[str, Any]) -> str:
@@ -240,7 +244,7 @@ def _until(distance: np.ndarray, time: np.ndarray, dead_radius: float) -> int:
     return int(arrived[0]) if len(arrived) and not early else len(time)
 
 
-def buzzing(machine: Machine, recording: Recording, limit: float, until: int) -> Buzz:
+def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until: int) -> Buzz:
     """Amplitude and frequency of what the handle does in the two windows before a tick, its slow way taken off.
 
     Args:
@@ -264,7 +268,7 @@ def buzzing(machine: Machine, recording: Recording, limit: float, until: int) ->
         swings.append(tail[edge : edge + n] - slow)
     position, force = swings
     along = np.linalg.svd(position, full_matrices=False)[2][0]
-    resolution = encoder_count(machine) * float(np.abs(along @ jacobian(machine.geometry, origin(machine))).max())
+    resolution = encoder_count(machine) * float(np.abs(along @ jacobian(machine.geometry, machine.centre)).max())
     size = np.linalg.norm(recording.force[until - n : until], axis=1)
     x, f = position @ along, force @ along
     last = off_line(x[-(n // 2) :])
@@ -282,7 +286,7 @@ def buzzing(machine: Machine, recording: Recording, limit: float, until: int) ->
     )
 
 
-def _discussion(facts: dict[str, Any], runs: list[Run]) -> list[str]:
+def _discussion(facts: dict[str, Any], runs: list[SceneRun]) -> list[str]:
     said = [
         f"The loop bears {facts['damping_limit_N_s_per_m']:.0f} N s/m at 1 kHz, "
         f"{facts['damping_limit_N_s_per_m'] * PERIOD / facts['smallest_effective_mass_kg']:.2f} m / T of the smallest "

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from haptics.control.supervisor.faults import LATCHING, described
-from haptics.simulation.loop import Recording
+from haptics.simulation.loop import SimulatedRun
 
-MM_PER_M = 1000.0
 DECIMALS = {"_s": 6, "_mm": 5, "_N": 5, "_N_m": 7, "_mm_per_s": 3}
-"""Of each unit in the series: 10 nm, 10 uN, a thousandth of what encoders and motors resolve. More digits would only be
-more bytes."""
+"""Decimals that the series keep of each unit: 10 nm, 10 uN, a thousandth of what encoders and motors resolve.
+More digits would only be more bytes."""
 
 
 @dataclass(frozen=True)
-class Run:
+class SceneRun:
     """One run of a scene.
 
     Attributes:
@@ -30,7 +30,7 @@ class Run:
 
     name: str
     label: str
-    recording: Recording
+    recording: SimulatedRun
     series: dict[str, np.ndarray]
     facts: dict[str, Any]
 
@@ -63,18 +63,18 @@ class Scene:
 
     name: str
     figures: str
-    runs: list[Run]
+    runs: list[SceneRun]
     facts: dict[str, Any]
     promises: list[Promise]
     discussion: list[str]
 
     @property
     def kept(self) -> bool:
-        """Whether all promises are."""
+        """Whether all promises are kept."""
         return all(promise.kept for promise in self.promises)
 
 
-def series(recording: Recording, begin: float, force: np.ndarray, **more: np.ndarray) -> dict[str, np.ndarray]:
+def series(recording: SimulatedRun, begin: float, force: np.ndarray, **more: np.ndarray) -> dict[str, np.ndarray]:
     """The columns of a run's table, each rounded to the `DECIMALS` of its unit.
 
     Args:
@@ -106,7 +106,7 @@ def _decimals(name: str) -> int:
     return DECIMALS[max((unit for unit in DECIMALS if name.endswith(unit)), key=len)]
 
 
-def supervised(recording: Recording, begin: float) -> dict[str, Any]:
+def supervised(recording: SimulatedRun, begin: float) -> dict[str, Any]:
     """What the supervisor found from the moment on when the scene proper begins.
 
     Args:

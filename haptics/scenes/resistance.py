@@ -6,27 +6,28 @@ Source:
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS, Resistance, law_table
+from delta_cad.common.units import MM_PER_M
+from haptics.model.machine import MachineModel
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
     GUIDE,
     PERIOD,
     READY,
     damping_limit,
-    half_side,
     mass_for_damping,
     motors_force,
-    origin,
     smallest_mass,
 )
-from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.simulation.loop import Recording, simulate, timing
+from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.stability.discrete import DampingCap
 
 WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
@@ -37,7 +38,7 @@ cuts it on one side. That takes up to 2.2 % from the mean on the committed desig
 and 1 ms; twice that, and less than a hand tells apart, about 7 % (from memory)."""
 
 
-def resistance(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
     """Force against distance for the paper's two settings and each corner.
 
     Args:
@@ -50,7 +51,7 @@ def resistance(machine: Machine, *, delay: float = DELAY[1] * PERIOD, seed: int 
         force strays from eq. (23) with the damping applied.
     """
     mass = smallest_mass(machine)
-    runs: list[Run] = []
+    runs: list[SceneRun] = []
     promises: list[Promise] = []
     settings: dict[str, dict[str, Any]] = {}
     required = machine.design.requirements.force_N
@@ -102,7 +103,7 @@ def _allowed(force: float) -> str:
     return f"{force:g} N to within {100.0 * SHORT:g} %, that is {(1.0 - SHORT) * force:.2f} N,"
 
 
-def law_force(setting: Resistance, distance: np.ndarray, limit: float) -> np.ndarray:
+def law_force(setting: OperatingResistance, distance: np.ndarray, limit: float) -> np.ndarray:
     """Eq. (23) at rest: pull to the origin, (n,) N.
 
     Args:
@@ -115,16 +116,22 @@ def law_force(setting: Resistance, distance: np.ndarray, limit: float) -> np.nda
 
 
 def _led(
-    machine: Machine, name: str, setting: Resistance, cap: DampingCap, signs: tuple[float, ...], delay: float, seed: int
-) -> Run:
-    middle, way = origin(machine), half_side(machine) * np.array(signs)
+    machine: MachineModel,
+    name: str,
+    setting: OperatingResistance,
+    cap: DampingCap,
+    signs: tuple[float, ...],
+    delay: float,
+    seed: int,
+) -> SceneRun:
+    middle, way = machine.centre, machine.half_side * np.array(signs)
     time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
     applied, limit = cap.applied(setting.damping), machine.design.requirements.force_N
     anchor = middle + _share(time)[:, None] * way
     recording = simulate(
         nominal_plant(machine),
         default_controller(machine, PERIOD)._replace(force=limit),
-        law_table(setting.row(middle, damping=applied)),
+        law_table(replace(setting, origin=middle, damping=applied)),
         timing(PERIOD, delay),
         middle,
         hand=GUIDE,
@@ -140,7 +147,7 @@ def _led(
     pull, felt = (given * towards).sum(axis=1), -(recording.hand * towards).sum(axis=1)
     at_rest = law_force(setting, distance, limit)
     stays = (time > WAY_S + 0.6 * STAY_S) & (time < WAY_S + STAY_S)
-    strays = np.linalg.norm(given - _whole_law(setting, applied, limit, recording.position - middle, recording), axis=1)
+    strays = np.linalg.norm(given - _full_law(setting, applied, limit, recording.position - middle, recording), axis=1)
     corner = "".join("-+"[int(s > 0)] + a for s, a in zip(signs, "xyz", strict=True))
     facts: dict[str, Any] = {
         "setting": name,
@@ -159,11 +166,11 @@ def _led(
         recording, READY, given, distance_mm=MM_PER_M * distance, pull_of_motors_N=pull, pull_on_hand_N=felt,
         pull_by_law_at_rest_N=at_rest,
     )  # fmt: skip
-    return Run(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
+    return SceneRun(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
 
 
-def _whole_law(
-    setting: Resistance, damping: float, limit: float, along: np.ndarray, recording: Recording
+def _full_law(
+    setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: SimulatedRun
 ) -> np.ndarray:
     """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""
     distance = np.linalg.norm(along, axis=1)
@@ -174,7 +181,7 @@ def _whole_law(
     return force * np.minimum(1.0, limit / np.maximum(size, 1e-9))[:, None]
 
 
-def _work(recording: Recording, anchor: np.ndarray, now: np.ndarray) -> float:
+def _work(recording: SimulatedRun, anchor: np.ndarray, now: np.ndarray) -> float:
     """Work of the guide on the handle, J: mean force between two ticks, in which its aim stays where it was."""
     before, after = recording.hand[now][:-1], recording.hand[now][1:] - GUIDE.stiffness * np.diff(anchor[now], axis=0)
     return float((0.5 * (before + after) * np.diff(recording.position[now], axis=0)).sum())
@@ -196,14 +203,14 @@ def _share(time: np.ndarray) -> np.ndarray:
 def _discussion(settings: dict[str, dict[str, Any]], required: float, mass: float) -> list[str]:
     said = []
     for name, s in settings.items():
-        asked, applied, beyond = (
+        requested, applied, beyond = (
             s[key] for key in ("damping_asked_N_s_per_m", "damping_applied_N_s_per_m", "force_beyond_N")
         )
         cut = f", cut to the limit of {required:g} N" if beyond > required else f", below {required:g} N by itself"
         said.append(f"{name}: eq. (23) ends at {beyond:.1f} N{cut}.")
-        if applied < asked:
+        if applied < requested:
             said.append(
-                f"{name}: b = {asked:g} N s/m is asked, {applied:.1f} N s/m applied: half the limit of "
+                f"{name}: b = {requested:g} N s/m is asked, {applied:.1f} N s/m applied: half the limit of "
                 f"{s['damping_limit_N_s_per_m']:.0f} N s/m at 1 kHz of a device whose effective mass goes down to "
                 f"{mass:.3f} kg. The paper's b would take {s['mass_for_that_damping_kg']:.2g} kg."
             )

@@ -8,25 +8,27 @@ from __future__ import annotations
 
 from typing import Any
 
+from delta_cad.common.units import MM_PER_M
 from haptics.control.supervisor.faults import described
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.model.hands import HAND_MODELS
-from haptics.model.machine import Machine
-from haptics.rendering.laws import AXES
+from haptics.model.machine import MachineModel
+from haptics.rendering.laws.virtual_wall import AXES
 from haptics.scenes.bench import PERIOD, motors_force
-from haptics.scenes.record import MM_PER_M, Promise, Run, Scene, series, supervised
+from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY
-from haptics.stability.wall_limit import START, Search, search
+from haptics.stability.wall_limit import START, WallSearch, search
 from haptics.stability.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
 
 STEP, CEILING, TOLERANCE = 1000.0, 40e3, 25.0
-"""Of the search for the limit, N/m: coarser and farther than the paper's protocol, which `stiffness` follows."""
+"""First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the
+paper's protocol, which `stiffness` follows."""
 ABOVE = 1.3
 """Times the limit: clearly beyond it."""
 VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
 
 
-def wall(machine: Machine, *, hand: str = "medium", delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
     """Three walls across each axis: the paper's first, the paper's largest, and one above our own limit.
 
     Args:
@@ -39,29 +41,29 @@ def wall(machine: Machine, *, hand: str = "medium", delay: float = DELAY[1] * PE
         The scene: 9 runs.
     """
     who = HAND_MODELS[hand]
-    runs: list[Run] = []
+    runs: list[SceneRun] = []
     limits: dict[str, dict[str, Any]] = {}
     for axis in AXES:
-        found = search(
+        limit_search = search(
             simulated_predicate(machine, axis, who.hand, delay=delay, seed=seed),
             step=STEP,
             ceiling=CEILING,
             tolerance=TOLERANCE,
         )
-        published = 1000.0 * STIFFNESS_N_PER_MM[axis]
+        published = MM_PER_M * STIFFNESS_N_PER_MM[axis]
         limits[axis] = {
-            "simulated_N_per_mm": found.bisection / 1000.0,
-            "never_oscillated": found.ceiling_reached,
+            "simulated_N_per_mm": limit_search.bisection / MM_PER_M,
+            "never_oscillated": limit_search.ceiling_reached,
             "published_N_per_mm": STIFFNESS_N_PER_MM[axis],
         }
-        above = ABOVE * (found.bisection or START)
+        above = ABOVE * (limit_search.bisection or START)
         for role, stiffness in (("first", START), ("published", published), ("above", above)):
             trial = wall_trial(machine, axis, who.hand, stiffness, delay=delay, seed=seed)
-            runs.append(_run(machine, axis, role, trial, found))
+            runs.append(_run(machine, axis, role, trial, limit_search))
     first = [run for run in runs if run.facts["role"] == "first"]
     promises = [
         Promise(
-            f"the paper's first wall, {START / 1000.0:g} N/mm, stands across each axis",
+            f"the paper's first wall, {START / MM_PER_M:g} N/mm, stands across each axis",
             all(run.facts["stable"] for run in first),
         ),
         Promise("the supervisor finds no fault there", not any(run.facts["supervisor_fault"] for run in first)),
@@ -74,8 +76,8 @@ def wall(machine: Machine, *, hand: str = "medium", delay: float = DELAY[1] * PE
     return Scene("wall", "figures 17 and 18", runs, facts, promises, _discussion(hand, limits, runs))
 
 
-def _run(machine: Machine, axis: str, role: str, trial: WallTrial, found: Search) -> Run:
-    stiffness, verdict = trial.stiffness / 1000.0, trial.verdict
+def _run(machine: MachineModel, axis: str, role: str, trial: WallTrial, limit_search: WallSearch) -> SceneRun:
+    stiffness, verdict = trial.stiffness / MM_PER_M, trial.verdict
     if verdict is not None:
         text = VERDICTS[verdict.kind]
     else:
@@ -84,7 +86,7 @@ def _run(machine: Machine, axis: str, role: str, trial: WallTrial, found: Search
         "axis": axis,
         "role": role,
         "stiffness_N_per_mm": stiffness,
-        "share_of_simulated_limit": trial.stiffness / found.bisection if found.bisection else None,
+        "share_of_simulated_limit": trial.stiffness / limit_search.bisection if limit_search.bisection else None,
         "verdict": text,
         "stable": trial.stable,
         "penetration_at_end_mm": MM_PER_M * float(trial.depth[-100:].mean()),
@@ -107,10 +109,10 @@ def _run(machine: Machine, axis: str, role: str, trial: WallTrial, found: Search
         wall_force_N=trial.push,
     )
     label = f"{axis}, {stiffness:.3g} N/mm"
-    return Run(f"{axis}_{role}", label, trial.recording, columns, facts | supervised(trial.recording, READY))
+    return SceneRun(f"{axis}_{role}", label, trial.recording, columns, facts | supervised(trial.recording, READY))
 
 
-def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[Run]) -> list[str]:
+def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[SceneRun]) -> list[str]:
     said = []
     for axis, limit in limits.items():
         ours, theirs = limit["simulated_N_per_mm"], limit["published_N_per_mm"]

@@ -14,7 +14,7 @@ from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
 from haptics.control.pose import model
 from haptics.control.supervisor.limits import safety_limits
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant, plant
 
 IDLE_SHARE = 0.16 / (3.44 - 0.16)
@@ -38,13 +38,13 @@ DELAY = (0.0, 0.5, 1.0)
 CURRENT_LAG = 0.2e-3
 """Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz."""
 CORNER = 100.0
-"""Of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an eighth of the damping with
-one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise here."""
+"""Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an
+eighth of the damping with one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise."""
 
 
 @dataclass(frozen=True)
 class Friction:
-    """Of one joint; each least, nominal, largest.
+    """Friction of one joint; each least, nominal, largest.
 
     Attributes:
         coulomb: N m.
@@ -68,7 +68,7 @@ class Friction:
         )
 
 
-def joint_friction(machine: Machine) -> Friction:
+def joint_friction(machine: MachineModel) -> Friction:
     """Friction of a joint, from the motor's idle torque through the drive.
 
     Args:
@@ -89,7 +89,7 @@ def joint_friction(machine: Machine) -> Friction:
     return Friction(coulomb, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
 
 
-def encoder_count(machine: Machine) -> float:
+def encoder_count(machine: MachineModel) -> float:
     """Count of the encoder on the shoulder shaft, rad."""
     return 2.0 * math.pi / catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
 
@@ -106,7 +106,7 @@ def default_estimator(period: float = 1e-3) -> Estimator:
     return low_pass(period, CORNER)
 
 
-def nominal_plant(machine: Machine) -> Plant:
+def nominal_plant(machine: MachineModel) -> Plant:
     """The true device with nominal friction and motors.
 
     Args:
@@ -121,7 +121,7 @@ def nominal_plant(machine: Machine) -> Plant:
 
 
 def default_controller(
-    machine: Machine, period: float = 1e-3, estimator: Estimator | None = None, **limits: float
+    machine: MachineModel, period: float = 1e-3, estimator: Estimator | None = None, **limits: float
 ) -> Controller:
     """The controller of a device, its supervisor included.
 
@@ -129,7 +129,7 @@ def default_controller(
         machine: The device.
         period: s.
         estimator: Of the joint rates; None for `default_estimator`.
-        **limits: Any of `supervisor_limits.Limits`, to replace what follows from the design.
+        **limits: Any of `SafetyLimits`, to replace what follows from the design.
 
     Returns:
         The controller.

@@ -23,7 +23,7 @@ from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles, ener
 SUBSTEPS = 10
 
 
-class Timing(NamedTuple):
+class LoopTiming(NamedTuple):
     """Clock of the loop.
 
     Attributes:
@@ -38,8 +38,8 @@ class Timing(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Recording:
-    """What happened, one row a tick, taken when the encoders are read.
+class SimulatedRun:
+    """Record of a simulated run, one row a tick, taken when the encoders are read.
 
     Attributes:
         time: (n,) s.
@@ -68,7 +68,7 @@ class Recording:
     bits: np.ndarray
 
 
-def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -> Timing:
+def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -> LoopTiming:
     """A clock.
 
     Args:
@@ -88,14 +88,14 @@ def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -
         raise ValueError(f"substeps is {substeps!r}; it must be 1 to 10000")
     if not 0.0 <= delay <= 100.0 * period:
         raise ValueError(f"delay is {delay!r} s; it must be 0 to 100 periods")
-    return Timing(float(period), int(substeps), round(delay / period * substeps))
+    return LoopTiming(float(period), int(substeps), round(delay / period * substeps))
 
 
 def simulate(
     machine: Plant,
     controller: Controller,
     laws: np.ndarray,
-    clock: Timing,
+    clock: LoopTiming,
     start: np.ndarray,
     *,
     hand: Hand,
@@ -105,7 +105,7 @@ def simulate(
     seed: int = 0,
     held: np.ndarray | None = None,
     memory: Memory | None = None,
-) -> Recording:
+) -> SimulatedRun:
     """Runs the loop.
 
     Args:
@@ -148,7 +148,7 @@ def simulate(
     anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
     hands = (hand, FREE)
     _run(machine, controller, memory, laws, clock, hands, held, anchor, push, count, offset, state, pending, out, bits)
-    return Recording(
+    return SimulatedRun(
         time=np.arange(ticks) * clock.period,
         position=out[:, 0:3],
         velocity=out[:, 3:6],
@@ -168,7 +168,7 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, co
     """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
     room = np.zeros((13, STATES))
     theta, torque = np.zeros(3), np.zeros(3)
-    whole, part = clock.delay // clock.substeps, clock.delay % clock.substeps
+    delay_ticks, part = clock.delay // clock.substeps, clock.delay % clock.substeps
     step = clock.period / clock.substeps
     slots = pending.shape[0]
     for k in range(anchor.shape[0]):
@@ -189,7 +189,7 @@ def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, co
             out[k, 18 + i] = state[9 + i]
             out[k, 21 + i] = hand.stiffness * (anchor[k, i] - state[i]) - hand.damping * state[3 + i]
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
-        before, after = pending[(k - whole - 1) % slots], pending[(k - whole) % slots]
+        before, after = pending[(k - delay_ticks - 1) % slots], pending[(k - delay_ticks) % slots]
         if part > 0:
             advance(machine, hand, anchor[k], push[k], before, part * step, part, state, room)
         rest = clock.substeps - part

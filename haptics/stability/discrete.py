@@ -36,7 +36,7 @@ GROWTH = 1e-10
 """Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better."""
 
 
-class Body(NamedTuple):
+class SampledBody(NamedTuple):
     """Device and hand between samples.
 
     Attributes:
@@ -50,7 +50,7 @@ class Body(NamedTuple):
     stiffness: np.ndarray
 
 
-def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> Body:
+def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> SampledBody:
     """One axis of a device in a hand.
 
     Args:
@@ -68,7 +68,7 @@ def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> Body:
     if not all(math.isfinite(f) and f >= 0.0 for f in figures) or not mass > 0.0:
         raise ValueError(f"mass {mass!r} kg, friction {friction!r} N s/m, hand {hand}: must be finite, none negative")
     own, damping, stiffness = (0.0, 0.0, 0.0) if hand is None else hand
-    return Body(*(np.array([[value]]) for value in (mass + own, friction + damping, stiffness)))
+    return SampledBody(*(np.array([[value]]) for value in (mass + own, friction + damping, stiffness)))
 
 
 @dataclass(frozen=True)
@@ -145,19 +145,19 @@ class SampledLoop:
         z = self.eigenvalues(stiffness, damping)
         return np.where(np.abs(z - 1.0) > NEUTRAL, np.abs(z), 0.0).max(axis=-1)
 
-    def stiffness_limit(self, damping: float = 0.0) -> Limit:
+    def stiffness_limit(self, damping: float = 0.0) -> StableGains:
         """Stable stiffnesses at a damping, N/m."""
         unit = self.scale / self.period**2
         return limits(lambda k: self.radius(k, damping), SCAN[0] * unit, SCAN[1] * unit)
 
-    def damping_limit(self, stiffness: float = 0.0) -> Limit:
+    def damping_limit(self, stiffness: float = 0.0) -> StableGains:
         """Stable dampings at a stiffness, N s/m."""
         unit = self.scale / self.period
         return limits(lambda b: self.radius(stiffness, b), SCAN[0] * unit, SCAN[1] * unit)
 
 
-class Limit(NamedTuple):
-    """Where a gain is stable.
+class StableGains(NamedTuple):
+    """Range of gains that are stable.
 
     Attributes:
         intervals: Stable intervals, ascending; those that begin at the foot of the scan begin at 0.
@@ -184,7 +184,11 @@ class Limit(NamedTuple):
 
 
 def sampled_loop(
-    body: Body, timing: Timing, estimator: LinearEstimator, acting: np.ndarray | None = None, scale: float | None = None
+    body: SampledBody,
+    timing: Timing,
+    estimator: LinearEstimator,
+    acting: np.ndarray | None = None,
+    scale: float | None = None,
 ) -> SampledLoop:
     """The closed loop over one period.
 
@@ -239,7 +243,7 @@ def sampled_loop(
     )
 
 
-def _hold(body: Body, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _hold(body: SampledBody, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transition of q, q' (and the motors' force) over a period, and what a command adds that is there before the
     delay's fraction has passed, or after it.
     """
@@ -271,7 +275,7 @@ def _hold(body: Body, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 def limits(
     radius: Callable[[np.ndarray], np.ndarray], lowest: float, highest: float, points: int = 96, rounds: int = 36
-) -> Limit:
+) -> StableGains:
     """Where a spectral radius stays below 1: scanned on a logarithmic grid, each change then bisected.
 
     Args:
@@ -298,7 +302,7 @@ def limits(
     if stable[-1]:
         edges.append(highest)
     edges = [float(edge) for edge in edges]
-    return Limit(tuple(zip(edges[::2], edges[1::2], strict=True)), highest)
+    return StableGains(tuple(zip(edges[::2], edges[1::2], strict=True)), highest)
 
 
 @dataclass(frozen=True)

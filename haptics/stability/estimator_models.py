@@ -75,7 +75,7 @@ class LinearEstimator:
 
 
 def linear_models(estimator: Estimator) -> tuple[LinearEstimator, ...]:
-    """What an estimator of the controller is as a linear filter.
+    """Linear filter that an estimator of the controller is equivalent to.
 
     Args:
         estimator: Of `haptics.control.filters`.

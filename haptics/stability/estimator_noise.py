@@ -16,7 +16,7 @@ import numpy as np
 from haptics.control.filters import Estimator, fresh_memory, velocities
 
 HAND_FREQUENCY = 2.0
-"""Of the motion, Hz: a brisk voluntary movement of the hand."""
+"""Frequency of the motion, Hz: a brisk voluntary movement of the hand."""
 PASSES = 16
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 """Shift between passes in quanta: its multiples fill the interval evenly."""

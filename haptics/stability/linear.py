@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.model.plant import STATES, Hand, Plant, motion
-from haptics.stability.discrete import Body, SampledLoop, Timing, axis, sampled_loop
+from haptics.stability.discrete import SampledBody, SampledLoop, Timing, axis, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 
 UNIT = 1e-9
@@ -92,10 +92,10 @@ class Linearised:
         scale = self.effective_mass(n) + hand.mass
         return sampled_loop(self.body(hand), timing, estimator, np.outer(through, through), scale)
 
-    def body(self, hand: Hand) -> Body:
+    def body(self, hand: Hand) -> SampledBody:
         """Device and hand in joint coordinates: kg m^2, N m s/rad, N m/rad."""
         j = self.jacobian
-        return Body(
+        return SampledBody(
             mass=j.T @ (self.mass + hand.mass * np.eye(3)) @ j,
             damping=self.viscous * np.eye(3) + hand.damping * (j.T @ j),
             stiffness=hand.stiffness * (j.T @ j),

@@ -32,7 +32,7 @@ Kind = Literal["settles", "sustained", "grows", "diverged"]
 
 @dataclass(frozen=True)
 class Oscillation:
-    """What a record does.
+    """Oscillation of a record: its swing, its decay and its frequency.
 
     Attributes:
         kind: "settles", "sustained", "grows" or "diverged".

@@ -26,12 +26,12 @@ NOTE = (
 )
 
 
-def stiffness_facts(name: str, found: Stiffness) -> dict[str, Any]:
+def stiffness_facts(name: str, result: Stiffness) -> dict[str, Any]:
     """The facts.
 
     Args:
         name: Of the design.
-        found: What is known.
+        result: Walls of the device.
 
     Returns:
         JSON types, with a unit in every key.
@@ -39,14 +39,14 @@ def stiffness_facts(name: str, found: Stiffness) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "name": name,
-        "period_ms": found.period * 1e3,
-        "delay_ms": [delay * 1e3 for delay in found.delays],
-        "damping_asked_N_s_per_m": found.damping,
-        "damping_limit_N_s_per_m": found.cap.limit,
-        "damping_applied_N_s_per_m": found.cap.applied(found.damping),
+        "period_ms": result.period * 1e3,
+        "delay_ms": [delay * 1e3 for delay in result.delays],
+        "damping_asked_N_s_per_m": result.damping,
+        "damping_limit_N_s_per_m": result.cap.limit,
+        "damping_applied_N_s_per_m": result.cap.applied(result.damping),
         "default_wall_N_per_mm": START * N_PER_MM,
-        "default_wall_oscillates_with": [{"axis": axis, "hand": hand} for axis, hand in found.shaken],
-        "axes": {wall.axis: _axis_facts(wall) for wall in found.axes},
+        "default_wall_oscillates_with": [{"axis": axis, "hand": hand} for axis, hand in result.shaken],
+        "axes": {wall.axis: _axis_facts(wall) for wall in result.axes},
         "notes": list(NOTE),
     }
 
@@ -73,10 +73,10 @@ def _axis_facts(wall: AxisWall) -> dict[str, Any]:
     }
 
 
-def _range(found: Range) -> dict[str, Any]:
+def _range(result: Range) -> dict[str, Any]:
     return {
         name: {"stiffness": end.stiffness * N_PER_MM, **_corner(end), "or_more": end.open}
-        for name, end in (("lowest", found.lowest), ("highest", found.highest))
+        for name, end in (("lowest", result.lowest), ("highest", result.highest))
     }
 
 
@@ -84,37 +84,37 @@ def _corner(end: End) -> dict[str, Any]:
     return {"hand": end.corner.hand, "friction": end.corner.friction, "delay_ms": end.corner.delay * 1e3}
 
 
-def _verdict(found: Verdict) -> dict[str, Any]:
+def _verdict(result: Verdict) -> dict[str, Any]:
     return {
-        "verdict": found.kind.value,
-        "friction_N_s_per_m": found.friction,
-        "friction_asked_N_s_per_m": found.demand.friction,
-        "friction_missing_N_s_per_m": found.missing_friction,
-        "at_rad_per_s": found.demand.frequency,
-        "spectral_margin": found.spectral_margin,
-        "worst_hand": found.worst_hand,
-        "spectral_radius": dict(found.radii),
-        "reason": found.reason,
+        "verdict": result.kind.value,
+        "friction_N_s_per_m": result.friction,
+        "friction_asked_N_s_per_m": result.demand.friction,
+        "friction_missing_N_s_per_m": result.missing_friction,
+        "at_rad_per_s": result.demand.frequency,
+        "spectral_margin": result.spectral_margin,
+        "worst_hand": result.worst_hand,
+        "spectral_radius": dict(result.radii),
+        "reason": result.reason,
     }
 
 
-def stiffness_text(name: str, found: Stiffness) -> str:
+def stiffness_text(name: str, result: Stiffness) -> str:
     """The facts as lines of plain text.
 
     Args:
         name: Of the design.
-        found: What is known.
+        result: Walls of the device.
     """
-    applied = found.cap.applied(found.damping)
-    delays = ", ".join(f"{delay * 1e3:g}" for delay in sorted(set(found.delays)))
+    applied = result.cap.applied(result.damping)
+    delays = ", ".join(f"{delay * 1e3:g}" for delay in sorted(set(result.delays)))
     lines = [
-        f"{name}: largest stable wall, N/mm; period {found.period * 1e3:g} ms, delay {delays} ms, "
-        f"damping {found.damping:g} N s/m asked, {applied:.3g} applied",
+        f"{name}: largest stable wall, N/mm; period {result.period * 1e3:g} ms, delay {delays} ms, "
+        f"damping {result.damping:g} N s/m asked, {applied:.3g} applied",
         "",
         f"{'':6}{'paper':>7}{'simulated':>11}{'':>10}{'':>22}{'linear':>9}",
         f"{'axis':<6}{'':>7}{'protocol':>11}{'bisection':>10}{'range':>22}{'nominal':>9}{'range':>18}",
     ]
-    for wall in found.axes:
+    for wall in result.axes:
         first, middle = wall.nominal.protocol, wall.nominal.bisection
         more = ">=" if wall.nominal.ceiling_reached else ""
         protocol = f"below {START * N_PER_MM:g}" if first is None else f"{more}{first * N_PER_MM:.1f}"
@@ -122,11 +122,11 @@ def stiffness_text(name: str, found: Stiffness) -> str:
             f"{wall.axis:<6}{wall.published * N_PER_MM:7.1f}{protocol:>11}{more + format(middle * N_PER_MM, '.2f'):>10}"
             f"{_span(wall.simulated):>22}{wall.linear_nominal * N_PER_MM:9.2f}{_span(wall.linear):>18}"
         )
-    lines += ["", f"nominal: {found.axes[0].corner}. The ranges' ends:"]
+    lines += ["", f"nominal: {result.axes[0].corner}. The ranges' ends:"]
     for label, chosen in (("simulated", lambda wall: wall.simulated), ("linear", lambda wall: wall.linear)):
         for which in ("lowest", "highest"):
             at: dict[str, list[str]] = {}
-            for wall in found.axes:
+            for wall in result.axes:
                 at.setdefault(str(getattr(chosen(wall), which).corner), []).append(wall.axis)
             says = "; ".join(f"{', '.join(axes)}: {corner}" for corner, axes in at.items())
             lines.append(f"  {label:<10}{which:<8}  {says}")
@@ -134,13 +134,13 @@ def stiffness_text(name: str, found: Stiffness) -> str:
         "",
         f"Default wall, {START * N_PER_MM:g} N/mm, simulated, friction and delay nominal, {PLACES} places of counts:",
     ]
-    for wall in found.axes:
+    for wall in result.axes:
         says = ", ".join(f"{hand} {'stands' if stands else 'OSCILLATES'}" for hand, stands in wall.steady.items())
         low = wall.simulated.lowest
         short = f"; oscillates with {low.corner}" if low.stiffness < START else ""
         lines.append(f"  {wall.axis}  {says}{short}")
     lines += ["", "Passivity verdict (friction and delay nominal), kept apart from what is simulated:"]
-    for wall in found.axes:
+    for wall in result.axes:
         for stiffness, found_verdict in ((START, wall.default_verdict), (wall.nominal.bisection, wall.found_verdict)):
             if found_verdict is not None:
                 lines.append(f"  {wall.axis}  {stiffness * N_PER_MM:5.2f} N/mm: {found_verdict.kind.value}")
@@ -149,7 +149,7 @@ def stiffness_text(name: str, found: Stiffness) -> str:
     return "\n".join([*lines, "", *notes])
 
 
-def _span(found: Range) -> str:
-    top = f"{found.highest.stiffness * N_PER_MM:.1f}" + (" or more" if found.highest.open else "")
-    low = found.lowest.stiffness * N_PER_MM
-    return f"{low:.2f} to {top}" if found.lowest.stiffness < CEILING else f"{low:.0f} or more"
+def _span(result: Range) -> str:
+    top = f"{result.highest.stiffness * N_PER_MM:.1f}" + (" or more" if result.highest.open else "")
+    low = result.lowest.stiffness * N_PER_MM
+    return f"{low:.2f} to {top}" if result.lowest.stiffness < CEILING else f"{low:.0f} or more"

@@ -43,8 +43,8 @@ round: after 8 rounds the frequency is known to 1e-9 of its place. The maximum i
 than the first grid's step, which no filter of first order and no window below 100 samples can make, could be missed."""
 
 
-class Kind(StrEnum):
-    """What is known of a wall."""
+class PassivityClass(StrEnum):
+    """Class of a wall, from the strictest promise to none."""
 
     PASSIVE = "PASSIVE"
     STABLE_WITH_HAND_SET = "STABLE_WITH_HAND_SET"
@@ -79,7 +79,7 @@ class Verdict:
         reason: In words.
     """
 
-    kind: Kind
+    kind: PassivityClass
     friction: float
     demand: Demand
     missing_friction: float
@@ -211,14 +211,20 @@ def verdict(
     worst = max(radii, key=lambda name: radii[name])
     margin = 1.0 - radii[worst]
     passive = friction > demand.friction
-    kind = Kind.PASSIVE if passive else Kind.STABLE_WITH_HAND_SET if margin > 0.0 else Kind.FAILS
+    kind = (
+        PassivityClass.PASSIVE
+        if passive
+        else PassivityClass.STABLE_WITH_HAND_SET
+        if margin > 0.0
+        else PassivityClass.FAILS
+    )
     at = f"{demand.frequency / (2.0 * math.pi):.3g} Hz"
     asks = f"passivity asks for {demand.friction:.3g} N s/m of friction (at {at})"
     if passive:
         reason = f"{asks} and the device has {friction:.3g}: no passive hand makes it unstable"
     else:
         short = f"{asks}, the device has {friction:.3g}; "
-        if kind is Kind.STABLE_WITH_HAND_SET:
+        if kind is PassivityClass.STABLE_WITH_HAND_SET:
             reason = f"{short}yet each of {len(hands)} hands makes a stable loop, the {worst} one by {margin:.3g}"
         else:
             reason = f"{short}and with the {worst} hand an oscillation grows by {-margin:.3g} of itself each period"

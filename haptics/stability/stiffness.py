@@ -20,31 +20,30 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from delta_cad.common.units import MM_PER_M
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.model.hands import HANDS
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import DampingCap, Timing, damping_cap
 from haptics.stability.estimator_models import LinearEstimator, linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.passivity import Verdict, verdict
-from haptics.stability.wall_limit import AXES, START, Predicate, Search, search, wall_interval
+from haptics.stability.wall_limit import AXES, START, Predicate, WallSearch, search, wall_interval
 from haptics.stability.wall_trial import LEVELS, PERIOD, Level, simulated_predicate
 
 NOMINAL_HAND = "medium"
 SUBSTEPS = 4
-"""Of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over the
-places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20."""
+"""Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
+the places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20."""
 FLOOR, CEILING = 50.0, 50e3
 """Softest and stiffest wall that is asked, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
 bits on an arm of 80 mm: what happens beyond is not the wall."""
 TOLERANCE = 0.05
-"""Of the range's ends; the assumptions behind them are not known better."""
+"""Relative tolerance of the ends of the range; the assumptions behind them are not known better."""
 NOMINAL_TOLERANCE = 25.0
-"""Of the nominal bisection, N/m: an eighth of the paper's step."""
+"""Tolerance of the nominal bisection, N/m: an eighth of the paper's step."""
 PLACES = 3
 """Places of the encoders' counts with each of which the default wall must stand: one could be lucky."""
 STRIDE, RIVAL = 1.5, 3.0
@@ -100,7 +99,7 @@ class Range:
 
 @dataclass(frozen=True)
 class AxisWall:
-    """What is known of walls across an axis.
+    """Stable walls across an axis: nominal, over the assumptions, and linear.
 
     Attributes:
         axis: "x", "y" or "z"; the handle meets the wall in its positive direction, at the cube's centre.
@@ -118,7 +117,7 @@ class AxisWall:
     """
 
     axis: str
-    nominal: Search
+    nominal: WallSearch
     corner: Corner
     linear_nominal: float
     simulated: Range
@@ -132,7 +131,7 @@ class AxisWall:
 
 @dataclass(frozen=True)
 class Stiffness:
-    """What is known of a device's walls.
+    """Stable walls of a device, axis by axis.
 
     Attributes:
         axes: x, y, z.
@@ -159,7 +158,7 @@ Ask = Callable[[str, Corner, int], Predicate]
 
 
 def largest_walls(
-    machine: Machine,
+    machine: MachineModel,
     *,
     damping: float = 0.0,
     period: float = PERIOD,
@@ -194,7 +193,7 @@ def largest_walls(
     if not hands:
         raise ValueError("the set of hands is empty; at least one is needed")
     estimators = linear_models(default_estimator(period))
-    mass = linearise(nominal_plant(machine), centre(machine)).smallest_mass
+    mass = linearise(nominal_plant(machine), machine.centre).smallest_mass
     cap = damping_cap(mass, period, delays[2], estimators, current_lag=CURRENT_LAG)
     if ask is None:
         ask = _simulation(machine, cap.applied(damping), period, hands)
@@ -205,13 +204,7 @@ def largest_walls(
     return Stiffness(tuple(walls), period, delays, damping, cap)
 
 
-def centre(machine: Machine) -> np.ndarray:
-    """(3,) centre of the cube, m."""
-    cube = machine.design.cube
-    return np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / 1000.0])
-
-
-def _simulation(machine: Machine, damping: float, period: float, hands: Mapping[str, Hand]) -> Ask:
+def _simulation(machine: MachineModel, damping: float, period: float, hands: Mapping[str, Hand]) -> Ask:
     given: dict[str, Any] = {"damping": damping, "period": period, "substeps": SUBSTEPS}
     return lambda axis, c, seed: simulated_predicate(
         machine, axis, hands[c.hand], c.friction, c.delay, seed=seed, **given
@@ -219,7 +212,7 @@ def _simulation(machine: Machine, damping: float, period: float, hands: Mapping[
 
 
 def _axis_wall(
-    machine: Machine,
+    machine: MachineModel,
     axis: str,
     damping: float,
     period: float,
@@ -230,7 +223,7 @@ def _axis_wall(
 ) -> AxisWall:
     trials = 0
 
-    def asked(corner: Corner, seed: int = 0) -> Predicate:
+    def stable_at(corner: Corner, seed: int = 0) -> Predicate:
         stands = ask(axis, corner, seed)
         answers: dict[float, bool] = {}
 
@@ -245,11 +238,11 @@ def _axis_wall(
 
     name = NOMINAL_HAND if NOMINAL_HAND in hands else next(iter(hands))
     corner = Corner(name, "nominal", delays[1])
-    nominal = search(asked(corner), tolerance=NOMINAL_TOLERANCE)
+    nominal = search(stable_at(corner), tolerance=NOMINAL_TOLERANCE)
     linear = linear_limits(machine, axis, damping, period, delays, estimators, hands)
     middle = linear_limits(machine, axis, damping, period, delays, estimators, {name: hands[name]}, ("nominal",))
     found = nominal.bisection
-    judged = [
+    verdicts = [
         _judge(machine, axis, stiffness, damping, Timing(period, delays[1], CURRENT_LAG), estimators, hands)
         for stiffness in ((START, found) if found > 0.0 else (START,))
     ]
@@ -258,21 +251,21 @@ def _axis_wall(
         nominal=nominal,
         corner=corner,
         linear_nominal=middle[0].stiffness,
-        simulated=simulated_range(linear, asked),
+        simulated=simulated_range(linear, stable_at),
         linear=Range(linear[0], linear[-1]),
-        published=1000.0 * STIFFNESS_N_PER_MM[axis],
+        published=MM_PER_M * STIFFNESS_N_PER_MM[axis],
         steady={
-            hand: all(asked(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
+            hand: all(stable_at(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
             for hand in hands
         },
-        default_verdict=judged[0],
-        found_verdict=judged[1] if found > 0.0 else None,
+        default_verdict=verdicts[0],
+        found_verdict=verdicts[1] if found > 0.0 else None,
         trials=trials,
     )
 
 
 def linear_limits(
-    machine: Machine,
+    machine: MachineModel,
     axis: str,
     damping: float,
     period: float,
@@ -296,7 +289,7 @@ def linear_limits(
     by_level = dict(zip(LEVELS, joint_friction(machine).viscous, strict=True))
     found = wall_interval(
         nominal_plant(machine),
-        centre(machine),
+        machine.centre,
         AXES[axis],
         hands=hands,
         viscous=[by_level[level] for level in levels],
@@ -314,28 +307,28 @@ def linear_limits(
     return sorted((End(stiffness, corner) for corner, stiffness in worst.items()), key=lambda end: end.stiffness)
 
 
-def simulated_range(linear: Sequence[End], asked: Callable[[Corner], Predicate]) -> Range:
+def simulated_range(linear: Sequence[End], stable_at: Callable[[Corner], Predicate]) -> Range:
     """Both ends of the simulated range, as the module's docstring has it.
 
     Args:
         linear: Limits of the linear loop, ascending.
-        asked: Who answers for a case.
+        stable_at: The simulated answer for a case.
 
     Returns:
         The range.
     """
-    low = edge(asked(linear[0].corner), linear[0])
+    low = edge(stable_at(linear[0].corner), linear[0])
     for rival in linear[1:]:
         if rival.stiffness > RIVAL * linear[0].stiffness:
             break
-        stands = asked(rival.corner)
+        stands = stable_at(rival.corner)
         if low.stiffness > FLOOR and not stands(low.stiffness):
             low = edge(stands, End(low.stiffness, rival.corner))
-    high = edge(asked(linear[-1].corner), linear[-1])
+    high = edge(stable_at(linear[-1].corner), linear[-1])
     for rival in reversed(linear[:-1]):
         if high.open or rival.stiffness * RIVAL < linear[-1].stiffness:
             break
-        stands = asked(rival.corner)
+        stands = stable_at(rival.corner)
         above = max(high.stiffness, FLOOR) * (1.0 + TOLERANCE)
         if above <= CEILING and stands(above):
             high = edge(stands, End(above, rival.corner))
@@ -383,7 +376,7 @@ def edge(stands: Predicate, guess: End) -> End:
 
 
 def _judge(
-    machine: Machine,
+    machine: MachineModel,
     axis: str,
     stiffness: float,
     damping: float,
@@ -392,7 +385,7 @@ def _judge(
     hands: Mapping[str, Hand],
 ) -> Verdict:
     """Passivity verdict with nominal friction; of several models of the estimator the one that asks for most."""
-    here, normal = linearise(nominal_plant(machine), centre(machine)), AXES[axis]
+    here, normal = linearise(nominal_plant(machine), machine.centre), AXES[axis]
     mass, friction = here.effective_mass(normal), here.effective_friction(normal)
     verdicts = [verdict(mass, friction, timing, model, stiffness, damping, hands) for model in estimators]
     return max(verdicts, key=lambda found: (list(type(found.kind)).index(found.kind), found.demand.friction))

@@ -33,8 +33,8 @@ Predicate = Callable[[float], bool]
 
 
 @dataclass(frozen=True)
-class Search:
-    """What a search for the largest stable stiffness found.
+class WallSearch:
+    """Largest stable stiffness of a wall (the Z-width of one axis), as a search brackets it.
 
     Attributes:
         protocol: Last stable stiffness of the paper's steps, N/m; None if the first one oscillates.
@@ -51,7 +51,7 @@ class Search:
 
 def search(
     stable: Predicate, *, start: float = START, step: float = STEP, ceiling: float = 20e3, tolerance: float = 10.0
-) -> Search:
+) -> WallSearch:
     """Largest stable stiffness by the paper's protocol, then by bisection within its last step.
 
     Args:
@@ -87,16 +87,16 @@ def search(
         protocol = stiffness
     else:
         assert protocol is not None
-        return Search(protocol, protocol, tuple(history), ceiling_reached=True)
+        return WallSearch(protocol, protocol, tuple(history), ceiling_reached=True)
     low, high = protocol or 0.0, stiffness
     while high - low > tolerance:
         middle = (low + high) / 2.0
         low, high = (middle, high) if ask(middle) else (low, middle)
-    return Search(protocol, low, tuple(history), ceiling_reached=False)
+    return WallSearch(protocol, low, tuple(history), ceiling_reached=False)
 
 
 @dataclass(frozen=True)
-class Case:
+class WallCase:
     """One combination of what is not known.
 
     Attributes:
@@ -128,9 +128,9 @@ class WallInterval:
         cases: All of them.
     """
 
-    lowest: Case
-    highest: Case
-    cases: tuple[Case, ...]
+    lowest: WallCase
+    highest: WallCase
+    cases: tuple[WallCase, ...]
 
 
 def wall_interval(
@@ -166,7 +166,7 @@ def wall_interval(
     Raises:
         ValueError: A set is empty, the pose is out of reach, the normal is no unit vector, or a figure cannot be.
     """
-    cases: list[Case] = []
+    cases: list[WallCase] = []
     for friction, delay in product(viscous, delays):
         here = linearise(par._replace(viscous=friction), p)
         timing = Timing(period, delay, current_lag)
@@ -174,7 +174,7 @@ def wall_interval(
             along = here.axis_loop(normal, hand, timing, estimator).stiffness_limit(damping)
             device = here.joint_loop(normal, hand, timing, estimator).stiffness_limit(damping)
             monotone = along.monotone and device.monotone
-            cases.append(Case(name, friction, delay, estimator.name, along.value, device.value, monotone))
+            cases.append(WallCase(name, friction, delay, estimator.name, along.value, device.value, monotone))
     if not cases:
         raise ValueError("hands, viscous, delays and estimators must each hold at least one")
     ordered = sorted(cases, key=lambda case: case.device)

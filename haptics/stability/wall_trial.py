@@ -15,16 +15,17 @@ import numpy as np
 
 from delta_cad.mechanism import jacobian
 from haptics.control.supervisor.faults import LATCHING
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant
-from haptics.rendering.laws import AXES, axis_wall_row, law_table
+from haptics.rendering import law_table
+from haptics.rendering.laws.virtual_wall import AXES, axis_wall
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, joint_friction, nominal_plant
-from haptics.simulation.loop import SUBSTEPS, Recording, simulate, timing
+from haptics.simulation.loop import SUBSTEPS, SimulatedRun, simulate, timing
 from haptics.stability.oscillation import Oscillation, oscillation
 from haptics.stability.wall_limit import Predicate
 
 PERIOD = 1e-3
-"""Of the paper's loop, s."""
+"""Period of the paper's loop, s."""
 GAP = 2e-3
 """Between the handle and the wall at the start, m."""
 LEAN = 0.6
@@ -39,7 +40,7 @@ COMES = 0.4
 CALMS = 0.1
 """What the push itself stirs up is not judged, s."""
 WINDOW = 0.5
-"""Of the judgement, s; there are two."""
+"""Length of each of the two windows in which an oscillation is judged, s."""
 
 Level = Literal["least", "nominal", "largest"]
 LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")
@@ -61,7 +62,7 @@ class WallTrial:
     """
 
     stiffness: float
-    recording: Recording
+    recording: SimulatedRun
     depth: np.ndarray
     push: np.ndarray
     verdict: Oscillation | None
@@ -75,7 +76,7 @@ class WallTrial:
 
 
 def wall_trial(
-    machine: Machine,
+    machine: MachineModel,
     met: str,
     hand: Hand,
     stiffness: float,
@@ -108,11 +109,11 @@ def wall_trial(
         LawError: Stiffness, damping or direction are refused.
         ValueError: The delay is, or the friction's name, or the hand has no stiffness.
     """
-    return _Bench(machine, met, hand, friction, delay, damping, seed, period, substeps).trial(stiffness)
+    return _WallBench(machine, met, hand, friction, delay, damping, seed, period, substeps).trial(stiffness)
 
 
 def simulated_predicate(
-    machine: Machine,
+    machine: MachineModel,
     met: str,
     hand: Hand,
     friction: Level = "nominal",
@@ -143,12 +144,12 @@ def simulated_predicate(
         LawError: The direction or the damping is refused.
         ValueError: Period or delay are, or the friction's name, or the hand has no stiffness.
     """
-    bench = _Bench(machine, met, hand, friction, delay, damping, seed, period, substeps)
+    bench = _WallBench(machine, met, hand, friction, delay, damping, seed, period, substeps)
     bench.law(0.0)
     return lambda stiffness: bench.trial(stiffness).stable
 
 
-def with_friction(machine: Machine, level: Level) -> Plant:
+def with_friction(machine: MachineModel, level: Level) -> Plant:
     """The device with friction at one place of its range.
 
     Args:
@@ -166,12 +167,12 @@ def with_friction(machine: Machine, level: Level) -> Plant:
     return joint_friction(machine).of(nominal_plant(machine), LEVELS.index(level))
 
 
-class _Bench:
-    """What the trials of one search share."""
+class _WallBench:
+    """Plant, controller and hand that the trials of one search share."""
 
     def __init__(
         self,
-        machine: Machine,
+        machine: MachineModel,
         met: str,
         hand: Hand,
         friction: Level,
@@ -182,13 +183,13 @@ class _Bench:
         substeps: int = SUBSTEPS,
     ) -> None:
         self.met = met if met[:1] in ("+", "-") else f"+{met}"
-        axis_wall_row(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
+        axis_wall(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
         if not (math.isfinite(hand.stiffness) and hand.stiffness > 0.0):
             raise ValueError(f"the hand's stiffness is {hand.stiffness!r} N/m; it must be positive to lean on a wall")
         axis, sign = AXES[self.met[1]], 1.0 if self.met[0] == "+" else -1.0
         self.along, self.damping, self.hand, self.seed = sign * np.eye(3)[axis], damping, hand, seed
-        cube, force = machine.design.cube, machine.design.requirements.force_N
-        self.centre = np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / 1000.0])
+        force = machine.design.requirements.force_N
+        self.centre = machine.centre
         self.face = float(self.centre[axis])
         self.lean = LEAN * force
         self.plant = with_friction(machine, friction)
@@ -201,7 +202,7 @@ class _Bench:
         self.still = np.zeros((ticks, 3))
 
     def law(self, stiffness: float) -> np.ndarray:
-        return law_table(axis_wall_row(self.met, self.face, stiffness=stiffness, damping=self.damping))
+        return law_table(axis_wall(self.met, self.face, stiffness=stiffness, damping=self.damping))
 
     def trial(self, stiffness: float) -> WallTrial:
         start = self.centre - GAP * self.along

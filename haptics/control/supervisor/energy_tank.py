@@ -31,7 +31,7 @@ import math
 from delta_cad.common.jit import inlined
 
 HALVINGS = 12
-"""Of the search for the largest share that the tank allows: to 1/4096 of the torque, always on the safe side."""
+"""Bisections of the largest share that the tank allows: to 1/4096 of the torque, always on the safe side."""
 
 
 @inlined
@@ -76,11 +76,11 @@ def share_allowed(level, growth, step, memory, turns, before, target):
     """
     low, high, share = 0.0, 1.0, 1.0
     for _ in range(HALVINGS + 1):
-        whole = 0.0
+        needed = 0.0
         for i in range(3):
             torque = slewed(share * memory[target + i], memory[before + i], step)
-            whole += need(torque, step, memory[turns + i], growth)
-        if whole <= level:
+            needed += need(torque, step, memory[turns + i], growth)
+        if needed <= level:
             low = share
         else:
             high = share

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 class State(IntEnum):
-    """Of the supervisor. Only in the middle three does a scene's force reach the motors."""
+    """State of the supervisor. Only in the middle three does a scene's force reach the motors."""
 
     DISABLED = 0
     RAMPING = 1
@@ -44,7 +44,7 @@ class Reaction(IntEnum):
     OFF = 5
 
 
-class Fault(IntEnum):
+class FaultCode(IntEnum):
     """Code of a finding; never renumbered, because logs and boards keep it."""
 
     ANGLE_INVALID = 1
@@ -80,7 +80,7 @@ class Fault(IntEnum):
 
 
 class About(NamedTuple):
-    """Of one code.
+    """What a code means and what is done about it.
 
     Attributes:
         text: What was found.
@@ -98,47 +98,49 @@ class About(NamedTuple):
 _W, _F, _R = Severity.WARNING, Severity.FAULT, Reaction
 _RESET = "operator's reset, once the condition is gone"
 
-TABLE: dict[Fault, About] = {
-    Fault.ANGLE_INVALID: About("an encoder reads no number", _F, _R.OFF, _RESET),
-    Fault.ANGLE_JUMP: About("an encoder moved faster than its joint can turn", _F, _R.OFF, _RESET),
-    Fault.ANGLE_FROZEN: About(
+TABLE: dict[FaultCode, About] = {
+    FaultCode.ANGLE_INVALID: About("an encoder reads no number", _F, _R.OFF, _RESET),
+    FaultCode.ANGLE_JUMP: About("an encoder moved faster than its joint can turn", _F, _R.OFF, _RESET),
+    FaultCode.ANGLE_FROZEN: About(
         "an encoder keeps one count while the other joints turn, or while all force is taken away", _F, _R.OFF, _RESET
     ),
-    Fault.FROZEN_SUSPECTED: About(
+    FaultCode.FROZEN_SUSPECTED: About(
         "an encoder keeps one count under a large torque for a time", _W, _R.FADE, "the first count that changes"
     ),
-    Fault.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.HOLD, _RESET),
-    Fault.TICK_LATE: About("a tick came late", _W, _R.NONE, "the next tick in time"),
-    Fault.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.HOLD, _RESET),
-    Fault.EDGE_LEFT: About("the handle is outside the certified cube", _W, _R.FADE, "moving it back"),
-    Fault.EDGE_FAR: About("the handle is far outside the certified cube", _F, _R.DAMP, "moving it back, then reset"),
-    Fault.JOINT_RANGE: About("a joint is outside its range", _F, _R.DAMP, "moving it back, then reset"),
-    Fault.NOT_CLOSED: About("no position of the handle fits the angles", _F, _R.OFF, _RESET),
-    Fault.SINGULAR: About("the mechanism is at a singularity", _F, _R.BRAKE, "moving it away, then reset"),
-    Fault.SINGULAR_NEAR: About("the mechanism is close to a singularity", _W, _R.FADE, "moving it away"),
-    Fault.OVERSPEED: About("the handle is too fast", _F, _R.DAMP, "standing still, then reset"),
-    Fault.MOTOR_WARM: About("a motor is warm; its torque is limited", _W, _R.FADE, "cooling down"),
-    Fault.MOTOR_HOT: About(
+    FaultCode.CLOCK_INVALID: About("the time of a tick is no number or does not grow", _F, _R.HOLD, _RESET),
+    FaultCode.TICK_LATE: About("a tick came late", _W, _R.NONE, "the next tick in time"),
+    FaultCode.DEADLINE_MISSED: About("ticks are late again and again, or one by far", _F, _R.HOLD, _RESET),
+    FaultCode.EDGE_LEFT: About("the handle is outside the certified cube", _W, _R.FADE, "moving it back"),
+    FaultCode.EDGE_FAR: About(
+        "the handle is far outside the certified cube", _F, _R.DAMP, "moving it back, then reset"
+    ),
+    FaultCode.JOINT_RANGE: About("a joint is outside its range", _F, _R.DAMP, "moving it back, then reset"),
+    FaultCode.NOT_CLOSED: About("no position of the handle fits the angles", _F, _R.OFF, _RESET),
+    FaultCode.SINGULAR: About("the mechanism is at a singularity", _F, _R.BRAKE, "moving it away, then reset"),
+    FaultCode.SINGULAR_NEAR: About("the mechanism is close to a singularity", _W, _R.FADE, "moving it away"),
+    FaultCode.OVERSPEED: About("the handle is too fast", _F, _R.DAMP, "standing still, then reset"),
+    FaultCode.MOTOR_WARM: About("a motor is warm; its torque is limited", _W, _R.FADE, "cooling down"),
+    FaultCode.MOTOR_HOT: About(
         "a motor is at its largest temperature", _F, _R.OFF, "cooling down till it is not warm, then reset"
     ),
-    Fault.COMMAND_STALE: About("the host has not spoken for too long", _W, _R.FADE, "the host's next word"),
-    Fault.COMMAND_INVALID: About("the controller asked for no number", _F, _R.OFF, _RESET),
-    Fault.RAMP_HELD: About(
+    FaultCode.COMMAND_STALE: About("the host has not spoken for too long", _W, _R.FADE, "the host's next word"),
+    FaultCode.COMMAND_INVALID: About("the controller asked for no number", _F, _R.OFF, _RESET),
+    FaultCode.RAMP_HELD: About(
         "the scene pushes the handle away while its force is coming in", _W, _R.FADE, "the handle at rest or free"
     ),
-    Fault.ENERGY_LIMITED: About(
+    FaultCode.ENERGY_LIMITED: About(
         "the hand has been given the energy it may be given", _W, _R.FADE, "work of the hand against the force"
     ),
-    Fault.ENERGY_SPENT: About("the scene goes on asking for energy that it may not give", _F, _R.DAMP, _RESET),
-    Fault.ORDER: About("torques were asked for without a check before them", _F, _R.OFF, _RESET),
-    Fault.WATCHDOG: About("the drive's watchdog has cut the torque", _F, _R.OFF, _RESET),
-    Fault.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
-    Fault.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),
+    FaultCode.ENERGY_SPENT: About("the scene goes on asking for energy that it may not give", _F, _R.DAMP, _RESET),
+    FaultCode.ORDER: About("torques were asked for without a check before them", _F, _R.OFF, _RESET),
+    FaultCode.WATCHDOG: About("the drive's watchdog has cut the torque", _F, _R.OFF, _RESET),
+    FaultCode.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
+    FaultCode.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),
 }
 """All codes."""
 
 
-def mask(faults: Iterable[Fault]) -> int:
+def mask(faults: Iterable[FaultCode]) -> int:
     """The bits of several findings as one integer."""
     bits = 0
     for fault in faults:
@@ -146,9 +148,9 @@ def mask(faults: Iterable[Fault]) -> int:
     return bits
 
 
-def findings(bits: int) -> tuple[Fault, ...]:
+def findings(bits: int) -> tuple[FaultCode, ...]:
     """The findings whose bits are set, by rising code."""
-    return tuple(fault for fault in Fault if bits & fault.bit)
+    return tuple(fault for fault in FaultCode if bits & fault.bit)
 
 
 def described(bits: int) -> str:
@@ -157,14 +159,14 @@ def described(bits: int) -> str:
     return "; ".join(parts) or "no findings"
 
 
-LATCHING = mask(f for f in Fault if TABLE[f].severity is Severity.FAULT)
+LATCHING = mask(f for f in FaultCode if TABLE[f].severity is Severity.FAULT)
 """Bits that latch."""
-ALWAYS = mask((Fault.EMERGENCY_STOP,))
+ALWAYS = mask((FaultCode.EMERGENCY_STOP,))
 """Bits that latch even while nothing is enabled."""
-EXTERNAL = mask((Fault.WATCHDOG, Fault.DEVICE_LOST, Fault.EMERGENCY_STOP))
+EXTERNAL = mask((FaultCode.WATCHDOG, FaultCode.DEVICE_LOST, FaultCode.EMERGENCY_STOP))
 """Bits that come from outside: a button, or the device."""
 
 
 def reacting(*reactions: Reaction) -> int:
     """Bits of the faults with one of these reactions."""
-    return mask(f for f in Fault if TABLE[f].severity is Severity.FAULT and TABLE[f].reaction in reactions)
+    return mask(f for f in FaultCode if TABLE[f].severity is Severity.FAULT and TABLE[f].reaction in reactions)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.file import MM_PER_M
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_angles
@@ -21,7 +21,7 @@ GRID = 13
 more distance from the extremes, far more than what lies between two points (5 % at 7 points an edge)."""
 
 
-class Limits(NamedTuple):
+class SafetyLimits(NamedTuple):
     """All limits, SI, in plain floats that compiled code takes as they are. `math.inf` switches one off where said.
 
     Attributes:
@@ -136,7 +136,7 @@ RISING = (
 """Pairs of which the first must be smaller."""
 
 
-def checked(limits: Limits) -> Limits:
+def checked(limits: SafetyLimits) -> SafetyLimits:
     """The limits, if they make sense.
 
     Args:
@@ -164,7 +164,9 @@ def checked(limits: Limits) -> Limits:
     return limits
 
 
-def safety_limits(design: Design, *, period: float = 1e-3, ambient_C: float = REFERENCE_C, **changes: float) -> Limits:
+def safety_limits(
+    design: Design, *, period: float = 1e-3, ambient_C: float = REFERENCE_C, **changes: float
+) -> SafetyLimits:
     """The limits of a design's machine.
 
     Torque: what the design asks of a joint, or the drive's peak if that is less. Joint speed: one and a half times the
@@ -177,7 +179,7 @@ def safety_limits(design: Design, *, period: float = 1e-3, ambient_C: float = RE
         design: A validated design.
         period: Of the tick, s.
         ambient_C: Of the motors.
-        **changes: Any attribute of `Limits`, to replace what follows from the design.
+        **changes: Any attribute of `SafetyLimits`, to replace what follows from the design.
 
     Returns:
         Checked limits.
@@ -185,9 +187,9 @@ def safety_limits(design: Design, *, period: float = 1e-3, ambient_C: float = RE
     Raises:
         ValueError: See `checked` and `motor_heat`; the cube holds a point that cannot be reached; or an unknown name.
     """
-    unknown = sorted(set(changes) - set(Limits._fields))
+    unknown = sorted(set(changes) - set(SafetyLimits._fields))
     if unknown:
-        raise ValueError(f"there is no limit {', '.join(unknown)}; legal: {', '.join(Limits._fields)}")
+        raise ValueError(f"there is no limit {', '.join(unknown)}; legal: {', '.join(SafetyLimits._fields)}")
     g, drive = design.geometry, drive_torque(design)
     half, bottom = design.cube.half_side_mm / MM_PER_M, design.cube.bottom_height_mm / MM_PER_M
     margin, far, speed = changes.get("edge_margin", 3e-3), changes.get("edge_far", 12e-3), changes.get("speed", 2.0)
@@ -239,7 +241,7 @@ def safety_limits(design: Design, *, period: float = 1e-3, ambient_C: float = RE
         "energy_start": energy,
         "energy_time": 1.0,
     }
-    return checked(Limits(**{**values, **heat._asdict(), **changes}))
+    return checked(SafetyLimits(**{**values, **heat._asdict(), **changes}))
 
 
 def _extremes(g: DeltaGeometry, half: float, bottom: float, margin: float) -> tuple[float, float, float, float, float]:

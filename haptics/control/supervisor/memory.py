@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.limits import SafetyLimits
 
 # one float each where no length is said
 STATE = 0  # a `faults.State`
@@ -56,7 +56,7 @@ LONGEST = 1.0
 """An interval is taken as no longer than this, s: a drive's own watchdog cuts the torque long before."""
 
 
-def reset_memory(limits: Limits, memory: np.ndarray | None = None) -> np.ndarray:
+def reset_memory(limits: SafetyLimits, memory: np.ndarray | None = None) -> np.ndarray:
     """A memory that knows nothing, with cold motors, disabled.
 
     Args:

@@ -6,8 +6,8 @@ import numpy as np
 
 from haptics.control.supervisor import memory as m
 from haptics.control.supervisor import supervisor as s
-from haptics.control.supervisor.faults import EXTERNAL, Fault, State, findings
-from haptics.control.supervisor.limits import Limits, checked
+from haptics.control.supervisor.faults import EXTERNAL, FaultCode, State, findings
+from haptics.control.supervisor.limits import SafetyLimits, checked
 
 
 class Supervisor:
@@ -17,13 +17,13 @@ class Supervisor:
 
     Attributes:
         limits: The limits.
-        memory: (MEMORY,) as laid out in `supervisor_memory`.
+        memory: (MEMORY,) as laid out in `memory`.
 
     Raises:
         ValueError: The limits contradict each other.
     """
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: SafetyLimits) -> None:
         self.limits = checked(limits)
         self.memory = m.reset_memory(limits)
 
@@ -33,12 +33,12 @@ class Supervisor:
         return State(int(self.memory[m.STATE]))
 
     @property
-    def latched(self) -> tuple[Fault, ...]:
+    def latched(self) -> tuple[FaultCode, ...]:
         """Faults that wait for a reset."""
         return findings(int(self.memory[m.LATCHED]))
 
     @property
-    def present(self) -> tuple[Fault, ...]:
+    def present(self) -> tuple[FaultCode, ...]:
         """Findings of the last check."""
         return findings(int(self.memory[m.PRESENT]))
 
@@ -58,7 +58,7 @@ class Supervisor:
         """The host has spoken: a new scene, or a sign of life."""
         self.memory[m.HEARD] = self.memory[m.NOW]
 
-    def signal(self, fault: Fault, present: bool = True) -> None:
+    def signal(self, fault: FaultCode, present: bool = True) -> None:
         """Holds up a finding from outside, or takes it down.
 
         Args:

@@ -1,7 +1,6 @@
 """The supervisor: whether what was read can be trusted, and what of a wanted torque may reach the motors; compiled.
 
-A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in
-`supervisor_memory`:
+A controller calls two functions a tick, in this order, on one array of `MEMORY` floats, laid out in `memory`:
 
     bits = check(limits, memory, now, theta, p, reach, volume)
     bits = limit(limits, memory, rendered, gravity, out)
@@ -29,67 +28,39 @@ from __future__ import annotations
 import math
 
 from delta_cad.common.jit import compiled, inlined
-from haptics.control.supervisor import faults as f
+from haptics.control.supervisor import memory as m
 from haptics.control.supervisor.energy_tank import share_allowed, slewed
-from haptics.control.supervisor.memory import (
-    ALLOWED,
-    ANCHOR,
-    CHECKED,
-    DISABLE,
-    EDGE,
-    ENABLE,
-    FASTEST,
-    GIVEN,
-    GRAVITY,
-    HEARD,
-    HOUSING,
-    KNOWN,
-    LATCHED,
-    LATE,
-    LOADED,
-    LONGEST,
-    NEAR,
-    NOW,
-    OUT,
-    PLACE,
-    PLACED,
-    POWER,
-    PRESENT,
-    PROBE,
-    RATE,
-    RENDERED,
-    REQUEST,
-    RESET,
-    SCALE,
-    SHORT,
-    SHORTEST,
-    SIGNALS,
-    SPEED,
-    SPENT,
-    STALE,
-    STARTED,
-    STATE,
-    STILL,
-    TANK,
-    THETA,
-    TICKS,
-    TURNS,
-    WANTED,
-    WINDING,
-)
+from haptics.control.supervisor.faults import ALWAYS, LATCHING, FaultCode, Reaction, State, reacting
 from haptics.model.motor_heat import allowed, warmed
 
-_DISABLED, _RAMPING, _ACTIVE, _DEGRADED, _FAULT = (float(s) for s in f.State)
-_LATCHING, _ALWAYS = f.LATCHING, f.ALWAYS
-_WITH_GRAVITY = f.reacting(f.Reaction.HOLD, f.Reaction.DAMP)
-_WITH_DAMPING = f.reacting(f.Reaction.DAMP, f.Reaction.BRAKE)
-_OFF, _BRAKE = f.reacting(f.Reaction.OFF), f.reacting(f.Reaction.BRAKE)
-(_INVALID, _JUMP, _FROZEN, _SUSPECTED, _CLOCK, _LATE, _MISSED, _EDGE_LEFT, _EDGE_FAR, _RANGE, _OPEN, _SINGULAR) = (
-    code.bit for code in list(f.Fault)[:12]
-)
-(_NEAR, _OVERSPEED, _WARM, _HOT, _STALE, _COMMAND, _HELD, _SHORT, _SPENT, _ORDER) = (
-    code.bit for code in list(f.Fault)[12:22]
-)
+_DISABLED, _RAMPING, _ACTIVE = float(State.DISABLED), float(State.RAMPING), float(State.ACTIVE)
+_DEGRADED, _FAULT = float(State.DEGRADED), float(State.FAULT)
+_WITH_GRAVITY = reacting(Reaction.HOLD, Reaction.DAMP)
+_WITH_DAMPING = reacting(Reaction.DAMP, Reaction.BRAKE)
+_OFF, _BRAKE = reacting(Reaction.OFF), reacting(Reaction.BRAKE)
+# bits of the faults, looked up by name: compiled code knows no properties
+_ANGLE_INVALID = FaultCode.ANGLE_INVALID.bit
+_ANGLE_JUMP = FaultCode.ANGLE_JUMP.bit
+_ANGLE_FROZEN = FaultCode.ANGLE_FROZEN.bit
+_FROZEN_SUSPECTED = FaultCode.FROZEN_SUSPECTED.bit
+_CLOCK_INVALID = FaultCode.CLOCK_INVALID.bit
+_TICK_LATE = FaultCode.TICK_LATE.bit
+_DEADLINE_MISSED = FaultCode.DEADLINE_MISSED.bit
+_EDGE_LEFT = FaultCode.EDGE_LEFT.bit
+_EDGE_FAR = FaultCode.EDGE_FAR.bit
+_JOINT_RANGE = FaultCode.JOINT_RANGE.bit
+_NOT_CLOSED = FaultCode.NOT_CLOSED.bit
+_SINGULAR = FaultCode.SINGULAR.bit
+_SINGULAR_NEAR = FaultCode.SINGULAR_NEAR.bit
+_OVERSPEED = FaultCode.OVERSPEED.bit
+_MOTOR_WARM = FaultCode.MOTOR_WARM.bit
+_MOTOR_HOT = FaultCode.MOTOR_HOT.bit
+_COMMAND_STALE = FaultCode.COMMAND_STALE.bit
+_COMMAND_INVALID = FaultCode.COMMAND_INVALID.bit
+_RAMP_HELD = FaultCode.RAMP_HELD.bit
+_ENERGY_LIMITED = FaultCode.ENERGY_LIMITED.bit
+_ENERGY_SPENT = FaultCode.ENERGY_SPENT.bit
+_ORDER = FaultCode.ORDER.bit
 
 
 @inlined
@@ -97,19 +68,19 @@ def _clock(lim, mem, now):
     """Bits of the tick's time, and its interval, s."""
     bits, dt = 0, lim.period
     if not math.isfinite(now):
-        return _CLOCK, dt
-    if mem[STARTED] == 1.0:
-        dt = now - mem[NOW]
-        if dt < SHORTEST * lim.period:
-            bits, dt = _CLOCK, lim.period
-        mem[LATE] = max(mem[LATE] - dt / lim.late_recovery, 0.0)
+        return _CLOCK_INVALID, dt
+    if mem[m.STARTED] == 1.0:
+        dt = now - mem[m.NOW]
+        if dt < m.SHORTEST * lim.period:
+            bits, dt = _CLOCK_INVALID, lim.period
+        mem[m.LATE] = max(mem[m.LATE] - dt / lim.late_recovery, 0.0)
         if dt > lim.late:
-            mem[LATE] += 1.0
-            bits |= _LATE
-            if dt > lim.missed or mem[LATE] > lim.late_ticks:
-                bits |= _MISSED
-        dt = min(dt, LONGEST)
-    mem[STARTED], mem[NOW] = 1.0, now
+            mem[m.LATE] += 1.0
+            bits |= _TICK_LATE
+            if dt > lim.missed or mem[m.LATE] > lim.late_ticks:
+                bits |= _DEADLINE_MISSED
+        dt = min(dt, m.LONGEST)
+    mem[m.STARTED], mem[m.NOW] = 1.0, now
     return bits, dt
 
 
@@ -117,36 +88,36 @@ def _clock(lim, mem, now):
 def _angles(lim, mem, dt, theta):
     """Bits of the angles; takes the tick's energy out of the tank and renews rates and speed bounds."""
     bits, given = 0, 0.0
-    known = mem[KNOWN] == 1.0
+    known = mem[m.KNOWN] == 1.0
     gain = lim.joint_acceleration * lim.late
     for i in range(3):
         if not math.isfinite(theta[i]):
-            bits |= _INVALID
-        elif known and abs(theta[i] - mem[THETA + i]) > lim.joint_speed * dt + lim.encoder_count:
-            bits |= _JUMP
+            bits |= _ANGLE_INVALID
+        elif known and abs(theta[i] - mem[m.THETA + i]) > lim.joint_speed * dt + lim.encoder_count:
+            bits |= _ANGLE_JUMP
     for i in range(3):
-        r = mem[RENDERED + i]
+        r = mem[m.RENDERED + i]
         if known and bits == 0:
-            turn = theta[i] - mem[THETA + i]
+            turn = theta[i] - mem[m.THETA + i]
             given += r * turn
-            mem[RATE + i] += dt / (dt + lim.velocity_lag) * (turn / dt - mem[RATE + i])
+            mem[m.RATE + i] += dt / (dt + lim.velocity_lag) * (turn / dt - mem[m.RATE + i])
             speed = (abs(turn) + lim.encoder_count) / dt
             if dt > lim.late:
                 speed += lim.joint_acceleration * dt
-            elif speed <= mem[FASTEST + i] + gain + 2.0 * lim.encoder_count / dt:
-                speed = min(speed, mem[FASTEST + i] + gain)
-            mem[FASTEST + i] = min(speed, lim.joint_speed)
+            elif speed <= mem[m.FASTEST + i] + gain + 2.0 * lim.encoder_count / dt:
+                speed = min(speed, mem[m.FASTEST + i] + gain)
+            mem[m.FASTEST + i] = min(speed, lim.joint_speed)
         else:  # not known what the joint did: the most that it can have done
             given += abs(r) * (lim.joint_speed * dt + lim.encoder_count)
-            mem[RATE + i], mem[FASTEST + i] = 0.0, lim.joint_speed
+            mem[m.RATE + i], mem[m.FASTEST + i] = 0.0, lim.joint_speed
         if theta[i] < lim.theta_low or theta[i] > lim.theta_high:
-            bits |= _RANGE
-    mem[TANK] = min(mem[TANK] - given, lim.energy)
-    mem[GIVEN] += given
-    mem[POWER] += dt / (dt + lim.ramp_fall) * (given / dt - mem[POWER])
-    mem[KNOWN] = 0.0 if bits & _INVALID else 1.0
+            bits |= _JOINT_RANGE
+    mem[m.TANK] = min(mem[m.TANK] - given, lim.energy)
+    mem[m.GIVEN] += given
+    mem[m.POWER] += dt / (dt + lim.ramp_fall) * (given / dt - mem[m.POWER])
+    mem[m.KNOWN] = 0.0 if bits & _ANGLE_INVALID else 1.0
     for i in range(3):
-        mem[THETA + i] = theta[i]
+        mem[m.THETA + i] = theta[i]
     return bits
 
 
@@ -155,27 +126,27 @@ def _frozen(lim, mem, dt, theta, fresh):
     """Bits of encoders that stand still; see the module's text."""
     bits, probing = 0, False
     for i in range(3):
-        row = ANCHOR + 3 * i
+        row = m.ANCHOR + 3 * i
         if fresh or abs(theta[i] - mem[row + i]) > 0.5 * lim.encoder_count:
-            mem[LOADED + i] = mem[STILL + i] = 0.0
+            mem[m.LOADED + i] = mem[m.STILL + i] = 0.0
             for j in range(3):
                 mem[row + j] = theta[j]
             continue
         for j in range(3):
             if abs(theta[j] - mem[row + j]) > lim.frozen_turn:
-                bits |= _FROZEN
-        loaded = abs(mem[RENDERED + i]) > lim.frozen_torque
-        mem[LOADED + i] = mem[LOADED + i] + dt if loaded else 0.0
-        if mem[LOADED + i] > lim.frozen_time:
-            mem[STILL + i] = 1.0
-        probing = probing or mem[STILL + i] == 1.0
+                bits |= _ANGLE_FROZEN
+        loaded = abs(mem[m.RENDERED + i]) > lim.frozen_torque
+        mem[m.LOADED + i] = mem[m.LOADED + i] + dt if loaded else 0.0
+        if mem[m.LOADED + i] > lim.frozen_time:
+            mem[m.STILL + i] = 1.0
+        probing = probing or mem[m.STILL + i] == 1.0
     if probing:
-        bits |= _SUSPECTED
-        mem[PROBE] = max(mem[PROBE] - dt / lim.probe_time, -0.5)
-        if mem[PROBE] == -0.5:
-            bits |= _FROZEN
+        bits |= _FROZEN_SUSPECTED
+        mem[m.PROBE] = max(mem[m.PROBE] - dt / lim.probe_time, -0.5)
+        if mem[m.PROBE] == -0.5:
+            bits |= _ANGLE_FROZEN
     else:
-        mem[PROBE] = min(max(mem[PROBE], 0.0) + dt / lim.ramp, 1.0)
+        mem[m.PROBE] = min(max(mem[m.PROBE], 0.0) + dt / lim.ramp, 1.0)
     return bits
 
 
@@ -183,43 +154,43 @@ def _frozen(lim, mem, dt, theta, fresh):
 def _pose(lim, mem, dt, p, reach, volume, moved):
     """Bits of the handle's position; `moved` if it may be compared with the last one."""
     bits = 0
-    mem[EDGE] = mem[NEAR] = 0.0
+    mem[m.EDGE] = mem[m.NEAR] = 0.0
     if not (math.isfinite(p[0]) and math.isfinite(p[1]) and math.isfinite(p[2])):
-        mem[PLACED] = 0.0
-        return _OPEN
+        mem[m.PLACED] = 0.0
+        return _NOT_CLOSED
     if not (reach >= lim.reach_min and volume >= lim.volume_min):
         bits |= _SINGULAR
     else:
-        mem[NEAR] = min(
+        mem[m.NEAR] = min(
             (reach - lim.reach_min) / (lim.reach_low - lim.reach_min),
             (volume - lim.volume_min) / (lim.volume_low - lim.volume_min),
             1.0,
         )
-        if mem[NEAR] < 1.0:
-            bits |= _NEAR
+        if mem[m.NEAR] < 1.0:
+            bits |= _SINGULAR_NEAR
     middle = lim.cube_bottom + lim.cube_half
     x = max(abs(p[0]) - lim.cube_half, 0.0)
     y = max(abs(p[1]) - lim.cube_half, 0.0)
     z = max(abs(p[2] - middle) - lim.cube_half, 0.0)
     outside = math.sqrt(x * x + y * y + z * z)
-    mem[EDGE] = min(max((lim.edge_far - outside) / (lim.edge_far - lim.edge_margin), 0.0), 1.0)
+    mem[m.EDGE] = min(max((lim.edge_far - outside) / (lim.edge_far - lim.edge_margin), 0.0), 1.0)
     if outside > lim.edge_far:
         bits |= _EDGE_FAR
     elif outside > lim.edge_margin:
         bits |= _EDGE_LEFT
     square = 0.0
     for k in range(3):
-        if moved and mem[PLACED] == 1.0:
-            mem[SPEED + k] += dt / (dt + lim.velocity_lag) * ((p[k] - mem[PLACE + k]) / dt - mem[SPEED + k])
+        if moved and mem[m.PLACED] == 1.0:
+            mem[m.SPEED + k] += dt / (dt + lim.velocity_lag) * ((p[k] - mem[m.PLACE + k]) / dt - mem[m.SPEED + k])
         else:
-            mem[SPEED + k] = 0.0
-        mem[PLACE + k] = p[k]
-        square += mem[SPEED + k] * mem[SPEED + k]
-    mem[PLACED] = 1.0
+            mem[m.SPEED + k] = 0.0
+        mem[m.PLACE + k] = p[k]
+        square += mem[m.SPEED + k] * mem[m.SPEED + k]
+    mem[m.PLACED] = 1.0
     if not square <= lim.speed * lim.speed:
         bits |= _OVERSPEED
         if not math.isfinite(square):
-            mem[PLACED] = 0.0  # the filter starts anew
+            mem[m.PLACED] = 0.0  # the filter starts anew
     return bits
 
 
@@ -227,25 +198,25 @@ def _pose(lim, mem, dt, p, reach, volume, moved):
 def _motors(lim, mem, dt):
     """Bits of the motors' temperatures after what was written last."""
     bits = 0
-    mem[ALLOWED] = lim.torque
+    mem[m.ALLOWED] = lim.torque
     for i in range(3):
-        winding, housing = warmed(lim, mem[WINDING + i], mem[HOUSING + i], mem[OUT + i], dt)
-        mem[WINDING + i], mem[HOUSING + i] = winding, housing
-        mem[ALLOWED] = min(mem[ALLOWED], allowed(lim, lim.torque, winding))
+        winding, housing = warmed(lim, mem[m.WINDING + i], mem[m.HOUSING + i], mem[m.OUT + i], dt)
+        mem[m.WINDING + i], mem[m.HOUSING + i] = winding, housing
+        mem[m.ALLOWED] = min(mem[m.ALLOWED], allowed(lim, lim.torque, winding))
         if winding >= lim.hottest:
-            bits |= _HOT
+            bits |= _MOTOR_HOT
         if winding > lim.derate:
-            bits |= _WARM
+            bits |= _MOTOR_WARM
     return bits
 
 
 @inlined
 def _ramp(lim, mem, dt):
     """Bits of the force that comes in: it does so only while the scene does not push the handle away."""
-    if mem[POWER] > lim.ramp_power:
-        mem[SCALE] = max(mem[SCALE] - dt / lim.ramp_fall, 0.0)
-        return _HELD
-    mem[SCALE] = min(mem[SCALE] + dt / lim.ramp, 1.0)
+    if mem[m.POWER] > lim.ramp_power:
+        mem[m.SCALE] = max(mem[m.SCALE] - dt / lim.ramp_fall, 0.0)
+        return _RAMP_HELD
+    mem[m.SCALE] = min(mem[m.SCALE] + dt / lim.ramp, 1.0)
     return 0
 
 
@@ -254,7 +225,7 @@ def check(lim, mem, now, theta, p, reach, volume):
     """Judges what was read, and moves the state on. Call it once a tick, before `limit`.
 
     Args:
-        lim: The limits, `Limits`.
+        lim: The limits, `SafetyLimits`.
         mem: (MEMORY,) memory.
         now: Time of the reading, s; any clock that only grows.
         theta: (3,) shoulder angles as read, rad; NaN for an encoder that knows of its own fault.
@@ -265,75 +236,75 @@ def check(lim, mem, now, theta, p, reach, volume):
     Returns:
         Bits of what is present and of what is latched.
     """
-    mem[TICKS] += 1.0
-    mem[CHECKED] = 1.0
-    fresh = mem[KNOWN] == 0.0
+    mem[m.TICKS] += 1.0
+    mem[m.CHECKED] = 1.0
+    fresh = mem[m.KNOWN] == 0.0
     bits, dt = _clock(lim, mem, now)
     read = _angles(lim, mem, dt, theta)
-    bits |= read | int(mem[SIGNALS])
-    good = read & (_INVALID | _JUMP) == 0
+    bits |= read | int(mem[m.SIGNALS])
+    good = read & (_ANGLE_INVALID | _ANGLE_JUMP) == 0
     if good:
         bits |= _frozen(lim, mem, dt, theta, fresh)
-    if read & _INVALID:
-        mem[PLACED] = mem[EDGE] = mem[NEAR] = 0.0
+    if read & _ANGLE_INVALID:
+        mem[m.PLACED] = mem[m.EDGE] = mem[m.NEAR] = 0.0
     else:
         bits |= _pose(lim, mem, dt, p, reach, volume, good and not fresh)
     bits |= _motors(lim, mem, dt)
-    if mem[NOW] - mem[HEARD] > lim.stale:
-        bits |= _STALE
-        mem[STALE] = max(mem[STALE] - dt / lim.fade, 0.0)
+    if mem[m.NOW] - mem[m.HEARD] > lim.stale:
+        bits |= _COMMAND_STALE
+        mem[m.STALE] = max(mem[m.STALE] - dt / lim.fade, 0.0)
     else:
-        mem[STALE] = min(mem[STALE] + dt / lim.ramp, 1.0)
-    if mem[SHORT] == 1.0:
-        bits |= _SHORT
-        mem[SPENT] += dt
-        if mem[SPENT] > lim.energy_time:
-            bits |= _SPENT
+        mem[m.STALE] = min(mem[m.STALE] + dt / lim.ramp, 1.0)
+    if mem[m.SHORT] == 1.0:
+        bits |= _ENERGY_LIMITED
+        mem[m.SPENT] += dt
+        if mem[m.SPENT] > lim.energy_time:
+            bits |= _ENERGY_SPENT
     else:
-        mem[SPENT] = max(mem[SPENT] - dt, 0.0)
-    if mem[STATE] == _RAMPING:
+        mem[m.SPENT] = max(mem[m.SPENT] - dt, 0.0)
+    if mem[m.STATE] == _RAMPING:
         bits |= _ramp(lim, mem, dt)
     _move(lim, mem, bits)
-    mem[PRESENT] = float(bits)
-    return bits | int(mem[LATCHED])
+    mem[m.PRESENT] = float(bits)
+    return bits | int(mem[m.LATCHED])
 
 
 @inlined
 def _forget(mem):
     """Ends the search for a frozen encoder."""
-    mem[PROBE] = 1.0
+    mem[m.PROBE] = 1.0
     for i in range(3):
-        mem[LOADED + i] = mem[STILL + i] = 0.0
+        mem[m.LOADED + i] = mem[m.STILL + i] = 0.0
 
 
 @inlined
 def _move(lim, mem, bits):
     """The operator's request, the latch, and the state that follows."""
-    request = mem[REQUEST]
-    mem[REQUEST] = 0.0
-    if request == RESET and mem[STATE] == _FAULT:
-        mem[STATE], mem[LATCHED] = _DISABLED, 0.0
+    request = mem[m.REQUEST]
+    mem[m.REQUEST] = 0.0
+    if request == m.RESET and mem[m.STATE] == _FAULT:
+        mem[m.STATE], mem[m.LATCHED] = _DISABLED, 0.0
         _forget(mem)
-    elif request == DISABLE and mem[STATE] != _FAULT:
-        mem[STATE] = _DISABLED
-    elif request == ENABLE and mem[STATE] == _DISABLED and bits & (_LATCHING | _WARM) == 0:
-        mem[STATE], mem[HEARD], mem[TANK] = _RAMPING, mem[NOW], lim.energy_start
-        mem[SCALE] = mem[SPENT] = mem[SHORT] = mem[LATE] = mem[GIVEN] = 0.0
-        mem[STALE] = 1.0
+    elif request == m.DISABLE and mem[m.STATE] != _FAULT:
+        mem[m.STATE] = _DISABLED
+    elif request == m.ENABLE and mem[m.STATE] == _DISABLED and bits & (LATCHING | _MOTOR_WARM) == 0:
+        mem[m.STATE], mem[m.HEARD], mem[m.TANK] = _RAMPING, mem[m.NOW], lim.energy_start
+        mem[m.SCALE] = mem[m.SPENT] = mem[m.SHORT] = mem[m.LATE] = mem[m.GIVEN] = 0.0
+        mem[m.STALE] = 1.0
         _forget(mem)
-    latching = bits & (_ALWAYS if mem[STATE] == _DISABLED else _LATCHING)
+    latching = bits & (ALWAYS if mem[m.STATE] == _DISABLED else LATCHING)
     if latching:
-        mem[LATCHED] = float(int(mem[LATCHED]) | latching)
-        mem[STATE] = _FAULT
-    elif mem[STATE] == _RAMPING and mem[SCALE] == 1.0:
-        mem[STATE] = _ACTIVE
-    if mem[STATE] == _ACTIVE or mem[STATE] == _DEGRADED:
-        mem[STATE] = _ACTIVE if bits == 0 else _DEGRADED
+        mem[m.LATCHED] = float(int(mem[m.LATCHED]) | latching)
+        mem[m.STATE] = _FAULT
+    elif mem[m.STATE] == _RAMPING and mem[m.SCALE] == 1.0:
+        mem[m.STATE] = _ACTIVE
+    if mem[m.STATE] == _ACTIVE or mem[m.STATE] == _DEGRADED:
+        mem[m.STATE] = _ACTIVE if bits == 0 else _DEGRADED
 
 
 @compiled
 def limit(lim, mem, rendered, gravity, out):
-    """What of the wanted torques goes to the motors. Call it once a tick, after `check`.
+    """Limits the wanted torques to what may go to the motors. Call it once a tick, after `check`.
 
     Args:
         lim: The limits.
@@ -345,47 +316,47 @@ def limit(lim, mem, rendered, gravity, out):
     Returns:
         Bits of what is present and of what is latched.
     """
-    wrong = 0 if mem[CHECKED] == 1.0 else _ORDER
-    mem[CHECKED] = 0.0
+    wrong = 0 if mem[m.CHECKED] == 1.0 else _ORDER
+    mem[m.CHECKED] = 0.0
     for i in range(3):
         if not (math.isfinite(rendered[i]) and math.isfinite(gravity[i])):
-            wrong |= _COMMAND
-    if wrong and mem[STATE] != _DISABLED:
-        mem[LATCHED] = float(int(mem[LATCHED]) | wrong)
-        mem[STATE] = _FAULT
-    latched = int(mem[LATCHED])
-    enabled = mem[STATE] != _DISABLED and mem[STATE] != _FAULT
+            wrong |= _COMMAND_INVALID
+    if wrong and mem[m.STATE] != _DISABLED:
+        mem[m.LATCHED] = float(int(mem[m.LATCHED]) | wrong)
+        mem[m.STATE] = _FAULT
+    latched = int(mem[m.LATCHED])
+    enabled = mem[m.STATE] != _DISABLED and mem[m.STATE] != _FAULT
     hold = enabled or (latched & _WITH_GRAVITY != 0 and latched & (_OFF | _BRAKE) == 0)
-    fade = mem[EDGE] * mem[NEAR]
+    fade = mem[m.EDGE] * mem[m.NEAR]
     damping = lim.damping * (1.0 - fade) if enabled else 0.0
     if latched & _WITH_DAMPING and latched & _OFF == 0:
         damping = lim.damping
-    factor = mem[SCALE] * mem[STALE] * max(mem[PROBE], 0.0) * fade if enabled else 0.0
-    most = min(mem[ALLOWED], lim.torque)
+    factor = mem[m.SCALE] * mem[m.STALE] * max(mem[m.PROBE], 0.0) * fade if enabled else 0.0
+    most = min(mem[m.ALLOWED], lim.torque)
     step, small = lim.slew * lim.period, lim.gravity_slew * lim.period
     share = 1.0
     for i in range(3):
         target = min(max(gravity[i], -most), most) if hold and wrong == 0 else 0.0
-        held = slewed(target, mem[GRAVITY + i], small)
-        mem[GRAVITY + i] = held
+        held = slewed(target, mem[m.GRAVITY + i], small)
+        mem[m.GRAVITY + i] = held
         wanted = factor * rendered[i] if factor > 0.0 and wrong == 0 else 0.0
-        wanted -= damping * mem[RATE + i]
+        wanted -= damping * mem[m.RATE + i]
         if not math.isfinite(wanted):  # a guard: nothing above should let it come to this
-            wanted, wrong, mem[RATE + i] = 0.0, wrong | _COMMAND, 0.0
-        mem[WANTED + i] = wanted
+            wanted, wrong, mem[m.RATE + i] = 0.0, wrong | _COMMAND_INVALID, 0.0
+        mem[m.WANTED + i] = wanted
         room = max(most - held if wanted > 0.0 else most + held, 0.0)
         if abs(wanted) > room:
             share = min(share, room / abs(wanted))
-        mem[TURNS + i] = lim.late * (mem[FASTEST + i] + lim.joint_acceleration * lim.late) + lim.encoder_count
+        mem[m.TURNS + i] = lim.late * (mem[m.FASTEST + i] + lim.joint_acceleration * lim.late) + lim.encoder_count
     for i in range(3):
-        mem[WANTED + i] *= share
+        mem[m.WANTED + i] *= share
     growth = lim.late * lim.late * lim.joint_acceleration
-    kept = share_allowed(mem[TANK], growth, step, mem, TURNS, RENDERED, WANTED)
-    mem[SHORT] = 1.0 if kept < 1.0 and enabled else 0.0
+    kept = share_allowed(mem[m.TANK], growth, step, mem, m.TURNS, m.RENDERED, m.WANTED)
+    mem[m.SHORT] = 1.0 if kept < 1.0 and enabled else 0.0
     for i in range(3):
-        torque = slewed(kept * mem[WANTED + i], mem[RENDERED + i], step)
-        mem[RENDERED + i] = torque
+        torque = slewed(kept * mem[m.WANTED + i], mem[m.RENDERED + i], step)
+        mem[m.RENDERED + i] = torque
         # slew >= gravity_slew makes room in time; this only takes a rounding off
-        mem[OUT + i] = min(max(torque + mem[GRAVITY + i], -lim.torque), lim.torque)
-        out[i] = mem[OUT + i]
-    return int(mem[PRESENT]) | wrong | latched
+        mem[m.OUT + i] = min(max(torque + mem[m.GRAVITY + i], -lim.torque), lim.torque)
+        out[i] = mem[m.OUT + i]
+    return int(mem[m.PRESENT]) | wrong | latched

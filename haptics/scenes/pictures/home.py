@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, styled
+from delta_cad.common.units import MM_PER_M
 from haptics.scenes.pictures.style import label_ends
 from haptics.scenes.record import Scene
 
@@ -28,7 +29,7 @@ def home_picture(scene: Scene, name: str) -> Figure:
     figure = Figure(figsize=(11.0, 7.2), layout="constrained")
     figure.suptitle(
         f"Way home of {name}: let go {scene.facts['distance_at_start_mm']:.1f} mm from the origin, "
-        f"k = {scene.facts['stiffness_N_per_m'] / 1000.0:g} N/mm",
+        f"k = {scene.facts['stiffness_N_per_m'] / MM_PER_M:g} N/mm",
         fontsize=12,
     )
     grid = figure.add_gridspec(2, 2)
@@ -84,8 +85,8 @@ def home_picture(scene: Scene, name: str) -> Figure:
         xlim=(0.0, 1000.0 * LAST_S), ylim=(-half, 1.1 * half), xlabel="time in the last tenth of a second, ms",
         ylabel="force asked for in its main direction, N",
     )  # fmt: skip
-    told = "; ".join(f"{run.facts['damping_applied_N_s_per_m']:.3g} N s/m: {_words(run.facts)}" for run in shown)
-    force.set_title(told or "the supervisor took the force away")
+    legend = "; ".join(f"{run.facts['damping_applied_N_s_per_m']:.3g} N s/m: {_settling(run.facts)}" for run in shown)
+    force.set_title(legend or "the supervisor took the force away")
     last = [(float(np.mean(_main(run.series)[-100:])), f"{run.facts['damping_applied_N_s_per_m']:.3g} N s/m",
              colours[run.name]) for run in shown]  # fmt: skip
     label_ends(force, last, gap=0.09)
@@ -100,7 +101,7 @@ def _main(series: dict[str, np.ndarray]) -> np.ndarray:
     return force @ direction * (1.0 if force[-500:].mean(axis=0) @ direction >= 0.0 else -1.0)
 
 
-def _words(facts: dict) -> str:
+def _settling(facts: dict) -> str:
     if facts["supervisor_fault"]:
         return str(facts["verdict"])
     if facts["limit_cycle"]:

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREY, ORANGE, styled
-from haptics.scenes.record import Run, Scene
+from delta_cad.common.units import MM_PER_M
+from haptics.scenes.record import Scene, SceneRun
 
 BIN_MM = 0.5
 ZOOM_MM = 14.0
@@ -36,9 +37,9 @@ def resistance_picture(scene: Scene, name: str) -> Figure:
         runs = [run for run in scene.runs if run.facts["setting"] == key]
         far = max(float(run.series["distance_mm"].max()) for run in runs)
         for ax, width in ((axes[0, column], far * 1.03), (axes[1, column], ZOOM_MM)):
-            _draw(ax, runs, setting, limit, width, whole=ax is axes[0, column])
+            _draw(ax, runs, setting, limit, width, entire=ax is axes[0, column])
         axes[0, column].set_title(
-            f"k = {setting['stiffness_N_per_m'] / 1000.0:g} N/mm, r1 = {setting['full_radius_mm']:g} mm; "
+            f"k = {setting['stiffness_N_per_m'] / MM_PER_M:g} N/mm, r1 = {setting['full_radius_mm']:g} mm; "
             f"b = {setting['damping_asked_N_s_per_m']:g} N s/m asked, "
             f"{setting['damping_applied_N_s_per_m']:.3g} applied"
         )
@@ -51,14 +52,14 @@ def resistance_picture(scene: Scene, name: str) -> Figure:
     return figure
 
 
-def _draw(ax: Axes, runs: list[Run], setting: dict[str, Any], limit: float, width: float, *, whole: bool) -> None:
+def _draw(ax: Axes, runs: list[SceneRun], setting: dict[str, Any], limit: float, width: float, *, entire: bool) -> None:
     r0, r1, beyond = setting["dead_radius_mm"], setting["full_radius_mm"], setting["force_beyond_N"]
     for way, colour, text in ((0, BLUE, "way out"), (1, ORANGE, "way back")):
         centre, low, middle, high = _bands(runs, way, width)
         ax.fill_between(centre, low, high, color=colour, alpha=0.25, linewidth=0.0)
         ax.plot(centre, middle, color=colour, linewidth=1.6)
-        k = int(len(centre) * (0.5 if whole or way else 0.2))
-        side = "center" if whole or way else "right"
+        k = int(len(centre) * (0.5 if entire or way else 0.2))
+        side = "center" if entire or way else "right"
         above = way == 0
         ax.annotate(
             text, (centre[k], high[k] if above else low[k]), xytext=(0, 5 if above else -5),
@@ -70,27 +71,29 @@ def _draw(ax: Axes, runs: list[Run], setting: dict[str, Any], limit: float, widt
             width * 0.985, beyond + 0.05, f"eq. (23) without limit: {beyond:.1f} N", color=GREY, ha="right", va="bottom"
         )
     x = np.linspace(0.0, width, 600)
-    law = np.minimum(setting["stiffness_N_per_m"] / 1000.0 * np.clip(x - r0, 0.0, r1 - r0), limit)
+    law = np.minimum(setting["stiffness_N_per_m"] / MM_PER_M * np.clip(x - r0, 0.0, r1 - r0), limit)
     ax.plot(x, law, color=BLACK, linewidth=1.4)
     thin = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.7}
-    if whole:
+    if entire:
         rest = sorted(f"{run.facts['corner_force_N']:.2f}" for run in runs)
         at = [float(run.series["distance_mm"].max()) for run in runs]
         ax.plot(at, [run.facts["corner_force_N"] for run in runs], "o", color=BLACK, markersize=5)
-        told = f"at rest at the 8 corners:\n{rest[0]}" + (f" to {rest[-1]} N" if rest[-1] > rest[0] else " N")
-        ax.annotate(told, (at[0], float(rest[0])), xytext=(0.93 * width, 0.7), ha="right", va="center", arrowprops=thin)
-    told = "eq. (23) at rest" + (f", cut at {limit:g} N" if beyond > limit else "")
-    x_law, x_text, side = (0.3, 0.3, "center") if whole else (0.9, 0.985, "right")
+        at_rest = f"at rest at the 8 corners:\n{rest[0]}" + (f" to {rest[-1]} N" if rest[-1] > rest[0] else " N")
+        ax.annotate(
+            at_rest, (at[0], float(rest[0])), xytext=(0.93 * width, 0.7), ha="right", va="center", arrowprops=thin
+        )
+    label = "eq. (23) at rest" + (f", cut at {limit:g} N" if beyond > limit else "")
+    x_law, x_text, side = (0.3, 0.3, "center") if entire else (0.9, 0.985, "right")
     ax.annotate(
-        told, (x_law * width, float(np.interp(x_law * width, x, law))), xytext=(x_text * width, 0.9), ha=side,
-        va="center", arrowprops={**thin, "relpos": (0.5 if whole else 0.8, 1.0)},
+        label, (x_law * width, float(np.interp(x_law * width, x, law))), xytext=(x_text * width, 0.9), ha=side,
+        va="center", arrowprops={**thin, "relpos": (0.5 if entire else 0.8, 1.0)},
     )  # fmt: skip
     ax.set(xlim=(0.0, width), ylim=(-0.8, 3.9), xlabel="distance from the origin, mm")
     if ax.get_subplotspec().is_first_col():  # type: ignore[union-attr]
         ax.set_ylabel("pull towards the origin by the motors, N")
 
 
-def _bands(runs: list[Run], way: int, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _bands(runs: list[SceneRun], way: int, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Centres of the bins (mm) and 5 %, 50 %, 95 % of the pull in them (N), on the way out (0) or back (1)."""
     distance, pull = [], []
     for run in runs:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.scenes.pictures.home import home_picture
 from haptics.scenes.pictures.resistance import resistance_picture
 from haptics.scenes.pictures.style import save
@@ -14,7 +14,7 @@ from haptics.scenes.record import Scene
 DRAW = {"resistance": resistance_picture, "home": home_picture, "wall": wall_picture}
 
 
-def pictures(scene: Scene, machine: Machine, folder: Path) -> list[str]:
+def pictures(scene: Scene, machine: MachineModel, folder: Path) -> list[str]:
     """Draws a scene.
 
     Args:

@@ -79,8 +79,10 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     from delta_cad.masses import Masses
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
-    from haptics.model.machine import Machine
-    from haptics.rendering.laws import axis_wall_row, law_table, resistance_row
+    from haptics.model.machine import MachineModel
+    from haptics.rendering import law_table
+    from haptics.rendering.laws.operating_resistance import OperatingResistance
+    from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.simulation.assumptions import default_controller
 
     compiler = shutil.which("cc")
@@ -90,18 +92,15 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     masses = Masses(
         0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4
     )  # of its size; no time depends on it
-    controller = default_controller(Machine(design, masses, drive_torque(design)))
+    controller = default_controller(MachineModel(design, masses, drive_torque(design)))
     half = design.cube.half_side_mm / 1000.0
     middle = np.array([0.0, 0.0, design.cube.bottom_height_mm / 1000.0 + half])
     turn = np.linspace(0.0, 2.0 * math.pi, 4000, endpoint=False)
     way = 0.6 * half * np.stack([np.cos(turn), np.sin(turn), np.sin(2.0 * turn)], axis=-1)
     angles = inverse_kinematics(design.geometry, middle + way)
     laws = law_table(
-        resistance_row(stiffness=400.0, damping=10.0, dead_radius=1.5e-3, full_radius=10e-3, origin=middle),
-        *(
-            axis_wall_row(f"+{axis}", middle[k] + 0.3 * half, stiffness=2000.0, damping=5.0)
-            for k, axis in enumerate("xyz")
-        ),
+        OperatingResistance(stiffness=400.0, damping=10.0, dead_radius=1.5e-3, full_radius=10e-3, origin=middle),
+        *(axis_wall(f"+{axis}", middle[k] + 0.3 * half, stiffness=2000.0, damping=5.0) for k, axis in enumerate("xyz")),
     )
     say(f"{ROUNDS} rounds of {TICKS:,} ticks, resistance and three walls")
     with tempfile.TemporaryDirectory() as folder:

@@ -126,10 +126,10 @@ def _machine() -> Any:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
     from delta_cad.masses import Masses
-    from haptics.model.machine import Machine
+    from haptics.model.machine import MachineModel
 
     design = load_design(ROOT / "best.json")
-    return Machine(design, Masses(*MASSES), drive_torque(design))
+    return MachineModel(design, Masses(*MASSES), drive_torque(design))
 
 
 def measured() -> None:
@@ -138,14 +138,14 @@ def measured() -> None:
     from haptics.control.controller import fresh, tick
     from haptics.control.supervisor.memory import ENABLE, REQUEST
     from haptics.model.hands import HANDS
-    from haptics.rendering.laws import axis_wall_row, law_table
-    from haptics.scenes.bench import origin
+    from haptics.rendering import law_table
+    from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
     from haptics.simulation.loop import simulate, timing
 
     machine = _machine()
-    par, controller, middle = nominal_plant(machine), default_controller(machine), origin(machine)
-    laws = law_table(axis_wall_row("+x", 0.0, stiffness=2000.0, damping=5.0))
+    par, controller, middle = nominal_plant(machine), default_controller(machine), machine.centre
+    laws = law_table(axis_wall("+x", 0.0, stiffness=2000.0, damping=5.0))
     way = np.array([0.02, 0.0, 0.0])  # the hand wanders in and out of the wall
 
     def loop(ticks: int, substeps: int = 10) -> Any:
@@ -238,7 +238,6 @@ def beside() -> None:
     from delta_cad.drive import drive_torque
     from delta_cad.masses import masses_from_dict
     from haptics.model.plant import FREE, STATES, advance, plant
-    from haptics.scenes.bench import origin
 
     folder, machine, design = Path(sys.argv[1]), _machine(), load_design(ROOT / "best.json")
     masses = json.loads((folder / "mass_properties.json").read_text())
@@ -246,7 +245,7 @@ def beside() -> None:
     par = plant(design.geometry, known, design.requirements.gravity_m_s2)
     model = mujoco.MjModel.from_xml_path(str(folder / "twin.xml"))
     model.opt.timestep, model.eq_solref[:] = STEP_S, [2.0 * STEP_S, 1.0]
-    torque, zero, home = np.array(PUSH), np.zeros(3), origin(machine)
+    torque, zero, home = np.array(PUSH), np.zeros(3), machine.centre
 
     def ours(steps: int, seconds: float) -> np.ndarray:
         state = np.zeros(STATES)

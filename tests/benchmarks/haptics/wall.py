@@ -55,12 +55,12 @@ def measured() -> None:
     from delta_cad.drive import drive_torque
     from delta_cad.masses import Masses
     from haptics.model.hands import HANDS
-    from haptics.model.machine import Machine
+    from haptics.model.machine import MachineModel
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
     from haptics.stability.wall_trial import simulated_predicate
 
     design = load_design(ROOT / "best.json")
-    machine = Machine(design, Masses(*MASSES), drive_torque(design))
+    machine = MachineModel(design, Masses(*MASSES), drive_torque(design))
     stands = simulated_predicate(machine, "x", HANDS["medium"], substeps=SUBSTEPS)
     largest_walls(machine, axes=("x",))  # compiles what is not in the cache
 

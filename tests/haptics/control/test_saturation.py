@@ -1,6 +1,7 @@
 """Saturation against linear programming and its four promises: limits, direction, the largest factor, gravity first."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.optimize import linprog
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, jacobian
 from haptics.control.saturation import saturate, saturated
 from haptics.rendering import force
-from haptics.rendering.laws import PAPER_SETTINGS
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
 
 PROPERTY = settings(max_examples=300, deadline=None)
 EPS = np.finfo(float).eps
@@ -105,7 +106,7 @@ def test_force_of_the_first_setting_is_cut_to_the_limit_in_its_direction():
     """Eq. (23) asks for 3.4 N; a torque limit that allows 3 N in this direction gives 3 N in this direction."""
     p = np.array([0.02, -0.01, 0.10])
     j = jacobian(GEOMETRY, p)
-    wanted = force(PAPER_SETTINGS["k0.4"].row(origin=(0, 0, 0.08)), p)
+    wanted = force(replace(PAPER_SETTINGS["k0.4"], origin=(0, 0, 0.08)), p)
     allowed = 3.0 / 3.4 * np.abs(j.T @ wanted).max()
     torque, factor = saturated((0, 0, 0), j.T @ wanted, allowed)
     given_ = inverse_jacobian(GEOMETRY, p).T @ torque

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from delta_cad.mechanism import inverse_kinematics
-from haptics.control.supervisor.faults import Fault
-from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Sample, run, three_torques
+from haptics.control.supervisor.faults import FaultCode
+from haptics.devices.device import Device, DeviceError, EndOfRecordingError, Reading, run, three_torques
 from haptics.devices.fake import DisturbedDevice, FakeDevice, invalid, jumped, late, signalling, stuck
 from haptics.devices.recorded import RecordedDevice, difference
 from haptics.devices.recording import COLUMNS, Recorder, Recording, RecordingError, load_recording, save_recording
@@ -20,7 +20,7 @@ ANGLES = np.array([[0.1, 0.2, 0.3], [0.11, 0.21, np.nan], [0.12, 0.22, 0.31]])
 PULL = np.array([0.01, -0.02, 0.03])
 
 
-def holding(_sample: Sample) -> np.ndarray:
+def holding(_sample: Reading) -> np.ndarray:
     return PULL
 
 
@@ -33,7 +33,7 @@ def simulated(**more: Any) -> SimulatedDevice:
 
 def test_it_reads_thinks_writes_records_and_leaves_without_torque() -> None:
     device = FakeDevice(ANGLES)
-    seen: list[Sample] = []
+    seen: list[Reading] = []
     recording = run(device, lambda sample: (seen.append(sample), PULL)[1])
     np.testing.assert_array_equal(recording.angles, ANGLES)
     np.testing.assert_array_equal(recording.torques, np.tile(PULL, (3, 1)))
@@ -58,7 +58,7 @@ def test_it_stops_when_told() -> None:
 
 
 def fail(error: BaseException) -> Any:
-    def tick(sample: Sample) -> np.ndarray:
+    def tick(sample: Reading) -> np.ndarray:
         if sample.time > 0.0:
             raise error
         return PULL
@@ -285,23 +285,23 @@ def test_disturbances_come_when_they_are_told_to() -> None:
         2: jumped(1, 0.5),
         3: stuck(2, 9.0),
         4: late(0.02),
-        5: signalling(Fault.WATCHDOG.bit),
+        5: signalling(FaultCode.WATCHDOG.bit),
     }
     device = DisturbedDevice(FakeDevice([ANGLES[0]] * 7), disturbances)
-    samples: list[Sample] = []
+    samples: list[Reading] = []
     run(device, lambda sample: (samples.append(sample), PULL)[1])
     np.testing.assert_array_equal(samples[0].angles, ANGLES[0])
     assert np.isnan(samples[1].angles[0])
     assert samples[2].angles[1] == ANGLES[0, 1] + 0.5
     assert samples[3].angles[2] == 9.0
     assert samples[4].time == pytest.approx(0.024)
-    assert samples[5].flags == Fault.WATCHDOG.bit
+    assert samples[5].flags == FaultCode.WATCHDOG.bit
     np.testing.assert_array_equal(samples[6].angles, ANGLES[0])
     assert samples[6].flags == 0
 
 
 def test_a_script_may_hold_whole_samples() -> None:
-    device = FakeDevice([Sample(ANGLES[0], 5.0, 3)])
+    device = FakeDevice([Reading(ANGLES[0], 5.0, 3)])
     assert device.read().time == 5.0
     with pytest.raises(EndOfRecordingError, match="no more than 1 readings"):
         device.read()

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from haptics.devices.protocol import (
     PAYLOAD,
     SHORTEST,
-    Kind,
     Packet,
     PacketError,
+    PacketKind,
     Wrong,
     decode,
     encode,
@@ -21,7 +21,7 @@ from haptics.devices.protocol import (
     newer,
 )
 
-STATE = Packet(Kind.STATE, 0x01020304, 7, 6, 5_000_000, (0.5, -0.25, 2.0), 2)
+STATE = Packet(PacketKind.STATE, 0x01020304, 7, 6, 5_000_000, (0.5, -0.25, 2.0), 2)
 WORDS = st.integers(0, 2**32 - 1)
 
 
@@ -55,12 +55,12 @@ def test_the_lengths_are_those_of_the_page() -> None:
 
 
 @given(
-    st.sampled_from([Kind.STATE, Kind.COMMAND]), WORDS, WORDS, WORDS, st.integers(0, 2**64 - 1),
+    st.sampled_from([PacketKind.STATE, PacketKind.COMMAND]), WORDS, WORDS, WORDS, st.integers(0, 2**64 - 1),
     st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 3), st.integers(0, 2**16 - 1),
 )  # fmt: skip
 @settings(deadline=None)
 def test_every_packet_comes_back(
-    kind: Kind, session: int, sequence: int, answers: int, time: int, values: tuple[float, ...], flags: int
+    kind: PacketKind, session: int, sequence: int, answers: int, time: int, values: tuple[float, ...], flags: int
 ) -> None:
     packet = Packet(kind, session, sequence, answers, time, values, flags)
     assert decode(encode(packet)) == packet
@@ -70,7 +70,7 @@ def test_an_angle_may_be_no_number_and_a_torque_may_not() -> None:
     assert np.isnan(decode(encode(STATE._replace(values=(0.0, np.nan, 0.0)))).values[1])
     for values in ((np.nan, 0.0, 0.0), (0.0, np.inf, 0.0)):
         with pytest.raises(PacketError, match="a COMMAND holds"):
-            decode(encode(STATE._replace(kind=Kind.COMMAND, values=values)))
+            decode(encode(STATE._replace(kind=PacketKind.COMMAND, values=values)))
     with pytest.raises(PacketError, match="a STATE holds inf"):
         decode(encode(STATE._replace(values=(np.inf, 0.0, 0.0))))
 

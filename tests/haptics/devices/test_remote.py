@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptics.control.supervisor.faults import Fault
+from haptics.control.supervisor.faults import FaultCode
 from haptics.devices.board import LONGEST_WATCHDOG, Board
-from haptics.devices.device import DeviceError, DeviceLostError, Sample, run
+from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
 from haptics.devices.fake import FakeDevice
-from haptics.devices.protocol import Kind, Packet, decode, encode
+from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.remote import TRIES, DeviceRefusedError, RemoteDevice
 from haptics.devices.simulated import SimulatedDevice
 from tests.haptics.control.supervisor.rig import HOME, LIMITS, PLANT
@@ -77,7 +77,7 @@ def remote(wire: Wire, **more: Any) -> RemoteDevice:
     return RemoteDevice(wire, session=77, clock=wire.clock, **more)
 
 
-def wavy(sample: Sample) -> np.ndarray:
+def wavy(sample: Reading) -> np.ndarray:
     return PULL * np.cos(100.0 * sample.time)
 
 
@@ -168,14 +168,14 @@ def test_another_session_and_another_address_are_strangers() -> None:
     wire = Wire(far)
     device = remote(wire)
     device.read()
-    packet = Packet(Kind.COMMAND, 78, 9, 0, 0, (0.5, 0.5, 0.5))
+    packet = Packet(PacketKind.COMMAND, 78, 9, 0, 0, (0.5, 0.5, 0.5))
     assert far.received(encode(packet), HOST) is None
     assert far.received(encode(packet._replace(session=77)), ("127.0.0.1", 50001)) is None
-    assert far.received(encode(packet._replace(session=78, kind=Kind.BYE, values=())), HOST) is None
+    assert far.received(encode(packet._replace(session=78, kind=PacketKind.BYE, values=())), HOST) is None
     assert far.counts["STRANGER"] == 3
     far.tick()
     assert not np.any(motors.written[-1])
-    wire.arrived.append(encode(Packet(Kind.STATE, 78, 99, 0, 0, (9.0, 9.0, 9.0))))
+    wire.arrived.append(encode(Packet(PacketKind.STATE, 78, 99, 0, 0, (9.0, 9.0, 9.0))))
     assert device.read().angles[0] == 0.1
     assert device.counts["STRANGER"] == 1
 
@@ -184,7 +184,7 @@ def test_what_a_board_does_not_expect_is_counted() -> None:
     far, _ = scripted()
     wire = Wire(far)
     remote(wire)
-    assert far.received(encode(Packet(Kind.STATE, 77, 9, 0, 0, (0.5, 0.5, 0.5))), HOST) is None
+    assert far.received(encode(Packet(PacketKind.STATE, 77, 9, 0, 0, (0.5, 0.5, 0.5))), HOST) is None
     assert far.counts["UNEXPECTED"] == 1
 
 
@@ -193,7 +193,7 @@ def test_a_late_command_is_applied_if_it_is_the_newest() -> None:
     remote(Wire(far))
     far.tick()
     far.tick()
-    far.received(encode(Packet(Kind.COMMAND, 77, 5, 2, 0, (0.1, 0.2, 0.3))), HOST)
+    far.received(encode(Packet(PacketKind.COMMAND, 77, 5, 2, 0, (0.1, 0.2, 0.3))), HOST)
     assert far.counts["LATE"] == 1
     far.tick()
     np.testing.assert_array_equal(motors.written[-1], [0.1, 0.2, 0.3])
@@ -212,7 +212,7 @@ def test_the_watchdog_cuts_the_torque_until_it_is_told_otherwise() -> None:
     assert not np.any(motors.written[-1])
     assert far.tripped
     sample = device.read()
-    assert sample.flags == Fault.WATCHDOG.bit
+    assert sample.flags == FaultCode.WATCHDOG.bit
     device.write(PULL)
     device.read()
     assert not np.any(motors.written[-1]), "a command alone does not end it"
@@ -228,7 +228,7 @@ def test_the_boards_emergency_stop() -> None:
     device.read()
     device.write(PULL)
     far.stop = True
-    assert device.read().flags == Fault.EMERGENCY_STOP.bit
+    assert device.read().flags == FaultCode.EMERGENCY_STOP.bit
     assert not np.any(motors.written[-1])
     far.stop = False
     device.write(PULL)
@@ -340,7 +340,7 @@ def test_another_version_is_refused_by_both() -> None:
 def test_within_a_session_another_version_is_only_dropped() -> None:
     wire = Wire(board())
     device = remote(wire)
-    wire.arrived.append(encode(Packet(Kind.STATE, 77, 50, 0, 0, (9.0, 9.0, 9.0)), version=3))
+    wire.arrived.append(encode(Packet(PacketKind.STATE, 77, 50, 0, 0, (9.0, 9.0, 9.0)), version=3))
     assert device.read().angles[0] != 9.0
     assert device.counts["VERSION"] == 1
 
@@ -349,14 +349,14 @@ def test_a_second_host_is_refused_until_the_watchdog_has_let_go() -> None:
     far, motors = scripted()
     device = remote(Wire(far))
     device.read()
-    hello = encode(Packet(Kind.HELLO, 5, 1, 0, 0, (0.02,)))
+    hello = encode(Packet(PacketKind.HELLO, 5, 1, 0, 0, (0.02,)))
     other = ("127.0.0.1", 50001)
     reply = decode(far.received(hello, other) or b"")
-    assert (reply.kind, reply.values) == (Kind.REFUSED, (2, 1))
+    assert (reply.kind, reply.values) == (PacketKind.REFUSED, (2, 1))
     assert far.counts["BUSY"] == 1
     while not far.tripped:
         far.tick()
-    assert decode(far.received(hello, other) or b"").kind is Kind.WELCOME
+    assert decode(far.received(hello, other) or b"").kind is PacketKind.WELCOME
     assert far.peer == other
     assert not np.any(motors.written[-1])
 
@@ -369,7 +369,7 @@ def test_a_watchdog_that_is_none_is_refused(watchdog: float) -> None:
 
 
 def test_a_reason_of_a_later_board_is_told_by_its_number() -> None:
-    wire = Wire(board(), down=lambda _n, _data: [encode(Packet(Kind.REFUSED, 77, 1, 0, 0, (9, 1)))])
+    wire = Wire(board(), down=lambda _n, _data: [encode(Packet(PacketKind.REFUSED, 77, 1, 0, 0, (9, 1)))])
     with pytest.raises(DeviceRefusedError, match="refuses: reason 9"):
         remote(wire)
 

@@ -19,10 +19,10 @@ import pytest
 from delta_cad.common.console import Parser
 from haptics.commands import board as command
 from haptics.devices.board import Board
-from haptics.devices.device import DeviceLostError, Sample, run
+from haptics.devices.device import DeviceLostError, Reading, run
 from haptics.devices.fake import FakeDevice
 from haptics.devices.link import UdpLink, readable, udp_socket
-from haptics.devices.protocol import Kind, Packet, decode, encode
+from haptics.devices.protocol import Packet, PacketKind, decode, encode
 from haptics.devices.remote import RemoteDevice
 from haptics.devices.server import listen, serve
 from haptics.devices.simulated import SimulatedDevice
@@ -34,7 +34,7 @@ PATIENT = 5.0
 """Seconds that a board in a test waits for its host: longer than any pause of a busy machine."""
 
 
-def wavy(sample: Sample) -> np.ndarray:
+def wavy(sample: Reading) -> np.ndarray:
     return PULL * np.cos(100.0 * sample.time)
 
 
@@ -74,7 +74,7 @@ def test_a_board_that_dies_is_lost(process: tuple[subprocess.Popen[str], int]) -
     device = RemoteDevice(UdpLink("127.0.0.1", port), timeout=PATIENT)
     done = []
 
-    def tick(sample: Sample) -> np.ndarray:
+    def tick(sample: Reading) -> np.ndarray:
         done.append(sample)
         if len(done) == 20:
             board.kill()
@@ -93,9 +93,9 @@ def test_noise_on_the_boards_port_does_no_harm(process: tuple[subprocess.Popen[s
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         stranger.connect(("127.0.0.1", port))
 
-        def tick(sample: Sample) -> np.ndarray:
+        def tick(sample: Reading) -> np.ndarray:
             stranger.send(os.urandom(50))
-            stranger.send(encode(Packet(Kind.COMMAND, 1, 1, 1, 0, (0.8, 0.8, 0.8))))
+            stranger.send(encode(Packet(PacketKind.COMMAND, 1, 1, 1, 0, (0.8, 0.8, 0.8))))
             return wavy(sample)
 
         recording = run(device, tick, ticks=50)
@@ -168,8 +168,8 @@ def served(messages: list[bytes], **more: Any) -> tuple[Board, FakeDevice, list[
             return board, motors, replies, sessions
 
 
-HELLO = encode(Packet(Kind.HELLO, 7, 1, 0, 0, (0.02,)))
-BYE = encode(Packet(Kind.BYE, 7, 2, 0, 0))
+HELLO = encode(Packet(PacketKind.HELLO, 7, 1, 0, 0, (0.02,)))
+BYE = encode(Packet(PacketKind.BYE, 7, 2, 0, 0))
 
 
 def test_a_server_without_a_host_ends_when_it_is_idle() -> None:
@@ -179,18 +179,18 @@ def test_a_server_without_a_host_ends_when_it_is_idle() -> None:
 
 def test_a_session_from_hello_to_bye() -> None:
     _, _, replies, sessions = served([HELLO, BYE], patience=1.0, once=True)
-    assert [r.kind for r in replies] == [Kind.WELCOME, Kind.STATE, Kind.BYE]
+    assert [r.kind for r in replies] == [PacketKind.WELCOME, PacketKind.STATE, PacketKind.BYE]
     assert sessions == 1
 
 
 def test_a_host_that_falls_silent_loses_the_torque_and_then_the_session() -> None:
-    command_packet = encode(Packet(Kind.COMMAND, 7, 2, 1, 0, (0.1, 0.1, 0.1)))
+    command_packet = encode(Packet(PacketKind.COMMAND, 7, 2, 1, 0, (0.1, 0.1, 0.1)))
     board, motors, replies, sessions = served([HELLO, command_packet], patience=0.01, idle=1.0)
     kinds = [r.kind for r in replies]
-    assert kinds[0] is Kind.WELCOME
-    assert kinds[-1] is Kind.BYE
-    assert kinds.count(Kind.STATE) > 25
-    states = [r for r in replies if r.kind is Kind.STATE]
+    assert kinds[0] is PacketKind.WELCOME
+    assert kinds[-1] is PacketKind.BYE
+    assert kinds.count(PacketKind.STATE) > 25
+    states = [r for r in replies if r.kind is PacketKind.STATE]
     assert not states[15].flags
     assert states[24].flags
     assert sum(torque[0] == 0.1 for torque in motors.written) == 21  # one tick, and 20 ms of watchdog
@@ -207,8 +207,8 @@ def test_a_paced_server_ticks_by_the_clock() -> None:
 def test_it_can_be_stopped_and_says_bye() -> None:
     asked = iter([False] * 5 + [True] * 100)
     _, _, replies, _ = served([HELLO], patience=1.0, stop=lambda: next(asked))
-    assert replies[0].kind is Kind.WELCOME
-    assert replies[-1].kind is Kind.BYE
+    assert replies[0].kind is PacketKind.WELCOME
+    assert replies[-1].kind is PacketKind.BYE
 
 
 # ---- the command ----

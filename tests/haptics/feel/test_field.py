@@ -18,7 +18,7 @@ from delta_cad.mechanism import (
 )
 from haptics.feel.field import Drive, FeelField, feel_at, inscribed_ball, mass_matrix, worst_friction
 from haptics.gravity import gravity_torque
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import energy, plant
 from haptics.stability.linear import linearise
 
@@ -28,8 +28,8 @@ GRAVITY = (0.0, 0.0, -9.81)
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return Machine(best, MASSES, drive_torque(best))
+def machine(best: Design) -> MachineModel:
+    return MachineModel(best, MASSES, drive_torque(best))
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def positions(best: Design) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def field(machine: Machine, positions: np.ndarray) -> FeelField:
+def field(machine: MachineModel, positions: np.ndarray) -> FeelField:
     return feel_at(machine, DRIVE, positions)
 
 
@@ -50,7 +50,9 @@ def directions(count: int = 4000) -> np.ndarray:
     return n / np.linalg.norm(n, axis=1, keepdims=True)
 
 
-def test_force_along_directions_by_a_linear_program(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_force_along_directions_by_a_linear_program(
+    machine: MachineModel, positions: np.ndarray, field: FeelField
+) -> None:
     """`max t` with `-l - h <= J^T (t n) <= l - h`: never below the ball, and the ball is reached along J_i."""
     for k, p in enumerate(positions):
         j = jacobian(machine.geometry, p)
@@ -71,7 +73,7 @@ def test_force_along_directions_by_a_linear_program(machine: Machine, positions:
             assert min(reached) == min(reached[:6])
 
 
-def test_best_force_by_linear_programs(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_best_force_by_linear_programs(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
     """The farthest corner, from supporting planes: no direction's support is beyond it, some come near."""
     k = 9
     j = jacobian(machine.geometry, positions[k])
@@ -89,7 +91,9 @@ def test_a_joint_that_cannot_hold_the_weight_leaves_nothing() -> None:
     assert inscribed_ball(columns, np.array([0.1, -0.15, 0.0]), 0.2) == pytest.approx(0.05 / 0.08)
 
 
-def test_mass_is_that_of_the_plant_and_of_its_energy(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_mass_is_that_of_the_plant_and_of_its_energy(
+    machine: MachineModel, positions: np.ndarray, field: FeelField
+) -> None:
     par = plant(machine.geometry, MASSES, GRAVITY)
     for k, p in enumerate(positions):
         here = linearise(par, p)
@@ -109,7 +113,7 @@ def test_mass_is_that_of_the_plant_and_of_its_energy(machine: Machine, positions
         assert min(twice) == pytest.approx(field.mass_min[k], rel=0.1)
 
 
-def test_friction_is_what_a_motion_dissipates(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_friction_is_what_a_motion_dissipates(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
     """Power over speed, with joint rates by finite differences of the joint angles."""
     g, step = machine.geometry, 1e-7
     for k, p in enumerate(positions):
@@ -132,14 +136,16 @@ def test_worst_friction_of_a_flat_device_is_not_upwards() -> None:
     assert sampled == pytest.approx(worst, rel=0.01)
 
 
-def test_no_smaller_force_moves_a_resting_handle(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_no_smaller_force_moves_a_resting_handle(
+    machine: MachineModel, positions: np.ndarray, field: FeelField
+) -> None:
     for k, p in enumerate(positions):
         torque = np.abs(directions() @ jacobian(machine.geometry, p)).max(axis=1)
         assert (field.friction_min[k] * torque <= DRIVE.coulomb * (1.0 + 1e-12)).all()
         assert (1.01 * field.friction_min[k] * torque > DRIVE.coulomb).any()
 
 
-def test_steps_of_count_and_command(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_steps_of_count_and_command(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
     g = machine.geometry
     for k, p in enumerate(positions):
         theta = inverse_kinematics(g, p)
@@ -149,13 +155,13 @@ def test_steps_of_count_and_command(machine: Machine, positions: np.ndarray, fie
         assert np.linalg.norm(changed, axis=0).max() == pytest.approx(field.force_step[k], rel=1e-9)
 
 
-def test_gravity_is_the_largest_of_the_joints(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_gravity_is_the_largest_of_the_joints(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
     for k, p in enumerate(positions):
         held = gravity_torque(machine.geometry, MASSES, p, machine.design.requirements.gravity_m_s2)
         assert field.gravity[k] == pytest.approx(np.abs(held).max(), rel=1e-12)
 
 
-def test_a_third_of_a_turn_changes_nothing(machine: Machine, positions: np.ndarray, field: FeelField) -> None:
+def test_a_third_of_a_turn_changes_nothing(machine: MachineModel, positions: np.ndarray, field: FeelField) -> None:
     third = 2.0 * np.pi / 3.0
     turn = np.array([[np.cos(third), -np.sin(third), 0.0], [np.sin(third), np.cos(third), 0.0], [0.0, 0.0, 1.0]])
     turned = feel_at(machine, DRIVE, positions @ turn.T)

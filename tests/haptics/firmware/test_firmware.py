@@ -6,6 +6,7 @@ import ctypes
 import math
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,32 +22,41 @@ from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import Controller, fresh, tick
 from haptics.control.filters import foaw
-from haptics.control.supervisor.faults import EXTERNAL, Fault, findings
+from haptics.control.supervisor.faults import EXTERNAL, FaultCode, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
-from haptics.devices.device import Sample
+from haptics.devices.device import Reading
 from haptics.devices.host import Host
-from haptics.firmware.generate import sources, write_firmware
+from haptics.firmware.expressions import TranslationError, literal
+from haptics.firmware.generate import _translated, sources, write_firmware
 from haptics.firmware.layout import LayoutError, c_type
-from haptics.firmware.translate import Translation, TranslationError, literal
-from haptics.model.machine import Machine
-from haptics.rendering.laws import PAPER_SETTINGS, axis_wall_row, constant_row, home_row, law_table, spring_row
+from haptics.firmware.translate import Translation
+from haptics.model.machine import MachineModel
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.home import Home
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import axis_wall
+from haptics.rendering.registry import COLUMNS, layout
+from haptics.rendering.registry import LAWS as REGISTRY
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(
-    PAPER_SETTINGS["k0.4"].row(HOME, damping=20.0),
-    spring_row(stiffness=50.0, damping=1.0, point=HOME),
-    constant_row([0.1, -0.2, 0.3]),
-    home_row(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
-    axis_wall_row("+x", 0.005, stiffness=1500.0, damping=3.0),
+    replace(PAPER_SETTINGS["k0.4"], origin=HOME, damping=20.0),
+    SpringDamper(stiffness=50.0, damping=1.0, point=HOME),
+    ConstantForce([0.1, -0.2, 0.3]),
+    Home(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
+    axis_wall("+x", 0.005, stiffness=1500.0, damping=3.0),
+    np.array([[kind, 0.5, *(1e-3 * (k + 1) for k in range(COLUMNS - 2))] for kind in REGISTRY]),  # every law there is
 )
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return Machine(best, MASSES, drive_torque(best))
+def machine(best: Design) -> MachineModel:
+    return MachineModel(best, MASSES, drive_torque(best))
 
 
 def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
@@ -81,7 +91,7 @@ def pointer(array: np.ndarray) -> Any:
     return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
-def readings(machine: Machine, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def readings(machine: MachineModel, ticks: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Times and angles of a handle that wanders, with jumps, numbers that are none, and late ticks in between."""
     rng = np.random.default_rng(seed)
     way = np.cumsum(rng.normal(0.0, 1.0, (ticks, 3)), axis=0)
@@ -98,7 +108,7 @@ def readings(machine: Machine, ticks: int, seed: int) -> tuple[np.ndarray, np.nd
 
 
 @pytest.mark.parametrize("estimator", ["low-pass", "foaw"])
-def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Path, estimator: str) -> None:
+def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path: Path, estimator: str) -> None:
     chosen = foaw(1e-3, 3.8e-4, 8) if estimator == "foaw" else None
     controller = default_controller(machine, estimator=chosen, joint_speed=60.0)
     library = compiled(controller, tmp_path / "controller")
@@ -133,7 +143,7 @@ def test_it_is_the_python_tick_double_for_double(machine: Machine, tmp_path: Pat
 class Twins:
     """The host in Python and the C controller, told the same; the handle trembles at its home, and ticks must agree."""
 
-    def __init__(self, machine: Machine, folder: Path, stale: float = math.inf, *macros: str) -> None:
+    def __init__(self, machine: MachineModel, folder: Path, stale: float = math.inf, *macros: str) -> None:
         controller = default_controller(machine, stale=stale)
         given = default_controller(machine, stale=math.inf) if macros else controller
         self.library = compiled(given, folder / "controller", *macros)
@@ -162,7 +172,7 @@ class Twins:
         for _ in range(ticks):
             self.now += 1e-3
             theta = self.theta + 4e-4 * math.sin(60.0 * self.now)
-            ours = self.host(Sample(theta, self.now, self.flags))
+            ours = self.host(Reading(theta, self.now, self.flags))
             bits = self.library.delta_tick(
                 pointer(self.memory), pointer(LAWS), len(LAWS), self.now, pointer(theta), pointer(out)
             )
@@ -178,11 +188,13 @@ class Twins:
 
 
 @pytest.mark.parametrize("fault", findings(EXTERNAL))
-def test_what_comes_from_outside_latches_in_c_as_in_python(machine: Machine, tmp_path: Path, fault: Fault) -> None:
+def test_what_comes_from_outside_latches_in_c_as_in_python(
+    machine: MachineModel, tmp_path: Path, fault: FaultCode
+) -> None:
     twins = Twins(machine, tmp_path)
     twins.signal(fault.bit)  # while nothing is enabled, only the emergency stop latches
     twins.tick()
-    assert twins.latched == (fault.bit if fault is Fault.EMERGENCY_STOP else 0)
+    assert twins.latched == (fault.bit if fault is FaultCode.EMERGENCY_STOP else 0)
     twins.signal(0)
     twins.press("reset")
     twins.tick()
@@ -202,7 +214,7 @@ def test_what_comes_from_outside_latches_in_c_as_in_python(machine: Machine, tmp
     assert np.abs(twins.tick(700)).max() > 0.02
 
 
-def test_other_bits_cannot_be_signalled_in_c(machine: Machine, tmp_path: Path) -> None:
+def test_other_bits_cannot_be_signalled_in_c(machine: MachineModel, tmp_path: Path) -> None:
     twins = Twins(machine, tmp_path)
     twins.signal(-1)
     assert int(twins.supervisor[SIGNALS]) == EXTERNAL
@@ -211,9 +223,11 @@ def test_other_bits_cannot_be_signalled_in_c(machine: Machine, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("macros", [(), ("-DDELTA_STALE_S=0.1",)], ids=["from the design", "by the macro"])
-def test_a_host_that_falls_silent_is_noticed_in_c(machine: Machine, tmp_path: Path, macros: tuple[str, ...]) -> None:
+def test_a_host_that_falls_silent_is_noticed_in_c(
+    machine: MachineModel, tmp_path: Path, macros: tuple[str, ...]
+) -> None:
     twins = Twins(machine, tmp_path, 0.1, *macros)
-    stale = Fault.COMMAND_STALE.bit
+    stale = FaultCode.COMMAND_STALE.bit
     twins.press("enable")
     twins.tick(100)
     assert not twins.host.bits & stale
@@ -231,34 +245,54 @@ def test_a_host_that_falls_silent_is_noticed_in_c(machine: Machine, tmp_path: Pa
     assert twins.supervisor[HEARD] == twins.now - 0.05
 
 
-def test_without_the_macro_silence_is_never_noticed_and_the_guide_says_so(machine: Machine, tmp_path: Path) -> None:
+def test_without_the_macro_silence_is_never_noticed(machine: MachineModel, tmp_path: Path) -> None:
     twins = Twins(machine, tmp_path)
     twins.press("enable")
     twins.tick(700)
-    assert not twins.host.bits & Fault.COMMAND_STALE.bit
-    guide = (tmp_path / "controller" / "README.md").read_text()
-    assert "that age is INFINITY, which switches code 17 off" in guide
+    assert not twins.host.bits & FaultCode.COMMAND_STALE.bit
+    assert "#define DELTA_STALE_S INFINITY" in (tmp_path / "controller" / "delta_controller.c").read_text()
     limited = sources(default_controller(machine, stale=0.25), "limited")
-    assert "that age is 0.25, which code 17 waits for" in limited["README.md"]
     assert "#define DELTA_STALE_S 0.25" in limited["delta_controller.c"]
 
 
-def test_header_and_guide_have_what_can_be_raised(machine: Machine) -> None:
+def test_header_and_guide_have_what_can_be_raised(machine: MachineModel) -> None:
     files = sources(default_controller(machine), "a")
-    rows = [
-        line.split(" | ") for line in files["README.md"].splitlines() if line.startswith("| ") and line[2].isdigit()
-    ]
+    _, table = files["README.md"].split("| bit | found |")
+    rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ") and line[2].isdigit()]
     by = {int(row[0].strip("| ")): row[2] for row in rows}
-    assert set(by) == {int(fault) for fault in Fault} - {Fault.ORDER}  # a tick keeps its own order
+    assert set(by) == {int(fault) for fault in FaultCode} - {FaultCode.ORDER}  # a tick keeps its own order
     assert {code for code, text in by.items() if "delta_signal" in text} == {int(f) for f in findings(EXTERNAL)}
-    assert by[int(Fault.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
+    assert by[int(FaultCode.COMMAND_STALE)] == "`delta_tick`, `DELTA_STALE_S` finite"
     for fault in findings(EXTERNAL):
         assert f"#define DELTA_{fault.name} (1LL << {int(fault)})" in files["delta_controller.h"]
 
 
-def test_what_is_written_does_not_depend_on_the_day(machine: Machine) -> None:
+def test_header_names_every_law_and_its_columns(machine: MachineModel) -> None:
+    header = sources(default_controller(machine), "a")["delta_controller.h"]
+    lines = (line.split() for line in header.splitlines() if line.startswith("#define DELTA_"))
+    named = {words[1]: words[2] for words in lines if len(words) > 2 and words[2].isdigit()}
+    assert int(named["DELTA_LAW_COLUMNS"]) == COLUMNS == LAWS.shape[1]
+    wall = axis_wall("-z", 0.25, stiffness=7.0, damping=3.0, blend=2e-3)
+    row = law_table(wall)[0]
+    assert row[int(named["DELTA_LAW_KIND"])] == int(named["DELTA_VIRTUAL_WALL"])
+    assert row[int(named["DELTA_LAW_GAIN"])] == 1.0
+    for field, value in (("STIFFNESS", 7.0), ("DAMPING", 3.0), ("BLEND", 2e-3)):
+        assert row[int(named[f"DELTA_VIRTUAL_WALL_{field}"])] == value
+    point, normal = (int(named[f"DELTA_VIRTUAL_WALL_{field}"]) for field in ("POINT", "NORMAL"))
+    assert row[point : point + 3].tolist() == [0.0, 0.0, 0.25]
+    assert row[normal : normal + 3].tolist() == [0.0, 0.0, 1.0]
+
+
+def test_the_columns_of_a_law_do_not_overlap() -> None:
+    for law in REGISTRY.values():
+        places = [first + k for _, first, width, _ in layout(law) for k in range(width)]
+        assert places == list(range(2, 2 + len(places)))
+
+
+def test_what_is_written_does_not_depend_on_the_day(machine: MachineModel) -> None:
     controller = default_controller(machine)
     written = sources(controller, "a")
+    _translated.cache_clear()
     assert written == sources(controller, "a")
     assert "malloc" not in written["delta_controller.c"]
 
@@ -302,7 +336,7 @@ def _chosen(x):
 
 @pytest.mark.parametrize("function", [_power, _named, _with_else, _chosen])
 def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None:
-    with pytest.raises(TranslationError, match=rf"test_firmware\.{function.py_func.__name__}, line \d+"):
+    with pytest.raises(TranslationError, match=rf"{__name__}\.{function.py_func.__name__}, line \d+"):
         Translation().add(function, (float64,))
 
 
@@ -323,7 +357,6 @@ def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pyte
     assert main(command) == 0
     assert main([*command, "--json"]) == 0  # again: replaced
     assert sorted(path.name for path in folder.iterdir()) == ["README.md", "delta_controller.c", "delta_controller.h"]
-    assert "| 1 | an encoder reads no number |" in (folder / "README.md").read_text()
     (folder / "mine.txt").write_text("keep")
     assert main(command) == 2
     assert "holds other files" in capsys.readouterr().err

@@ -4,8 +4,11 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from haptics.rendering.kernel import ANCHOR, BLEND, DAMPING, FIRST, KIND, STIFFNESS, WALL
-from haptics.rendering.laws import constant_row, home_row, resistance_row, spring_row, wall_row
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.home import Home
+from haptics.rendering.laws.operating_resistance import OperatingResistance
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import VirtualWall
 
 PROPERTY = settings(max_examples=200, deadline=None)
 SPEED_MAX = 1.0  # m/s, of the states drawn below
@@ -32,7 +35,7 @@ def velocities():
 
 def resistances():
     return st.builds(
-        lambda k, b, r0, way, o, blend: resistance_row(
+        lambda k, b, r0, way, o, blend: OperatingResistance(
             stiffness=k, damping=b, dead_radius=r0, full_radius=r0 + way, origin=o, blend=blend
         ),
         between(0, K),
@@ -46,13 +49,13 @@ def resistances():
 
 def springs():
     return st.builds(
-        lambda k, b, o: spring_row(stiffness=k, damping=b, point=o), between(0, K), between(0, 500), vectors(BOX)
+        lambda k, b, o: SpringDamper(stiffness=k, damping=b, point=o), between(0, K), between(0, 500), vectors(BOX)
     )
 
 
 def homes():
     return st.builds(
-        lambda k, b, s, o: home_row(stiffness=k, damping=b, speed=s, origin=o),
+        lambda k, b, s, o: Home(stiffness=k, damping=b, speed=s, origin=o),
         between(1, K),
         between(0.1, 500),
         between(0.01, 1),
@@ -62,7 +65,7 @@ def homes():
 
 def walls():
     return st.builds(
-        lambda k, b, o, n, blend: wall_row(stiffness=k, damping=b, point=o, normal=n, blend=blend),
+        lambda k, b, o, n, blend: VirtualWall(stiffness=k, damping=b, point=o, normal=n, blend=blend),
         between(0, K),
         between(0, 500),
         vectors(BOX),
@@ -72,27 +75,29 @@ def walls():
 
 
 def constants():
-    return vectors(5.0).map(constant_row)
+    return vectors(5.0).map(ConstantForce)
 
 
 def laws():
     return st.one_of(resistances(), springs(), homes(), walls(), constants())
 
 
-def steepness(row):
+def steepness(law):
     """Bounds of |dF/dp| at the largest speed drawn and of |dF/dv|, read from the parameters alone."""
-    k, b = row[STIFFNESS], row[DAMPING]
-    return k + (b * SPEED_MAX / row[BLEND] if row[BLEND] else 0.0), b
+    k, b, blend = (getattr(law, name, 0.0) for name in ("stiffness", "damping", "blend"))
+    return k + (b * SPEED_MAX / blend if blend else 0.0), b
 
 
 @st.composite
-def near_edges(draw, row):
+def near_edges(draw, law):
     """A position anywhere, or within 20 um of the surface on which the law changes."""
-    if draw(st.booleans()):
+    if isinstance(law, ConstantForce) or draw(st.booleans()):
         return draw(vectors(BOX))
     n, off = draw(directions()), draw(between(-2e-5, 2e-5))
-    anchor = row[ANCHOR : ANCHOR + 3]
-    if row[KIND] == WALL:
-        normal = row[FIRST : FIRST + 3]
-        return anchor + (n - normal * (n @ normal)) * 0.01 + off * normal
-    return anchor + n * (draw(st.sampled_from([0.0, row[FIRST], row[FIRST + 1]])) + off)
+    if isinstance(law, VirtualWall):
+        return law.point + (n - law.normal * (n @ law.normal)) * 0.01 + off * law.normal
+    if isinstance(law, OperatingResistance):
+        return law.origin + n * (draw(st.sampled_from([0.0, law.dead_radius, law.full_radius])) + off)
+    if isinstance(law, Home):
+        return law.origin + n * (draw(st.sampled_from([0.0, law.damping * law.speed / law.stiffness])) + off)
+    return law.point + n * off

@@ -8,19 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from delta_cad.mechanism import Cube
-from haptics.rendering import force, stored_energy
-from haptics.rendering.kernel import GAIN, STIFFNESS
-from haptics.rendering.laws import (
-    PAPER_SETTINGS,
-    axis_wall_row,
-    constant_row,
-    cube_rows,
-    home_row,
-    law_table,
-    resistance_row,
-    spring_row,
-    wall_row,
-)
+from haptics.rendering import force, law_table, stored_energy
+from haptics.rendering.law import GAIN
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.home import Home
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import VirtualWall, axis_wall, cube_walls
 from tests.haptics.rendering.states import (
     PROPERTY,
     ROUNDING,
@@ -41,29 +35,30 @@ CUBE = Cube(bottom_height=0.057, half_side=0.035)
 @PROPERTY
 @given(st.data())
 def test_laws_are_continuous_with_the_derived_bound(data):
-    row = data.draw(laws())
-    p1, v1 = data.draw(near_edges(row)), data.draw(velocities())
+    law = data.draw(laws())
+    p1, v1 = data.draw(near_edges(law)), data.draw(velocities())
     if data.draw(st.booleans()):
-        p2, v2 = data.draw(near_edges(row)), data.draw(velocities())
+        p2, v2 = data.draw(near_edges(law)), data.draw(velocities())
     else:  # close by, where a step would show most
         p2 = p1 + data.draw(vectors(1e-6))
         v2 = v1 * data.draw(between(0.999, 1.0))
-    along, across = steepness(row)
+    along, across = steepness(law)
     bound = along * np.linalg.norm(p1 - p2) + across * np.linalg.norm(v1 - v2)
-    assert np.linalg.norm(force(row, p1, v1) - force(row, p2, v2)) <= bound + ROUNDING
+    assert np.linalg.norm(force(law, p1, v1) - force(law, p2, v2)) <= bound + ROUNDING
 
 
 @PROPERTY
 @given(st.data())
 def test_walls_of_a_cube_together_keep_the_bound_of_one(data):
-    rows = cube_rows(CUBE, stiffness=3000.0, damping=20.0)
+    walls = cube_walls(CUBE, stiffness=3000.0, damping=20.0)
+    table = law_table(*walls)
     centre = (CUBE.lower + CUBE.upper) / 2
     corner = centre + CUBE.half_side * np.array(data.draw(st.tuples(*[st.sampled_from([-1, 0, 1])] * 3)))
     p1, p2 = (corner + data.draw(vectors(1e-3)) for _ in range(2))
     v1, v2 = data.draw(velocities()), data.draw(velocities())
-    along, across = steepness(rows[0])
+    along, across = steepness(walls[0])
     bound = along * np.linalg.norm(p1 - p2) + across * np.linalg.norm(v1 - v2)
-    assert np.linalg.norm(force(rows, p1, v1) - force(rows, p2, v2)) <= bound + ROUNDING
+    assert np.linalg.norm(force(table, p1, v1) - force(table, p2, v2)) <= bound + ROUNDING
 
 
 # ---------------------------------------------------------------- energy
@@ -72,23 +67,24 @@ def test_walls_of_a_cube_together_keep_the_bound_of_one(data):
 @PROPERTY
 @given(st.data())
 def test_force_at_rest_is_minus_the_gradient_of_the_stored_energy(data):
-    row = data.draw(laws())
-    row[GAIN] = data.draw(between(0, 1))
-    p, h = data.draw(near_edges(row)), 1e-8
+    law = data.draw(laws())
+    row = law_table(law)
+    row[0, GAIN] = data.draw(between(0, 1))
+    p, h = data.draw(near_edges(law)), 1e-8
     steps = h * np.eye(3)
     slope = (stored_energy(row, p + steps) - stored_energy(row, p - steps)) / (2 * h)
     # the force changes by at most k h over the step, also where it has a kink; the energy, up to k (0.35 m)^2 / 2, is
     # rounded to a few units of its last place
-    tolerance = row[STIFFNESS] * h + 8 * np.finfo(float).eps * (K * 0.35**2 + 5.0) / h
+    tolerance = getattr(law, "stiffness", 0.0) * h + 8 * np.finfo(float).eps * (K * 0.35**2 + 5.0) / h
     np.testing.assert_allclose(-slope, force(row, p), rtol=0, atol=tolerance)
 
 
 @PROPERTY
 @given(st.data())
 def test_damping_never_works_on_the_hand(data):
-    row = data.draw(laws())
-    p, v = data.draw(near_edges(row)), data.draw(velocities())
-    assert (force(row, p, v) - force(row, p)) @ v <= ROUNDING * SPEED_MAX
+    law = data.draw(laws())
+    p, v = data.draw(near_edges(law)), data.draw(velocities())
+    assert (force(law, p, v) - force(law, p)) @ v <= ROUNDING * SPEED_MAX
 
 
 def loop(rng, centre, size, points):
@@ -108,11 +104,11 @@ def loop(rng, centre, size, points):
 def test_work_on_the_hand_around_a_closed_path(damping):
     rng = np.random.default_rng(4)
     table = law_table(
-        resistance_row(stiffness=400, damping=damping, dead_radius=1.5e-3, full_radius=10e-3),
-        wall_row(stiffness=3000, damping=damping, point=(0.01, 0, 0), normal=(-1, 0.3, 0.2)),
-        cube_rows(Cube(0.01, 0.02), stiffness=2000, damping=damping),
-        spring_row(stiffness=100, damping=0.0, point=(0, 0, 0.02)),
-        constant_row((0.3, -0.2, 1.0)),
+        OperatingResistance(stiffness=400, damping=damping, dead_radius=1.5e-3, full_radius=10e-3),
+        VirtualWall(stiffness=3000, damping=damping, point=(0.01, 0, 0), normal=(-1, 0.3, 0.2)),
+        *cube_walls(Cube(0.01, 0.02), stiffness=2000, damping=damping),
+        SpringDamper(stiffness=100, damping=0.0, point=(0, 0, 0.02)),
+        ConstantForce((0.3, -0.2, 1.0)),
     )
     for _ in range(10):
         p, v = loop(rng, (0, 0, 0.02), 0.03, 40_000)
@@ -129,14 +125,14 @@ SAME = 1e-12  # rounding; differences of positions lose two digits
 
 
 def test_energy_of_each_kind_where_it_can_be_read_off():
-    assert stored_energy(spring_row(stiffness=200, damping=0, point=(0, 0, 1)), (0, 0, 1.1)) == pytest.approx(
+    assert stored_energy(SpringDamper(stiffness=200, damping=0, point=(0, 0, 1)), (0, 0, 1.1)) == pytest.approx(
         1.0, rel=SAME
     )
-    setting = PAPER_SETTINGS["k0.4"].row()
+    setting = PAPER_SETTINGS["k0.4"]
     # half k (r1 - r0)^2, then the plateau for 10 mm
     assert stored_energy(setting, (0.02, 0, 0)) == pytest.approx(0.5 * 400 * 8.5e-3**2 + 3.4 * 0.01, rel=SAME)
     assert stored_energy(setting, (1e-3, 0, 0)) == 0.0
-    returning = home_row(stiffness=100, damping=10, speed=0.1)  # the pull ends at 1 N, 10 mm away
+    returning = Home(stiffness=100, damping=10, speed=0.1)  # the pull ends at 1 N, 10 mm away
     assert stored_energy(returning, (0, 0.03, 0)) == pytest.approx(0.5 * 100 * 0.01**2 + 1.0 * 0.02, rel=SAME)
-    assert stored_energy(axis_wall_row("+z", 0.1, stiffness=1000), (0, 0, 0.11)) == pytest.approx(0.05, rel=SAME)
-    assert stored_energy(constant_row((0, 0, 2)), (1, 1, 0.5)) == -1.0
+    assert stored_energy(axis_wall("+z", 0.1, stiffness=1000), (0, 0, 0.11)) == pytest.approx(0.05, rel=SAME)
+    assert stored_energy(ConstantForce((0, 0, 2)), (1, 1, 0.5)) == -1.0

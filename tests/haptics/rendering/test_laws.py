@@ -1,6 +1,7 @@
 """Force laws against their equations as printed, the home function in flight, tables, batches, turned frames."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,22 +13,19 @@ from haptics.rendering import (
     constant_force,
     force,
     home,
+    law_table,
     operating_resistance,
     spring_damper,
     stored_energy,
     virtual_wall,
 )
-from haptics.rendering.kernel import ANCHOR, FIRST, GAIN, KIND, WALL, fade, total_energy, total_force
-from haptics.rendering.laws import (
-    PAPER_SETTINGS,
-    WALL_BLEND,
-    axis_wall_row,
-    cube_rows,
-    home_row,
-    law_table,
-    spring_row,
-    wall_row,
-)
+from haptics.rendering.law import GAIN, KIND
+from haptics.rendering.laws.home import Home
+from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import WALL_BLEND, VirtualWall, axis_wall, cube_walls
+from haptics.rendering.registry import COLUMNS
+from haptics.rendering.table import fade, total_energy, total_force
 from tests.haptics.rendering.states import (
     BOX,
     PROPERTY,
@@ -56,7 +54,8 @@ def equation_23(p, v, k, b, r0, r1):
 @PROPERTY
 @given(directions(), between(0, 0.05), velocities(), st.sampled_from(list(PAPER_SETTINGS)))
 def test_resistance_is_equation_23_away_from_the_blend(n, d, v, name):
-    k, b, r0, r1, _ = PAPER_SETTINGS[name]
+    setting = PAPER_SETTINGS[name]
+    k, b, r0, r1 = setting.stiffness, setting.damping, setting.dead_radius, setting.full_radius
     blend = 1e-3
     found = operating_resistance(n * d, v, stiffness=k, damping=b, dead_radius=r0, full_radius=r1, blend=blend)
     p = n * d
@@ -82,17 +81,16 @@ def test_settings_of_the_paper(name, plateau, r1):
     assert setting.damping == 500.0
     assert setting.dead_radius == 1.5e-3
     assert setting.full_radius == r1
-    assert "[RCIM2018]" in setting.source
-    far = force(setting.row(origin=(0, 0, 0.09)), (0.03, 0, 0.09))
+    far = force(replace(setting, origin=(0, 0, 0.09)), (0.03, 0, 0.09))
     np.testing.assert_allclose(far, (-plateau, 0, 0), rtol=1e-12, atol=1e-15)  # rounding
 
 
 def test_applied_damping_takes_the_place_of_the_one_asked_for():
     setting = PAPER_SETTINGS["k0.4"]
     state = (0.02, 0, 0), (0, 0.1, 0)
-    assert force(setting.row(), *state)[1] == -500.0 * 0.1
-    assert force(setting.row(damping=7.0), *state)[1] == -7.0 * 0.1
-    assert force(setting.row(damping=0.0), *state)[1] == 0.0
+    assert force(setting, *state)[1] == -500.0 * 0.1
+    assert force(replace(setting, damping=7.0), *state)[1] == -7.0 * 0.1
+    assert force(replace(setting, damping=0.0), *state)[1] == 0.0
 
 
 @PROPERTY
@@ -111,12 +109,12 @@ def test_constant_force_is_the_same_everywhere():
 @pytest.mark.parametrize("side", [1, -1])
 def test_wall_across_an_axis_is_equation_24(axis, side):
     stiffness, face, e = 1100.0, 0.03 * side, np.eye(3)[axis]
-    row = axis_wall_row("+-"[side < 0] + "xyz"[axis], face, stiffness=stiffness)
+    wall = axis_wall("+-"[side < 0] + "xyz"[axis], face, stiffness=stiffness)
     for x in np.linspace(-0.05, 0.05, 41):
         into = side * (x - face)
         expected = -stiffness * (x - face) * e if into > 0 else np.zeros(3)  # on the handle, so with the minus
         elsewhere = 0.02 * (1 - e)
-        np.testing.assert_allclose(force(row, x * e + elsewhere), expected, rtol=0, atol=ROUNDING)
+        np.testing.assert_allclose(force(wall, x * e + elsewhere), expected, rtol=0, atol=ROUNDING)
 
 
 def test_damping_of_a_wall_acts_in_contact_only_and_fades_in():
@@ -145,18 +143,18 @@ def test_wall_at_touch_down_makes_no_step_at_speed():
 
 @PROPERTY
 @given(walls(), vectors(BOX), velocities())
-def test_wall_never_pulls_and_pushes_along_its_normal(row, p, v):
-    f, n = force(row, p, v), row[FIRST : FIRST + 3]
+def test_wall_never_pulls_and_pushes_along_its_normal(wall, p, v):
+    f, n = force(wall, p, v), wall.normal
     assert f @ n >= 0.0
     np.testing.assert_allclose(f - (f @ n) * n, 0.0, rtol=0, atol=ROUNDING)
-    if (row[ANCHOR : ANCHOR + 3] - p) @ n < -1e-15:  # rounding of the depth: 4 eps of 0.3 m
+    if (wall.point - p) @ n < -1e-15:  # rounding of the depth: 4 eps of 0.3 m
         assert not f.any()
 
 
 @pytest.mark.parametrize("length", [1e-200, 1e-3, 1.0, 1e200])
 def test_normal_may_have_any_length(length):
-    row = wall_row(stiffness=1, point=(0, 0, 0), normal=np.array([1, -2, 2]) * length)
-    np.testing.assert_allclose(row[FIRST : FIRST + 3], (1 / 3, -2 / 3, 2 / 3), rtol=1e-15, atol=0)  # rounding
+    wall = VirtualWall(stiffness=1, point=(0, 0, 0), normal=np.array([1, -2, 2]) * length)
+    np.testing.assert_allclose(force(wall, (-3, 0, 0)), (1 / 3, -2 / 3, 2 / 3), rtol=2e-15, atol=0)  # rounding, twice
 
 
 CUBE = Cube(bottom_height=0.057, half_side=0.035)
@@ -173,7 +171,7 @@ def test_cube_of_walls_is_three_walls_one_for_each_coordinate(offset, v):
             x = free * (face - p[axis])
             if x > 0:
                 expected[axis] += free * max(0.0, k * x - b * min(1.0, x / blend) * free * v[axis])
-    found = force(cube_rows(CUBE, stiffness=k, damping=b, blend=blend), p, v)
+    found = force(law_table(*cube_walls(CUBE, stiffness=k, damping=b, blend=blend)), p, v)
     np.testing.assert_allclose(found, expected, rtol=0, atol=ROUNDING)
     if (np.abs(offset) < CUBE.half_side - 1e-12).all():
         assert not found.any()
@@ -182,11 +180,11 @@ def test_cube_of_walls_is_three_walls_one_for_each_coordinate(offset, v):
 # ---------------------------------------------------------------- home
 
 
-def fly_home(row, p, v, mass, seconds, dt=1e-4):
+def fly_home(law, p, v, mass, seconds, dt=1e-4):
     """Path of a free mass under a law, by symplectic Euler."""
     path = []
     for _ in range(round(seconds / dt)):
-        v = v + dt / mass * force(row, p, v)
+        v = v + dt / mass * force(law, p, v)
         p = p + dt * v
         path.append((p, v))
     return map(np.array, zip(*path, strict=True))
@@ -195,8 +193,8 @@ def fly_home(row, p, v, mass, seconds, dt=1e-4):
 @pytest.mark.parametrize("start", [(0.05, -0.03, 0.02), (0.0, 0.0, -0.04), (1e-4, 0, 0)])
 def test_home_brings_the_handle_back_no_faster_than_the_limit(start):
     origin, limit = np.array([0.0, 0.0, 0.09]), 0.1
-    row = home_row(stiffness=100, damping=10, speed=limit, origin=origin)  # critical: b = 2 sqrt(k m) at 0.25 kg
-    p, v = fly_home(row, origin + start, np.zeros(3), 0.2, 1.6)
+    law = Home(stiffness=100, damping=10, speed=limit, origin=origin)  # critical: b = 2 sqrt(k m) at 0.25 kg
+    p, v = fly_home(law, origin + start, np.zeros(3), 0.2, 1.6)
     speed = np.linalg.norm(v, axis=1)
     assert speed.max() <= limit * (1 + 1e-12)  # rounding: a step goes 0.5 % of the way from v to w
     if np.linalg.norm(start) > 0.03:
@@ -207,8 +205,8 @@ def test_home_brings_the_handle_back_no_faster_than_the_limit(start):
 
 
 def test_home_slows_a_handle_that_is_too_fast():
-    row = home_row(stiffness=100, damping=10, speed=0.1)
-    _, v = fly_home(row, np.array([0.05, 0, 0]), np.array([0.1, 0.5, 0.3]), 0.2, 0.2)
+    law = Home(stiffness=100, damping=10, speed=0.1)
+    _, v = fly_home(law, np.array([0.05, 0, 0]), np.array([0.1, 0.5, 0.3]), 0.2, 0.2)
     speed = np.linalg.norm(v, axis=1)
     assert (np.diff(speed)[speed[:-1] > 0.1] < 0).all()
     assert speed[-1] < 0.12
@@ -221,7 +219,7 @@ def test_home_pull_ends_at_damping_times_speed():
 
 
 def test_switching_on_makes_no_step():
-    table = law_table(home_row(stiffness=100, damping=10, speed=0.1))
+    table = law_table(Home(stiffness=100, damping=10, speed=0.1))
     p, v = np.array([0.05, 0.0, 0.0]), np.array([0.0, 0.2, 0.0])
     whole = np.linalg.norm(force(table, p, v))
     gain, last, forces = 0.0, np.zeros(3), []
@@ -250,50 +248,48 @@ def rotation(axis, angle):
 
 @PROPERTY
 @given(laws(), vectors(BOX), velocities(), directions(), between(-3, 3))
-def test_laws_turn_with_the_frame(row, p, v, axis, angle):
+def test_laws_turn_with_the_frame(law, p, v, axis, angle):
     turn = rotation(axis, angle)
-    turned = row.copy()
-    turned[ANCHOR : ANCHOR + 3] = turn @ row[ANCHOR : ANCHOR + 3]
-    if row[KIND] == WALL:
-        turned[FIRST : FIRST + 3] = turn @ row[FIRST : FIRST + 3]
-    along, across = steepness(row)
+    vectors_of = [name for name, parameter in law.parameters().items() if parameter.width == 3]
+    turned = replace(law, **{name: turn @ getattr(law, name) for name in vectors_of})
+    along, across = steepness(law)
     blur = 1e-15 * (along + across)  # rotated positions and velocities are rounded: 4 eps of 0.2 m or m/s
-    np.testing.assert_allclose(force(turned, turn @ p, turn @ v), turn @ force(row, p, v), atol=ROUNDING + blur, rtol=0)
+    np.testing.assert_allclose(force(turned, turn @ p, turn @ v), turn @ force(law, p, v), atol=ROUNDING + blur, rtol=0)
 
 
 @PROPERTY
 @given(st.lists(laws(), max_size=5), vectors(BOX), velocities(), between(0, 1))
-def test_table_is_the_sum_of_its_rows_times_their_gains(rows, p, v, gain):
-    table = law_table(*rows)
-    if rows:
+def test_table_is_the_sum_of_its_laws_times_their_gains(drawn, p, v, gain):
+    table = law_table(*drawn)
+    if drawn:
         table[0, GAIN] = gain
-    expected = sum((row[GAIN] * force(rows[i], p, v) for i, row in enumerate(table)), np.zeros(3))
+    expected = sum((row[GAIN] * force(drawn[i], p, v) for i, row in enumerate(table)), np.zeros(3))
     np.testing.assert_allclose(force(table, p, v), expected, rtol=0, atol=6 * ROUNDING)
     assert total_force(table, *p, *v) == tuple(force(table, p, v))
     assert total_energy(table, *p) == stored_energy(table, p)
 
 
 def test_a_row_of_unknown_kind_gives_neither_force_nor_energy():
-    row = spring_row(stiffness=100, damping=1, point=(0, 0, 0))
-    row[KIND] = 99
-    assert total_force(row[None], 1.0, 0.0, 0.0, 1.0, 0.0, 0.0) == (0.0, 0.0, 0.0)
-    assert total_energy(row[None], 1.0, 0.0, 0.0) == 0.0
+    table = law_table(SpringDamper(stiffness=100, damping=1, point=(0, 0, 0)))
+    table[0, KIND] = 99
+    assert total_force(table, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0) == (0.0, 0.0, 0.0)
+    assert total_energy(table, 1.0, 0.0, 0.0) == 0.0
 
 
 def test_no_laws_no_force():
-    assert law_table().shape == (0, 12)
+    assert law_table().shape == (0, COLUMNS)
     np.testing.assert_array_equal(force(law_table(), np.ones((2, 3))), 0.0)
 
 
 def test_positions_and_velocities_are_broadcast():
     rng = np.random.default_rng(2)
     p, v = rng.normal(size=(4, 1, 3)) * 0.05, rng.normal(size=(5, 3)) * 0.1
-    row = PAPER_SETTINGS["k0.8"].row()
-    found = force(row, p, v)
+    setting = PAPER_SETTINGS["k0.8"]
+    found = force(setting, p, v)
     assert found.shape == (4, 5, 3)
     for i in range(4):
         for j in range(5):
-            np.testing.assert_array_equal(found[i, j], total_force(row[None], *p[i, 0], *v[j]))
-    assert force(row, np.empty((0, 3))).shape == (0, 3)
-    assert stored_energy(row, p).shape == (4, 1)
-    np.testing.assert_array_equal(force(row, np.asfortranarray(p[:, 0])), force(row, p[:, 0]))
+            np.testing.assert_array_equal(found[i, j], total_force(law_table(setting), *p[i, 0], *v[j]))
+    assert force(setting, np.empty((0, 3))).shape == (0, 3)
+    assert stored_energy(setting, p).shape == (4, 1)
+    np.testing.assert_array_equal(force(setting, np.asfortranarray(p[:, 0])), force(setting, p[:, 0]))

@@ -17,9 +17,12 @@ from haptics.control.filters import backward_difference
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.gravity import gravity_torque
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
-from haptics.rendering.laws import axis_wall_row, constant_row, law_table, spring_row
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.assumptions import (
     default_controller,
     default_estimator,
@@ -34,16 +37,16 @@ from haptics.stability.linear import linearise
 
 HOME = np.array([0.0, 0.0, 0.0946])
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
-NOTHING = law_table(constant_row([0.0, 0.0, 0.0]))
+NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return Machine(best, MASSES, drive_torque(best))
+def machine(best: Design) -> MachineModel:
+    return MachineModel(best, MASSES, drive_torque(best))
 
 
 @pytest.fixture(scope="module")
-def controller(machine: Machine) -> Controller:
+def controller(machine: MachineModel) -> Controller:
     return default_controller(machine)
 
 
@@ -68,9 +71,9 @@ def _geometry(controller: Controller) -> Any:
     return DeltaGeometry(0.030 + m.radius_difference, 0.030, m.upper_arm_length, m.forearm_length)
 
 
-def test_the_torque_is_that_of_force_and_weight(machine: Machine, controller: Controller) -> None:
+def test_the_torque_is_that_of_force_and_weight(machine: MachineModel, controller: Controller) -> None:
     p, point = np.array([0.01, -0.02, 0.1]), np.array([0.012, -0.02, 0.099])
-    laws = law_table(spring_row(stiffness=300.0, damping=3.0, point=point), constant_row([0.1, 0.2, -0.3]))
+    laws = law_table(SpringDamper(stiffness=300.0, damping=3.0, point=point), ConstantForce([0.1, 0.2, -0.3]))
     out, memory = settled(controller, laws, p)
     force = 300.0 * (point - p) + [0.1, 0.2, -0.3]
     expected = jacobian(machine.geometry, p).T @ force
@@ -82,11 +85,11 @@ def test_the_torque_is_that_of_force_and_weight(machine: Machine, controller: Co
     assert memory.work[FACTOR] == 1.0
 
 
-def test_a_force_above_its_limit_keeps_its_direction(machine: Machine, controller: Controller) -> None:
+def test_a_force_above_its_limit_keeps_its_direction(machine: MachineModel, controller: Controller) -> None:
     wanted = np.array([3.0, -4.0, 12.0])
-    _, memory = settled(controller._replace(force=2.6), law_table(constant_row(wanted)), HOME)
+    _, memory = settled(controller._replace(force=2.6), law_table(ConstantForce(wanted)), HOME)
     assert memory.work[FORCE] == pytest.approx(0.2 * wanted, rel=1e-12)
-    out, memory = settled(controller, law_table(constant_row(3.0 * wanted)), HOME)  # more than the joints can give
+    out, memory = settled(controller, law_table(ConstantForce(3.0 * wanted)), HOME)  # more than the joints can give
     factor = memory.work[FACTOR]
     assert 0.0 < factor < 1.0
     held = gravity_torque(machine.geometry, MASSES, HOME, machine.design.requirements.gravity_m_s2)
@@ -94,7 +97,7 @@ def test_a_force_above_its_limit_keeps_its_direction(machine: Machine, controlle
     assert np.abs(out).max() == pytest.approx(controller.limits.torque, rel=1e-12)
 
 
-def test_gravity_alone_keeps_a_handle_where_it_is(machine: Machine, controller: Controller) -> None:
+def test_gravity_alone_keeps_a_handle_where_it_is(machine: MachineModel, controller: Controller) -> None:
     start = np.array([0.01, 0.0, 0.0946])
     record = simulate(nominal_plant(machine), controller, NOTHING, timing(), start, **still(4000))
     assert np.abs(record.position - start).max() < 2e-3  # it sinks while gravity's torque comes in
@@ -104,8 +107,8 @@ def test_gravity_alone_keeps_a_handle_where_it_is(machine: Machine, controller: 
     assert (record.bits == 0).all()
 
 
-def test_the_same_seed_gives_the_same_doubles(machine: Machine, controller: Controller) -> None:
-    laws = law_table(spring_row(stiffness=500.0, damping=2.0, point=HOME))
+def test_the_same_seed_gives_the_same_doubles(machine: MachineModel, controller: Controller) -> None:
+    laws = law_table(SpringDamper(stiffness=500.0, damping=2.0, point=HOME))
 
     def run(seed: int) -> np.ndarray:
         more = still(300) | {"count": encoder_count(machine), "seed": seed}
@@ -117,7 +120,7 @@ def test_the_same_seed_gives_the_same_doubles(machine: Machine, controller: Cont
     assert not np.array_equal(run(1), run(2))
 
 
-def test_readings_are_counts_and_half_a_count_off_at_most(machine: Machine, controller: Controller) -> None:
+def test_readings_are_counts_and_half_a_count_off_at_most(machine: MachineModel, controller: Controller) -> None:
     count, more = encoder_count(machine), still(200)
     more["push"][:, 0] = 0.8
     record = simulate(nominal_plant(machine), controller, NOTHING, timing(), HOME, **(more | {"count": count}))
@@ -129,7 +132,7 @@ def test_readings_are_counts_and_half_a_count_off_at_most(machine: Machine, cont
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 2.7e-3])
-def test_a_torque_arrives_after_its_delay(machine: Machine, delay: float) -> None:
+def test_a_torque_arrives_after_its_delay(machine: MachineModel, delay: float) -> None:
     """Without weight and friction only the late torques move the handle: no motion before, motion after."""
     design = machine.design
     floating = replace(
@@ -139,7 +142,7 @@ def test_a_torque_arrives_after_its_delay(machine: Machine, delay: float) -> Non
         ),
     )
     bare = nominal_plant(floating)._replace(coulomb=0.0, viscous=0.0, current_lag=0.0)
-    laws = law_table(constant_row([1.0, 0.0, 0.0]))
+    laws = law_table(ConstantForce([1.0, 0.0, 0.0]))
     record = simulate(bare, default_controller(floating), laws, timing(1e-3, delay), HOME, **still(12))
     assert np.abs(record.torque[1]).max() > 0.0
     first = int(np.argmax(np.abs(record.torque).max(axis=1) > 0.0))
@@ -149,7 +152,7 @@ def test_a_torque_arrives_after_its_delay(machine: Machine, delay: float) -> Non
 
 
 @pytest.mark.parametrize("axis", ["x", "z"])
-def test_it_is_stable_where_the_eigenvalues_are(machine: Machine, axis: str) -> None:
+def test_it_is_stable_where_the_eigenvalues_are(machine: MachineModel, axis: str) -> None:
     """The whole nonlinear loop in the small against the exact linear one: no count, no Coulomb friction, in a wall."""
     hand, damping, delay, lag = Hand(0.2, 5.0, 300.0), 8.0, 0.5e-3, 0.2e-3
     par = nominal_plant(machine)._replace(coulomb=0.0, viscous=1e-3, current_lag=lag)
@@ -166,7 +169,7 @@ def test_it_is_stable_where_the_eigenvalues_are(machine: Machine, axis: str) -> 
     for share in (0.95, 1.05):
         stiffness = share * limit
         face = float(HOME @ normal) - depth
-        wall = axis_wall_row(f"+{axis}", face, stiffness=stiffness, damping=damping, blend=1e-6)
+        wall = axis_wall(f"+{axis}", face, stiffness=stiffness, damping=damping, blend=1e-6)
         more = still(3000) | {"hand": hand}
         more["push"][:] = np.clip((np.arange(3000) - 1000) / 500.0, 0.0, 1.0)[:, None] * normal * stiffness * depth
         more["push"][2000] += 0.02 * normal
@@ -193,7 +196,7 @@ def test_clocks_that_are_refused(arguments: dict[str, Any], message: str) -> Non
         timing(**arguments)
 
 
-def test_runs_that_are_refused(machine: Machine, controller: Controller) -> None:
+def test_runs_that_are_refused(machine: MachineModel, controller: Controller) -> None:
     par = nominal_plant(machine)
     with pytest.raises(ValueError, match="must both be"):
         simulate(par, controller, NOTHING, timing(), HOME, **(still(5) | {"push": np.zeros((4, 3))}))
@@ -201,7 +204,7 @@ def test_runs_that_are_refused(machine: Machine, controller: Controller) -> None
         simulate(par, controller, NOTHING, timing(), HOME, **(still(5) | {"count": -1.0}))
 
 
-def test_friction_comes_from_the_idle_torque(machine: Machine) -> None:
+def test_friction_comes_from_the_idle_torque(machine: MachineModel) -> None:
     friction = joint_friction(machine)
     idle = 0.16 * 25.9e-3  # A times N m/A, RE 30
     assert friction.coulomb[2] == pytest.approx(machine.drive.ratio * idle, rel=0.01)

@@ -10,11 +10,12 @@ from delta_cad.drive import drive_torque
 from delta_cad.masses import Masses
 from delta_cad.mechanism import jacobian
 from haptics.control.filters import backward_difference
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant
-from haptics.rendering.laws import axis_wall_row, law_table
+from haptics.rendering import law_table
+from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
-from haptics.simulation.loop import Recording, simulate, timing
+from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.stability.discrete import Timing as LinearTiming
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
@@ -29,16 +30,16 @@ UNBOUNDED = {"energy": 1e3, "energy_start": 1e3, "ramp_power": 1e3, "frozen_torq
 
 
 @pytest.fixture(scope="module")
-def machine() -> Machine:
+def machine() -> MachineModel:
     design = load_design(PUBLISHED)
     floating = design.requirements.model_copy(update={"gravity_m_s2": (0.0, 0.0, 0.0)})
     design = design.model_copy(update={"requirements": floating})
-    return Machine(design, MASSES, drive_torque(design))
+    return MachineModel(design, MASSES, drive_torque(design))
 
 
-def pushed(machine: Machine, par: Plant, count: float, frequency: float) -> Recording:
+def pushed(machine: MachineModel, par: Plant, count: float, frequency: float) -> SimulatedRun:
     """The handle is led in and out of a wall, all the time inside it, by 0.5 mm about a depth of 1 mm."""
-    wall = law_table(axis_wall_row("+x", -1e-3, stiffness=STIFFNESS))
+    wall = law_table(axis_wall("+x", -1e-3, stiffness=STIFFNESS))
     controller = default_controller(machine, estimator=backward_difference(1e-3), **UNBOUNDED)
     anchor = np.tile(HOME, (TICKS, 1))
     swing = 0.5e-3 * np.sin(2.0 * np.pi * frequency * (np.arange(TICKS) - BEGIN) * 1e-3)
@@ -56,7 +57,7 @@ def pushed(machine: Machine, par: Plant, count: float, frequency: float) -> Reco
     )
 
 
-def taken_from_the_hand(machine: Machine, par: Plant, record: Recording, frequency: float) -> float:
+def taken_from_the_hand(machine: MachineModel, par: Plant, record: SimulatedRun, frequency: float) -> float:
     """Work of the motors and of the friction against the handle's motion over whole swings, J: what a hand pays."""
     swings = round((TICKS - 2 * BEGIN) * 1e-3 * frequency)
     rows = slice(2 * BEGIN - 1, 2 * BEGIN - 1 + round(swings / frequency / 1e-3) + 1)
@@ -70,7 +71,7 @@ def taken_from_the_hand(machine: Machine, par: Plant, record: Recording, frequen
 
 
 @pytest.mark.parametrize("frequency", [2.0, 5.0, 10.0])
-def test_a_passive_wall_takes_energy_and_one_that_is_not_gives_it(machine: Machine, frequency: float) -> None:
+def test_a_passive_wall_takes_energy_and_one_that_is_not_gives_it(machine: MachineModel, frequency: float) -> None:
     (model,) = linear_models(backward_difference(1e-3))
     demand = required_friction(LinearTiming(1e-3, DELAY), model, STIFFNESS, 0.0).friction
     bare = nominal_plant(machine)._replace(coulomb=0.0, current_lag=0.0, viscous=1.0)

@@ -162,16 +162,16 @@ def test_fraction_of_a_delay_is_continuous_between_whole_ones() -> None:
 
 def test_two_axes_are_two_loops() -> None:
     """A diagonal body with diagonal gains has the eigenvalues of both; a turned one the same."""
-    from haptics.stability.discrete import Body
+    from haptics.stability.discrete import SampledBody
 
     one, two = axis(0.2, 1.0, FREE), axis(0.5, 3.0, FREE)
-    both = Body(*(np.diag([float(a[0, 0]), float(b[0, 0])]) for a, b in zip(one, two, strict=True)))
+    both = SampledBody(*(np.diag([float(a[0, 0]), float(b[0, 0])]) for a, b in zip(one, two, strict=True)))
     timing = Timing(T, 0.4 * T, 2e-4)
     expected = max(float(sampled_loop(b, timing, SMOOTH).radius(3000.0, 5.0)) for b in (one, two))
     assert float(sampled_loop(both, timing, SMOOTH).radius(3000.0, 5.0)) == pytest.approx(expected, rel=1e-9)
     c, s = math.cos(0.4), math.sin(0.4)
     turn = np.array([[c, -s], [s, c]])
-    turned = Body(*(turn @ part @ turn.T for part in both))
+    turned = SampledBody(*(turn @ part @ turn.T for part in both))
     assert float(sampled_loop(turned, timing, SMOOTH).radius(3000.0, 5.0)) == pytest.approx(expected, rel=1e-9)
 
 

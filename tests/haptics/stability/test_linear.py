@@ -9,7 +9,7 @@ from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinemat
 from haptics.control.filters import backward_difference, low_pass
 from haptics.gravity import gravity_torque
 from haptics.model.plant import FREE, STATES, Hand, advance, energy, plant
-from haptics.stability.discrete import Body, Timing, sampled_loop
+from haptics.stability.discrete import SampledBody, Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 
@@ -124,7 +124,7 @@ def test_joints_and_platform_coordinates_are_the_same_loop() -> None:
     here = linearise(plant(GEOMETRY, MASSES, viscous=3e-4), POSE)
     timing = Timing(T, 0.3 * T, 2e-4)
     inverse = np.linalg.inv(here.jacobian)
-    body = Body(
+    body = SampledBody(
         here.mass + GRIP.mass * np.eye(3),
         3e-4 * inverse.T @ inverse + GRIP.damping * np.eye(3),
         GRIP.stiffness * np.eye(3),

@@ -12,7 +12,7 @@ from haptics.model.hands import HANDS
 from haptics.model.plant import Hand
 from haptics.stability.discrete import Timing, axis, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator, linear_models
-from haptics.stability.passivity import Kind, friction_demand, required_friction, verdict
+from haptics.stability.passivity import PassivityClass, friction_demand, required_friction, verdict
 
 T = 1e-3
 (DIFFERENCE,) = linear_models(backward_difference(T))
@@ -136,19 +136,17 @@ def test_no_hand_makes_a_passive_wall_unstable(delay, lag, estimator, K, B, mass
 def test_verdicts_are_kept_apart() -> None:
     one = Timing(T, T)
     passive = verdict(0.3, 20.0, one, DIFFERENCE, 3000.0, 1.0, HANDS)
-    assert passive.kind is Kind.PASSIVE
+    assert passive.kind is PassivityClass.PASSIVE
     assert passive.missing_friction == 0.0
-    assert "no passive hand" in passive.reason
     held = verdict(0.3, 0.1, one, DIFFERENCE, 2000.0, 5.0, HANDS)
-    assert held.kind is Kind.STABLE_WITH_HAND_SET
+    assert held.kind is PassivityClass.STABLE_WITH_HAND_SET
     assert held.missing_friction == pytest.approx(held.demand.friction - 0.1)
     assert held.spectral_margin == 1.0 - max(held.radii.values()) > 0.0
     assert held.worst_hand == max(held.radii, key=lambda name: held.radii[name])
-    assert "each of 3 hands makes a stable loop" in held.reason
     fails = verdict(0.3, 0.1, one, DIFFERENCE, 2000.0, 0.0, HANDS)
-    assert (fails.kind, fails.worst_hand) == (Kind.FAILS, "light")
+    assert (fails.kind, fails.worst_hand) == (PassivityClass.FAILS, "light")
     assert fails.spectral_margin < 0.0
-    assert "with the light hand an oscillation grows" in fails.reason
+    assert len({passive.reason, held.reason, fails.reason}) == 3
     assert fails.demand.friction == pytest.approx(
         2000.0 * T * 1.5, rel=1e-6
     )  # K (T / 2 + delay), at the lowest frequency
@@ -156,8 +154,8 @@ def test_verdicts_are_kept_apart() -> None:
 
 def test_friction_just_at_the_demand_is_not_passive() -> None:
     demand = required_friction(Timing(T), DIFFERENCE, 1000.0, 0.0).friction
-    assert verdict(0.3, demand, Timing(T), DIFFERENCE, 1000.0, 0.0, HANDS).kind is not Kind.PASSIVE
-    assert verdict(0.3, demand * 1.001, Timing(T), DIFFERENCE, 1000.0, 0.0, HANDS).kind is Kind.PASSIVE
+    assert verdict(0.3, demand, Timing(T), DIFFERENCE, 1000.0, 0.0, HANDS).kind is not PassivityClass.PASSIVE
+    assert verdict(0.3, demand * 1.001, Timing(T), DIFFERENCE, 1000.0, 0.0, HANDS).kind is PassivityClass.PASSIVE
 
 
 def test_empty_set_of_hands_is_refused() -> None:

@@ -14,7 +14,8 @@ from haptics.stability.linear import linearise
 from haptics.stability.wall_limit import AXES, search, wall_interval, wall_predicate
 
 PLANT = plant(
-    DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
+    DeltaGeometry(0.040, 0.030, 0.082, 0.112079),
+    Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4),
 )
 POSE = [0.01, 0.0, 0.09]
 T = 1e-3

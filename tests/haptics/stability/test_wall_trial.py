@@ -10,9 +10,9 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.mechanism import forward_kinematics, inverse_kinematics
 from haptics.model.hands import HANDS
-from haptics.model.machine import Machine
+from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE
-from haptics.rendering.laws import LawError
+from haptics.rendering.law import LawError
 from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, encoder_count, joint_friction
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
@@ -25,12 +25,12 @@ MEDIUM = HANDS["medium"]
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
+def machine(best: Design) -> MachineModel:
     return scene_machine(best)
 
 
 @pytest.mark.parametrize("met", ["x", "-x", "+y", "-z"])
-def test_the_hand_leans_on_the_wall(machine: Machine, met: str) -> None:
+def test_the_hand_leans_on_the_wall(machine: MachineModel, met: str) -> None:
     trial = wall_trial(machine, met, MEDIUM, 2000.0)
     assert trial.stable
     assert trial.faults == 0
@@ -43,7 +43,7 @@ def test_the_hand_leans_on_the_wall(machine: Machine, met: str) -> None:
     assert trial.push[trial.depth < -trial.resolution].max() == 0.0
 
 
-def test_the_resolution_is_a_count_at_the_handle(machine: Machine) -> None:
+def test_the_resolution_is_a_count_at_the_handle(machine: MachineModel) -> None:
     trial = wall_trial(machine, "z", MEDIUM, 2000.0)
     g, p = machine.geometry, trial.recording.position[0] + [0.0, 0.0, 2e-3]
     theta, count = inverse_kinematics(g, p), encoder_count(machine)
@@ -51,14 +51,14 @@ def test_the_resolution_is_a_count_at_the_handle(machine: Machine) -> None:
     assert trial.resolution == pytest.approx(max(moved), rel=0.01)  # a count is small, yet finite
 
 
-def test_the_predicate_is_the_trial(machine: Machine) -> None:
+def test_the_predicate_is_the_trial(machine: MachineModel) -> None:
     stable = simulated_predicate(machine, "y", MEDIUM, seed=5)
     for stiffness in (1100.0, 30e3):
         assert stable(stiffness) == wall_trial(machine, "y", MEDIUM, stiffness, seed=5).stable
     assert [stable(1100.0), stable(30e3)] == [True, False]
 
 
-def test_a_soft_wall_is_leaned_on_with_less(machine: Machine) -> None:
+def test_a_soft_wall_is_leaned_on_with_less(machine: MachineModel) -> None:
     for stiffness in (1e-3, 50.0, 150.0):
         trial = wall_trial(machine, "x", MEDIUM, stiffness)
         assert trial.depth.max() < 0.014  # ten millimetres and the swing of arriving
@@ -66,7 +66,7 @@ def test_a_soft_wall_is_leaned_on_with_less(machine: Machine) -> None:
     assert not wall_trial(machine, "x", MEDIUM, 0.0).stable  # there is no wall to judge
 
 
-def test_friction_holds_a_wall_that_would_swing(machine: Machine) -> None:
+def test_friction_holds_a_wall_that_would_swing(machine: MachineModel) -> None:
     """Frictionless in the linear loop, with all of it in the simulation: the latter bears more."""
     delay, stiffness = 0.5e-3, 3000.0
     here = linearise(with_friction(machine, "least"), wall_trial(machine, "x", MEDIUM, 0.0).recording.position[0])
@@ -82,14 +82,14 @@ def test_friction_holds_a_wall_that_would_swing(machine: Machine) -> None:
     assert swings["least"] > swings["nominal"] > swings["largest"]
 
 
-def test_friction_is_that_of_the_place_in_the_range(machine: Machine) -> None:
+def test_friction_is_that_of_the_place_in_the_range(machine: MachineModel) -> None:
     friction = joint_friction(machine)
     for k, level in enumerate(LEVELS):
         par = with_friction(machine, level)
         assert (par.coulomb, par.viscous) == (friction.coulomb[k], friction.viscous[k])
 
 
-def test_a_fault_is_no_stable_wall(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_is_no_stable_wall(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
     """A supervisor that takes every speed for too fast."""
     import haptics.stability.wall_trial as module
 
@@ -116,7 +116,7 @@ def test_a_fault_is_no_stable_wall(machine: Machine, monkeypatch: pytest.MonkeyP
         ({"period": 0.0}, ValueError, "period is"),
     ],
 )
-def test_trials_that_are_refused(machine: Machine, change: dict[str, Any], error: type, message: str) -> None:
+def test_trials_that_are_refused(machine: MachineModel, change: dict[str, Any], error: type, message: str) -> None:
     given: dict[str, Any] = {"met": "x", "hand": MEDIUM, **change}
     met, hand = given.pop("met"), given.pop("hand")
     with pytest.raises(error, match=message):
@@ -125,6 +125,6 @@ def test_trials_that_are_refused(machine: Machine, change: dict[str, Any], error
         wall_trial(machine, met, hand, 1100.0, **given)
 
 
-def test_a_negative_stiffness_is_refused(machine: Machine) -> None:
+def test_a_negative_stiffness_is_refused(machine: MachineModel) -> None:
     with pytest.raises(LawError, match="stiffness is"):
         wall_trial(machine, "x", MEDIUM, -1.0)

@@ -10,7 +10,7 @@ from delta_cad.design import load_design
 from delta_cad.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from haptics.control.pose_margins import pose_margins
-from haptics.control.supervisor.limits import Limits, safety_limits
+from haptics.control.supervisor.limits import SafetyLimits, safety_limits
 from haptics.control.supervisor.safety import Supervisor
 from haptics.model.plant import Plant, plant
 from tests.committed import PUBLISHED
@@ -19,7 +19,7 @@ DESIGN = load_design(PUBLISHED)
 GEOMETRY: DeltaGeometry = DESIGN.geometry
 MASSES = Masses(0.07, 0.0013, -0.0003, 1.5e-4, 0.002, 0.0008, 0.0021, 3.2e-4)
 PLANT: Plant = plant(GEOMETRY, MASSES)
-LIMITS: Limits = safety_limits(DESIGN)
+LIMITS: SafetyLimits = safety_limits(DESIGN)
 HOME = np.array([0.0, 0.0, 0.0946])
 ZERO = np.zeros(3)
 ROUNDING = 1e-12
@@ -29,7 +29,7 @@ ROUNDING = 1e-12
 class Rig:
     """Drives check and limit as a controller would."""
 
-    def __init__(self, limits: Limits = LIMITS) -> None:
+    def __init__(self, limits: SafetyLimits = LIMITS) -> None:
         self.supervisor = Supervisor(limits)
         self.limits, self.now, self.p = limits, 0.0, HOME.copy()
         self.out = np.zeros(3)

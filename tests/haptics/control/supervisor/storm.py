@@ -11,7 +11,7 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor import memory as m
-from haptics.control.supervisor.faults import Fault
+from haptics.control.supervisor.faults import FaultCode
 from haptics.control.supervisor.supervisor import check, limit
 from haptics.model.plant import angles
 
@@ -20,7 +20,7 @@ MODES = 24
 """Kinds of trouble; see `storm`."""
 LYING = (2, 3, 8)
 """Those in which an encoder reads a number that is not so."""
-_SIGNALS = np.array([Fault.WATCHDOG.bit, Fault.DEVICE_LOST.bit, Fault.EMERGENCY_STOP.bit], dtype=np.float64)
+_SIGNALS = np.array([FaultCode.WATCHDOG.bit, FaultCode.DEVICE_LOST.bit, FaultCode.EMERGENCY_STOP.bit], dtype=np.float64)
 
 
 class Log(NamedTuple):

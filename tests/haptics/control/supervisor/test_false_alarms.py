@@ -8,24 +8,25 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
 from delta_cad.masses import Masses
-from haptics.control.supervisor.faults import LATCHING, Fault
+from haptics.control.supervisor.faults import LATCHING, FaultCode
 from haptics.model.hands import HANDS
-from haptics.model.machine import Machine
-from haptics.rendering.laws import constant_row, law_table
+from haptics.model.machine import MachineModel
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loop import simulate, timing
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
-NOTHING = law_table(constant_row([0.0, 0.0, 0.0]))
+NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 PERIOD = 1e-3
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return Machine(best, MASSES, drive_torque(best))
+def machine(best: Design) -> MachineModel:
+    return MachineModel(best, MASSES, drive_torque(best))
 
 
-def latched(machine: Machine, anchor: np.ndarray, hand: str, place: int, seed: int, **limits: float) -> int:
+def latched(machine: MachineModel, anchor: np.ndarray, hand: str, place: int, seed: int, **limits: float) -> int:
     """What the supervisor latched while a hand led the handle along a path, no force but gravity's asked for."""
     par = joint_friction(machine).of(nominal_plant(machine), place)
     record = simulate(
@@ -43,7 +44,7 @@ def latched(machine: Machine, anchor: np.ndarray, hand: str, place: int, seed: i
     return int(np.bitwise_or.reduce(record.bits)) & LATCHING
 
 
-def drawing(machine: Machine, seconds: float, rng: np.random.Generator) -> np.ndarray:
+def drawing(machine: MachineModel, seconds: float, rng: np.random.Generator) -> np.ndarray:
     """(n, 3) a wandering path that fills the cube, with a tremor of 50 um at 9 Hz, m."""
     half, bottom = machine.design.cube.half_side_mm / 1000.0, machine.design.cube.bottom_height_mm / 1000.0
     t = np.arange(round(seconds / PERIOD)) * PERIOD
@@ -57,19 +58,19 @@ def drawing(machine: Machine, seconds: float, rng: np.random.Generator) -> np.nd
 
 
 @pytest.mark.parametrize("hand", ["light", "medium", "firm"])
-def test_drawing_is_never_stopped(machine: Machine, hand: str) -> None:
+def test_drawing_is_never_stopped(machine: MachineModel, hand: str) -> None:
     rng = np.random.default_rng(11)
     for place in range(3):
         assert latched(machine, drawing(machine, 20.0, rng), hand, place, place) == 0
 
 
-def test_the_path_is_one_that_a_narrower_threshold_would_stop(machine: Machine) -> None:
+def test_the_path_is_one_that_a_narrower_threshold_would_stop(machine: MachineModel) -> None:
     rng = np.random.default_rng(11)
     stopped = [latched(machine, drawing(machine, 20.0, rng), "medium", 2, k, frozen_turn=0.2) for k in range(4)]
-    assert any(found & Fault.ANGLE_FROZEN.bit for found in stopped)
+    assert any(found & FaultCode.ANGLE_FROZEN.bit for found in stopped)
 
 
-def test_straight_strokes_are_never_stopped(machine: Machine) -> None:
+def test_straight_strokes_are_never_stopped(machine: MachineModel) -> None:
     rng = np.random.default_rng(12)
     half, bottom = machine.design.cube.half_side_mm / 1000.0, machine.design.cube.bottom_height_mm / 1000.0
     share = np.clip(np.arange(2000) * PERIOD - 0.7, 0.0, 1.0)[:, None]

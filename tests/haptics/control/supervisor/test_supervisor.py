@@ -5,7 +5,18 @@ import pytest
 
 from delta_cad.mechanism import inverse_kinematics
 from haptics.control.supervisor import memory as m
-from haptics.control.supervisor.faults import LATCHING, TABLE, Fault, Reaction, Severity, State, findings, mask
+from haptics.control.supervisor import supervisor as compiled
+from haptics.control.supervisor.faults import (
+    EXTERNAL,
+    LATCHING,
+    TABLE,
+    FaultCode,
+    Reaction,
+    Severity,
+    State,
+    findings,
+    mask,
+)
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, Rig
 
 PULL = np.array([0.1, -0.15, 0.2])
@@ -17,7 +28,7 @@ GLIDE = 60
 NAN = float("nan")
 
 
-def fails(rig: Rig, code: Fault) -> None:
+def fails(rig: Rig, code: FaultCode) -> None:
     """The fault has latched, and stays when its condition is over."""
     assert rig.supervisor.state is State.FAULT
     assert code in rig.supervisor.latched
@@ -75,8 +86,8 @@ def test_force_comes_in_along_the_ramp() -> None:
 def test_an_encoder_without_a_number(wrong: float) -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, theta=inverse_kinematics(GEOMETRY, HOME) + np.array([0.0, wrong, 0.0]), p=[NAN] * 3)
-    assert Fault.NOT_CLOSED not in rig.supervisor.latched
-    fails(rig, Fault.ANGLE_INVALID)
+    assert FaultCode.NOT_CLOSED not in rig.supervisor.latched
+    fails(rig, FaultCode.ANGLE_INVALID)
     recovers(rig)
 
 
@@ -84,10 +95,10 @@ def test_an_encoder_that_jumps() -> None:
     step = LIMITS.joint_speed * LIMITS.period
     rig, theta = Rig().ready(), inverse_kinematics(GEOMETRY, HOME)
     rig.tick(PULL, theta=theta + np.array([0.99 * step, 0.0, 0.0]))
-    assert Fault.ANGLE_JUMP not in rig.supervisor.latched
+    assert FaultCode.ANGLE_JUMP not in rig.supervisor.latched
     rig = Rig().ready()
     rig.tick(PULL, theta=theta + np.array([0.0, 0.0, -1.02 * step]))
-    fails(rig, Fault.ANGLE_JUMP)
+    fails(rig, FaultCode.ANGLE_JUMP)
     recovers(rig)
 
 
@@ -99,7 +110,7 @@ def test_an_encoder_that_keeps_a_count_while_the_others_turn() -> None:
         theta = inverse_kinematics(GEOMETRY, rig.p)
         theta[1] = stuck
         rig.tick(PULL, HOLD, theta=theta)
-    fails(rig, Fault.ANGLE_FROZEN)
+    fails(rig, FaultCode.ANGLE_FROZEN)
 
 
 def test_rest_without_a_force_is_no_fault_however_long() -> None:
@@ -115,7 +126,7 @@ def test_rest_under_a_large_force_is_asked_about_and_an_encoder_that_then_moves_
     for _ in range(5000):
         rig.tick(np.array([0.3, 0.0, 0.0]))
         lowest = min(lowest, rig.out[0] / 0.3)
-        if Fault.FROZEN_SUSPECTED in rig.supervisor.present:
+        if FaultCode.FROZEN_SUSPECTED in rig.supervisor.present:
             suspected += 1
             assert rig.supervisor.state is State.DEGRADED
         if lowest < 0.8:  # the spring of a hand gives way as the force goes
@@ -130,7 +141,7 @@ def test_an_encoder_that_keeps_a_count_without_the_force_is_frozen() -> None:
     for _ in range(2400):
         rig.tick(np.array([0.3, 0.0, 0.0]))
     assert rig.supervisor.state is State.FAULT
-    fails(rig, Fault.ANGLE_FROZEN)
+    fails(rig, FaultCode.ANGLE_FROZEN)
     recovers(rig)
 
 
@@ -140,14 +151,14 @@ def test_a_clock_that_does_not_go_on(wrong: float) -> None:
     last = rig.now
     rig.tick(PULL, HOLD, now=last + wrong)
     rig.now = last
-    fails(rig, Fault.CLOCK_INVALID)
+    fails(rig, FaultCode.CLOCK_INVALID)
     recovers(rig)
 
 
 def test_one_late_tick_is_told_many_are_a_fault() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, dt=3e-3)
-    assert Fault.TICK_LATE in rig.supervisor.present
+    assert FaultCode.TICK_LATE in rig.supervisor.present
     assert rig.supervisor.state is State.DEGRADED
     np.testing.assert_allclose(rig.ticks(GLIDE, PULL, HOLD), PULL + HOLD, atol=1e-12)
     assert rig.supervisor.state is State.ACTIVE
@@ -157,15 +168,15 @@ def test_one_late_tick_is_told_many_are_a_fault() -> None:
     assert rig.supervisor.latched == ()
     for _ in range(12):
         rig.tick(PULL, HOLD, dt=3e-3)
-    assert rig.supervisor.latched == (Fault.DEADLINE_MISSED,)
-    fails(rig, Fault.DEADLINE_MISSED)
+    assert rig.supervisor.latched == (FaultCode.DEADLINE_MISSED,)
+    fails(rig, FaultCode.DEADLINE_MISSED)
     recovers(rig)
 
 
 def test_one_tick_that_comes_far_too_late_is_a_fault() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, dt=0.025)
-    fails(rig, Fault.DEADLINE_MISSED)
+    fails(rig, FaultCode.DEADLINE_MISSED)
 
 
 def test_outside_the_cube_the_force_fades_and_far_outside_it_is_off() -> None:
@@ -173,11 +184,11 @@ def test_outside_the_cube_the_force_fades_and_far_outside_it_is_off() -> None:
     rig.glide(FLOOR - 0.002 * UP, PULL, HOLD)
     assert rig.supervisor.present == ()
     rig.glide(FLOOR - 0.0075 * UP, PULL, HOLD)  # half-way between 3 and 12 mm outside
-    assert Fault.EDGE_LEFT in rig.supervisor.present
+    assert FaultCode.EDGE_LEFT in rig.supervisor.present
     assert rig.supervisor.state is State.DEGRADED
     np.testing.assert_allclose(rig.ticks(GLIDE, PULL, HOLD), PULL / 2 + HOLD, atol=1e-3)  # 20 um of 9 mm, and the brake
     rig.glide(FLOOR - 0.0125 * UP, PULL, HOLD)
-    fails(rig, Fault.EDGE_FAR)
+    fails(rig, FaultCode.EDGE_FAR)
     recovers(rig)
 
 
@@ -195,13 +206,13 @@ def test_the_edge_brakes_a_moving_handle() -> None:
 def test_a_joint_outside_its_range() -> None:
     rig = Rig(LIMITS._replace(theta_high=float(inverse_kinematics(GEOMETRY, HOME).max()) + 0.05)).ready()
     rig.glide(HOME + 0.012 * UP)
-    fails(rig, Fault.JOINT_RANGE)
+    fails(rig, FaultCode.JOINT_RANGE)
 
 
 def test_angles_that_fit_no_position() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, p=[NAN] * 3)
-    fails(rig, Fault.NOT_CLOSED)
+    fails(rig, FaultCode.NOT_CLOSED)
     recovers(rig)
 
 
@@ -212,13 +223,13 @@ def test_close_to_a_singularity_the_force_fades_and_at_it_there_is_none(which: i
     margins[which] = 0.75 * low + 0.25 * least
     rig = Rig().ready()
     rig.ticks(GLIDE, PULL, HOLD, margins=tuple(margins))
-    assert Fault.SINGULAR_NEAR in rig.supervisor.present
+    assert FaultCode.SINGULAR_NEAR in rig.supervisor.present
     np.testing.assert_allclose(rig.out, 0.75 * PULL + HOLD, atol=1e-3)  # a quarter of the braking of a trembling hand
     for broken in (0.99 * least, NAN):
         margins[which] = broken
         rig = Rig().ready()
         rig.tick(PULL, HOLD, margins=(margins[0], margins[1]))
-        fails(rig, Fault.SINGULAR)
+        fails(rig, FaultCode.SINGULAR)
         recovers(rig)
 
 
@@ -228,17 +239,17 @@ def test_a_handle_that_is_too_fast_is_braked() -> None:
     for _ in range(12):
         rig.p = rig.p + np.array([2.2e-3, 0.0, 0.0])
         rig.tick(PULL, 0.0 * HOLD)
-    assert Fault.OVERSPEED in rig.supervisor.latched
+    assert FaultCode.OVERSPEED in rig.supervisor.latched
     turning = inverse_kinematics(GEOMETRY, rig.p) - before
     assert np.dot(rig.out, turning) < 0.0
-    fails(rig, Fault.OVERSPEED)
+    fails(rig, FaultCode.OVERSPEED)
     recovers(rig)
 
 
 def test_a_position_beyond_all_numbers_is_too_fast_and_forgotten() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, p=[1e300, 0.0, 0.0], margins=(1.0, 1.0))
-    assert Fault.OVERSPEED in rig.supervisor.latched
+    assert FaultCode.OVERSPEED in rig.supervisor.latched
     rig.ticks(GLIDE)
     assert rig.supervisor.present == ()
 
@@ -250,14 +261,14 @@ def test_a_motor_gets_warm_then_hot_and_the_torque_less_before() -> None:
     for _ in range(4000):
         rig.ticks(1, [0.7, 0.0, 0.0])
         seen.update(rig.supervisor.present)
-        if Fault.MOTOR_WARM in rig.supervisor.present and rig.supervisor.state is State.DEGRADED:
+        if FaultCode.MOTOR_WARM in rig.supervisor.present and rig.supervisor.state is State.DEGRADED:
             hottest = rig.supervisor.memory[m.WINDING]
             share = np.clip((hottest - 95.0) / 30.0, 0.0, 1.0)
             assert rig.out[0] <= 0.8 - 0.6 * share + 1e-12
         if rig.supervisor.state is State.FAULT:
             break
-    assert seen == {Fault.MOTOR_WARM, Fault.MOTOR_HOT}
-    fails(rig, Fault.MOTOR_HOT)
+    assert seen == {FaultCode.MOTOR_WARM, FaultCode.MOTOR_HOT}
+    fails(rig, FaultCode.MOTOR_HOT)
     rig.supervisor.reset()
     rig.tick()
     rig.supervisor.enable()
@@ -276,7 +287,7 @@ def test_without_the_hosts_word_the_force_fades_and_comes_back_with_it() -> None
     rig.ticks(98, PULL, HOLD)
     assert rig.supervisor.present == ()
     rig.ticks(103, PULL, HOLD)
-    assert rig.supervisor.present == (Fault.COMMAND_STALE,)
+    assert rig.supervisor.present == (FaultCode.COMMAND_STALE,)
     np.testing.assert_allclose(rig.out, 0.5 * PULL + HOLD, atol=4e-3)  # 100 of 200 ticks, 3 of them uncertain
     np.testing.assert_allclose(rig.ticks(150, PULL, HOLD), HOLD, atol=1e-12)
     for _ in range(510):
@@ -293,7 +304,7 @@ def test_a_controller_that_asks_for_no_number(wrong: float, which: int) -> None:
     torques = [PULL.copy(), HOLD.copy()]
     torques[which][2] = wrong
     rig.tick(*torques)
-    fails(rig, Fault.COMMAND_INVALID)
+    fails(rig, FaultCode.COMMAND_INVALID)
     recovers(rig)
 
 
@@ -316,12 +327,12 @@ def test_limit_without_check() -> None:
     rig = Rig().ready()
     rig.ticks(3, PULL, HOLD)
     rig.limited(PULL, HOLD)
-    fails(rig, Fault.ORDER)
+    fails(rig, FaultCode.ORDER)
     recovers(rig)
 
 
-@pytest.mark.parametrize("code", [Fault.WATCHDOG, Fault.DEVICE_LOST, Fault.EMERGENCY_STOP])
-def test_what_comes_from_outside(code: Fault) -> None:
+@pytest.mark.parametrize("code", [FaultCode.WATCHDOG, FaultCode.DEVICE_LOST, FaultCode.EMERGENCY_STOP])
+def test_what_comes_from_outside(code: FaultCode) -> None:
     rig = Rig().ready()
     rig.supervisor.signal(code)
     rig.tick(PULL, HOLD)
@@ -341,20 +352,20 @@ def test_the_emergency_stop_latches_while_disabled_and_nothing_else_does() -> No
     rig = Rig()
     rig.tick()
     rig.tick(theta=[NAN] * 3)
-    rig.supervisor.signal(Fault.WATCHDOG)
+    rig.supervisor.signal(FaultCode.WATCHDOG)
     rig.tick()
     assert rig.supervisor.state is State.DISABLED
     rig.supervisor.enable()
     rig.tick()
     assert rig.supervisor.state is State.DISABLED
-    rig.supervisor.signal(Fault.EMERGENCY_STOP)
+    rig.supervisor.signal(FaultCode.EMERGENCY_STOP)
     rig.tick()
     assert rig.supervisor.state is State.FAULT
 
 
 def test_only_outside_findings_can_be_signalled() -> None:
     with pytest.raises(ValueError, match=r"OVERSPEED cannot be signalled; only WATCHDOG, DEVICE_LOST, EMERGENCY_STOP"):
-        Rig().supervisor.signal(Fault.OVERSPEED)
+        Rig().supervisor.signal(FaultCode.OVERSPEED)
 
 
 def test_while_the_scene_pushes_the_handle_away_its_force_does_not_come_in() -> None:
@@ -368,7 +379,7 @@ def test_while_the_scene_pushes_the_handle_away_its_force_does_not_come_in() -> 
         theta = start + PULL / np.linalg.norm(PULL) * 0.01 * (k + 1)
         rig.tick(PULL, theta=theta)
         if k > 3:
-            assert Fault.RAMP_HELD in rig.supervisor.present or rig.supervisor.memory[m.SCALE] < 0.1
+            assert FaultCode.RAMP_HELD in rig.supervisor.present or rig.supervisor.memory[m.SCALE] < 0.1
     assert rig.supervisor.memory[m.SCALE] < 0.2 * before
     assert rig.supervisor.state is State.RAMPING
 
@@ -385,22 +396,34 @@ def test_energy_that_is_asked_for_again_and_again_is_a_fault() -> None:
         assert rig.supervisor.memory[m.TANK] >= 0.0
         if rig.supervisor.state is State.FAULT:
             break
-    assert {Fault.ENERGY_LIMITED, Fault.ENERGY_SPENT} <= seen
-    fails(rig, Fault.ENERGY_SPENT)
+    assert {FaultCode.ENERGY_LIMITED, FaultCode.ENERGY_SPENT} <= seen
+    fails(rig, FaultCode.ENERGY_SPENT)
 
 
 def test_the_strictest_of_several_reactions_counts() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, dt=0.03)
     np.testing.assert_allclose(rig.ticks(GLIDE, PULL, HOLD), HOLD, atol=1e-12)
-    rig.supervisor.signal(Fault.EMERGENCY_STOP)
+    rig.supervisor.signal(FaultCode.EMERGENCY_STOP)
     assert np.all(rig.ticks(GLIDE, PULL, HOLD) == 0.0)
 
 
+def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:
+    """Logs, boards and the C header keep the numbers: a new code gets a new one, wherever it stands in the list."""
+    numbers = (
+        "ANGLE_INVALID ANGLE_JUMP ANGLE_FROZEN FROZEN_SUSPECTED CLOCK_INVALID TICK_LATE DEADLINE_MISSED EDGE_LEFT "
+        "EDGE_FAR JOINT_RANGE NOT_CLOSED SINGULAR SINGULAR_NEAR OVERSPEED MOTOR_WARM MOTOR_HOT COMMAND_STALE "
+        "COMMAND_INVALID RAMP_HELD ENERGY_LIMITED ENERGY_SPENT ORDER WATCHDOG DEVICE_LOST EMERGENCY_STOP"
+    )
+    assert [FaultCode[name] for name in numbers.split()] == list(range(1, 26))
+    for code in set(FaultCode) - set(findings(EXTERNAL)):
+        assert getattr(compiled, f"_{code.name}") == code.bit
+
+
 def test_every_code_is_told_apart_and_told_about() -> None:
-    assert sorted(TABLE) == sorted(Fault)
-    assert len({about.text for about in TABLE.values()}) == len(Fault)
-    assert mask(Fault) < 2**53, "the memory keeps the bits in a float"
+    assert sorted(TABLE) == sorted(FaultCode)
+    assert len({about.text for about in TABLE.values()}) == len(FaultCode)
+    assert mask(FaultCode) < 2**53, "the memory keeps the bits in a float"
     for fault, about in TABLE.items():
         assert findings(fault.bit) == (fault,)
         assert (about.severity is Severity.FAULT) == bool(fault.bit & LATCHING)

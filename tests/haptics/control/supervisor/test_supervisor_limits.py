@@ -7,8 +7,8 @@ import pytest
 
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import inverse_kinematics, jacobian
-from haptics.control.supervisor.faults import Fault, State, described
-from haptics.control.supervisor.limits import Limits, checked, safety_limits
+from haptics.control.supervisor.faults import FaultCode, State, described
+from haptics.control.supervisor.limits import SafetyLimits, checked, safety_limits
 from haptics.control.supervisor.safety import Supervisor
 from tests.designs import changed
 from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, LIMITS
@@ -55,7 +55,7 @@ def test_a_margin_out_of_reach_is_refused() -> None:
         safety_limits(DESIGN, edge_margin=0.04, edge_far=0.05)
 
 
-@pytest.mark.parametrize("name", Limits._fields)
+@pytest.mark.parametrize("name", SafetyLimits._fields)
 @pytest.mark.parametrize("value", [math.nan, -math.inf])
 def test_no_limit_may_be_no_number(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{name} is .*; it must be finite"):
@@ -95,6 +95,6 @@ def test_what_contradicts_itself_is_refused(changes: dict[str, float], says: str
 
 def test_findings_in_words() -> None:
     assert described(0) == "no findings"
-    text = described(Fault.OVERSPEED.bit | Fault.TICK_LATE.bit)
+    text = described(FaultCode.OVERSPEED.bit | FaultCode.TICK_LATE.bit)
     assert text == "6 TICK_LATE: a tick came late (warning); 14 OVERSPEED: the handle is too fast (fault)"
     assert Supervisor(LIMITS).state is State.DISABLED

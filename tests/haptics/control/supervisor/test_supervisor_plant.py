@@ -10,8 +10,8 @@ from delta_cad.mechanism import inverse_kinematics, jacobian
 from delta_cad.mechanism.forward import platform_positions
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor import memory as m
-from haptics.control.supervisor.faults import Fault, State
-from haptics.control.supervisor.limits import Limits
+from haptics.control.supervisor.faults import FaultCode, State
+from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.safety import Supervisor
 from haptics.gravity import gravity_torque
 from haptics.model.plant import FREE, STATES, Hand, advance, energy
@@ -30,7 +30,7 @@ class Loop:
 
     law: Law
     hand: Hand = FREE
-    limits: Limits = LIMITS
+    limits: SafetyLimits = LIMITS
     start: np.ndarray = field(default_factory=HOME.copy)
     supervised: bool = True
 
@@ -43,7 +43,7 @@ class Loop:
         self.theta: list[np.ndarray] = []
         self.rendered: list[np.ndarray] = []
         self.places: list[np.ndarray] = []
-        self.seen: set[Fault] = set()
+        self.seen: set[FaultCode] = set()
         self.now = 0.0
 
     def run(self, ticks: int, until: State | None = None) -> "Loop":
@@ -126,7 +126,7 @@ def test_a_scene_that_makes_energy_gives_no_more_than_the_tank(hand: Hand) -> No
     ends = limits.encoder_count * 3.0 * limits.torque
     assert rising(work - allowance) <= limits.energy + ends
     assert rising(work) > 0.8 * limits.energy, "it never asked for the energy"
-    assert Fault.ENERGY_LIMITED in loop.seen
+    assert FaultCode.ENERGY_LIMITED in loop.seen
     assert loop.supervisor.memory[m.TANK] >= 0.0
 
 
@@ -142,7 +142,7 @@ def test_a_handle_in_the_corner_goes_home_and_the_supervisor_has_nothing_to_say(
     corner = HOME + 0.9 * np.array([0.0375, -0.0375, 0.0375])
     loop = Loop(to_home, start=corner).enable().run(2500)
     assert loop.supervisor.state is State.ACTIVE
-    assert loop.seen == {Fault.RAMP_HELD}
+    assert loop.seen == {FaultCode.RAMP_HELD}
     assert np.linalg.norm(loop.state[:3] - HOME) < 5e-4  # 3 counts of 0.03 mm in each of three joints
     work, _ = loop.given()
     assert rising(work) < LIMITS.energy
@@ -187,7 +187,7 @@ def test_the_braking_reaction_takes_energy_and_does_not_buzz() -> None:
     loop.supervisor.limits = LIMITS._replace(speed=1.0)
     loop.run(1, until=State.FAULT)
     loop.run(20, until=State.FAULT)
-    assert loop.supervisor.latched == (Fault.OVERSPEED,)
+    assert loop.supervisor.latched == (FaultCode.OVERSPEED,)
     kinetic = energy(PLANT, 0.0, loop.state)[0]
     loop.run(40)
     slower = energy(PLANT, 0.0, loop.state)[0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from haptics.control.supervisor.faults import Fault, State, findings
+from haptics.control.supervisor.faults import FaultCode, State, findings
 from haptics.control.supervisor.limits import checked
 from haptics.control.supervisor.memory import DISABLE, RESET, reset_memory
 from tests.haptics.control.supervisor.rig import LIMITS, PLANT
@@ -49,7 +49,7 @@ def test_every_torque_is_finite_and_within_both_limits(log: Log) -> None:
 
 def test_every_code_is_reached(log: Log) -> None:
     said = int(np.bitwise_or.reduce(log.bits))
-    assert set(findings(said)) == set(Fault)
+    assert set(findings(said)) == set(FaultCode)
 
 
 def test_every_state_is_lived_in(log: Log) -> None:
@@ -77,7 +77,7 @@ def test_force_only_returns_through_the_ramp(log: Log) -> None:
 
 def test_the_torque_goes_to_zero_after_a_fault_that_asks_for_it_and_when_disabled(log: Log) -> None:
     gone = int(np.ceil(QUICK.torque / (QUICK.gravity_slew * QUICK.period))) + 1
-    strict = Fault.EMERGENCY_STOP.bit | Fault.ANGLE_INVALID.bit | Fault.DEVICE_LOST.bit
+    strict = FaultCode.EMERGENCY_STOP.bit | FaultCode.ANGLE_INVALID.bit | FaultCode.DEVICE_LOST.bit
     for off in (log.latched & strict != 0, log.state == State.DISABLED):
         run = np.zeros(len(off), dtype=int)
         starts = np.flatnonzero(off & ~np.concatenate([[False], off[:-1]]))
