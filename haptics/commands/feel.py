@@ -26,7 +26,7 @@ def run(given: argparse.Namespace) -> int:
     oscillates.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
-    from delta_cad.common.whole import whole_folder
+    from delta_cad.common.files import whole_folder
     from delta_cad.design import DesignError
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values

@@ -137,7 +137,7 @@ def _facts(machine: Machine, given: argparse.Namespace, scene: Scene) -> dict[st
 
 def _write(folder: Path, machine: Machine, scene: Scene, facts: dict[str, Any], plot: bool) -> dict[str, Any]:
     """Writes everything, whole or not at all, and returns what was written."""
-    from delta_cad.common.whole import whole_folder
+    from delta_cad.common.files import whole_folder
     from haptics.simulation.series import write_csv, write_parquet
 
     with whole_folder(folder) as part:

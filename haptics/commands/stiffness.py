@@ -30,7 +30,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
-    from delta_cad.common.whole import write_whole
+    from delta_cad.common.files import write_whole
     from delta_cad.design import DesignError
     from haptics.model.machine import load_machine
     from haptics.model.masses import MassError

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numba import float64, typeof
 
-from delta_cad.common.whole import whole_folder
+from delta_cad.common.files import whole_folder
 from haptics.control.controller import Controller, fresh, tick
 from haptics.control.supervisor.faults import EXTERNAL, TABLE, Fault, findings
 from haptics.control.supervisor.limits import Limits

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from delta_cad.common.whole import write_whole
+from delta_cad.common.files import write_whole
 from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, MechanismError
 from delta_cad.mechanism.proof.findings import Finding, Verdict

@@ -142,7 +142,7 @@ class _Run:
         return self._interrupted(trade, facts, published)
 
     def _write(self, trade: Trade, facts: dict[str, Any], published: Any, found: list[Trace], subject: Any) -> None:
-        from delta_cad.common.whole import whole_folder
+        from delta_cad.common.files import whole_folder
         from optimizer.front.page import page, write_csv, write_facts
         from optimizer.pictures import convergence, front, maps, workspace
         from optimizer.pictures import trade as trades
@@ -187,7 +187,7 @@ class _Run:
             save(draw(), folder, name)
 
     def _interrupted(self, trade: Trade, facts: dict[str, Any], published: Any) -> int:
-        from delta_cad.common.whole import whole_folder
+        from delta_cad.common.files import whole_folder
         from optimizer.front.page import page, write_csv, write_facts
 
         self.store.close()

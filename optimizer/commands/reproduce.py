@@ -37,7 +37,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from delta_cad.common.whole import write_all
+    from delta_cad.common.files import write_all
     from optimizer.paper.cases import cases
     from optimizer.paper.facts import facts
     from optimizer.paper.page import page

@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from delta_cad.common.whole import write_whole
+from delta_cad.common.files import write_whole
 from delta_cad.design import Design, design_from_dict, design_to_json
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_hash

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -10,36 +9,38 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.export import folder as folder_module
-from delta_cad.export.folder import FolderError, output_folder, recover
+from delta_cad.common import files
+from delta_cad.common.files import recover
+from delta_cad.export.folder import FolderError, output_folder
 
 PROGRAM = """
 import os, signal, sys
 from pathlib import Path
-from delta_cad.export import folder
+from delta_cad.common import files
+from delta_cad.export.folder import output_folder
 
 def die(*_, **__):
     os.kill(os.getpid(), signal.SIGKILL)
 
 moment, out = sys.argv[1], Path(sys.argv[2])
 if "no-exchange" in moment:
-    folder._exchange = lambda a, b: False
+    files._exchange = lambda a, b: False
 if moment == "sync":
-    folder._sync = die
+    files._sync = die
 if moment == "after-exchange":
-    exchange = folder._exchange
-    folder._exchange = lambda a, b: (exchange(a, b), die())
+    exchange = files._exchange
+    files._exchange = lambda a, b: (exchange(a, b), die())
 if moment == "before-exchange":
-    folder._exchange = die
+    files._exchange = die
 if moment == "cleaning":
-    folder.shutil.rmtree = die
+    files.shutil.rmtree = die
 if moment == "no-exchange-between":
     rename = Path.rename
     def once(self, target):
         rename(self, target)
         die()
     Path.rename = once
-with folder.output_folder(out, "joy") as build:
+with output_folder(out, "joy") as build:
     (build.path / "a").write_text("new")
     if moment == "writing":
         die()
@@ -130,7 +131,7 @@ def test_a_kill_at_any_moment_leaves_a_whole_build(tmp_path: Path, moment: str) 
     assert job.returncode == -signal.SIGKILL
     if moment != "no-exchange-between":  # without an atomic exchange there is one moment that the next run mends
         assert content(tmp_path) in ({"old"}, {"new"})
-    recover(tmp_path, "joy")
+    recover(tmp_path / "joy")
     assert content(tmp_path) == ({"new"} if moment in ("after-exchange", "cleaning") else {"old"})
     assert entries(tmp_path) == ["joy"]
 
@@ -153,7 +154,7 @@ def test_a_running_build_is_not_cleaned_away(tmp_path: Path) -> None:
 
 
 def test_other_names_are_left_alone(tmp_path: Path) -> None:
-    others = [".joy.notes.building", ".joy.v2.0123456789abcdef.building", ".joystick.0123456789abcdef.previous"]
+    others = [".joy.notes.part", ".joy.v2.0123456789abcdef.part", ".joystick.previous"]
     for other in others:
         (tmp_path / other).mkdir()
     make(tmp_path, "1")
@@ -161,18 +162,18 @@ def test_other_names_are_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_rejected_build_on_its_way_out_does_not_become_a_good_one(tmp_path: Path) -> None:
-    (tmp_path / ".joy.rejected.0123456789abcdef.previous").mkdir()
-    recover(tmp_path, "joy")
-    assert entries(tmp_path) == ["joy.rejected"]
+    (tmp_path / ".joy.rejected.previous").mkdir()
+    make(tmp_path, "good")
+    assert entries(tmp_path) == ["joy", "joy.rejected"]
 
 
 def test_the_old_build_comes_back_when_the_rename_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make(tmp_path, "old")
-    monkeypatch.setattr(folder_module, "_exchange", lambda *_: False)
+    monkeypatch.setattr(files, "_exchange", lambda *_: False)
     rename = Path.rename
 
     def failing(self: Path, target: Path) -> Path:
-        if self.name.endswith(".building"):
+        if self.name.endswith(".part"):
             raise OSError("no space")
         return rename(self, target)
 
@@ -185,41 +186,15 @@ def test_the_old_build_comes_back_when_the_rename_fails(tmp_path: Path, monkeypa
 
 def test_an_exchange_that_fails_for_a_real_reason_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
-        folder_module._exchange(tmp_path / "a", tmp_path / "b")
+        files._exchange(tmp_path / "a", tmp_path / "b")
 
 
 def test_a_system_without_exchange_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Old:
         pass
 
-    monkeypatch.setattr(folder_module.ctypes, "CDLL", lambda *_, **__: Old())
-    assert folder_module._exchange(tmp_path / "a", tmp_path / "b") is False
+    monkeypatch.setattr(files.ctypes, "CDLL", lambda *_, **__: Old())
+    assert files._exchange(tmp_path / "a", tmp_path / "b") is False
     monkeypatch.undo()
-    monkeypatch.setattr(folder_module.ctypes, "get_errno", lambda: folder_module.errno.ENOSYS)
-    assert folder_module._exchange(tmp_path / "a", tmp_path / "b") is False
-
-
-def test_the_lock_of_a_dead_run_is_free(tmp_path: Path) -> None:
-    token, lock = folder_module._own_token(tmp_path, "joy")
-    with folder_module._claimed(tmp_path, "joy", token) as mine:
-        assert not mine
-    os.close(lock)
-    with folder_module._claimed(tmp_path, "joy", token) as mine:
-        assert mine
-
-
-def test_a_token_taken_by_a_cleaner_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Between making its lock file and locking it a run can be taken for dead; it then takes another token."""
-    flock, taken = folder_module.fcntl.flock, []
-
-    def cleaned_first(descriptor: int, mode: int) -> None:
-        if not taken:
-            taken.extend(tmp_path.iterdir())
-            taken[0].unlink()
-        flock(descriptor, mode)
-
-    monkeypatch.setattr(folder_module.fcntl, "flock", cleaned_first)
-    token, lock = folder_module._own_token(tmp_path, "joy")
-    os.close(lock)
-    assert entries(tmp_path) == [f".joy.{token}.lock"]
-    assert taken[0].name != f".joy.{token}.lock"
+    monkeypatch.setattr(files.ctypes, "get_errno", lambda: files.errno.ENOSYS)
+    assert files._exchange(tmp_path / "a", tmp_path / "b") is False

@@ -1,0 +1,338 @@
+"""Files and folders that appear whole or not at all, and files of lines that outlive a killed run.
+
+One scheme serves all three. What is written stands beside its place as `.NAME.TOKEN.part`, locked as long as its run
+lives, and is renamed when it is whole and on the disk. Where the system can exchange two folders in one step there is
+no moment without a whole one at the name; elsewhere the old one is `.NAME.previous` for the moment between two renames,
+and the next run puts it back if a kill fell into that moment. The next run also removes parts that nobody holds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import errno
+import fcntl
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Self
+
+AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
+NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
+"""What a system answers when it, or this file system, cannot exchange two names."""
+
+
+class FileInUseError(OSError):
+    """Another run holds the lock on the file."""
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Writes one file whole or not at all; see `write_all`."""
+    write_all({path: content})
+
+
+def write_all(contents: Mapping[Path, str | bytes]) -> None:
+    """Writes files, all of them whole or none: each beside its place and to the disk, then all renamed.
+
+    Args:
+        contents: Where to, replaced if it is there, its folder made if it is not -> the content; text in UTF-8.
+
+    Raises:
+        OSError: One cannot be written; nothing is left beside its place.
+        UnicodeEncodeError: A text is no Unicode; nothing is touched.
+    """
+    encoded = {path: text.encode() if isinstance(text, str) else text for path, text in contents.items()}
+    parts: dict[Path, tuple[Path, int]] = {}
+    try:
+        for path, content in encoded.items():
+            if path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+            recover(path)
+            parts[path] = part, lock = _own_part(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+            _write(lock, content, 0)
+            os.fsync(lock)
+        for path, (part, _) in parts.items():
+            part.replace(path)
+        for folder in {path.parent for path in parts}:
+            _sync(folder)
+    finally:
+        for part, lock in parts.values():
+            part.unlink(missing_ok=True)
+            os.close(lock)
+
+
+@contextmanager
+def whole_folder(path: Path, to: Callable[[], Path] | None = None) -> Iterator[Path]:
+    """Gives a folder to fill; at the end it takes the place of the one at `path`, if the filling did not fail.
+
+    Two runs at once each fill a folder of their own, and the last to end has its whole one at `path`.
+
+    Args:
+        path: The folder that is wanted.
+        to: Asked at the end for another place in the same parent; None: `path`.
+
+    Yields:
+        An empty folder beside it.
+
+    Raises:
+        OSError: It cannot be written, or a file has its name.
+    """
+    if path.is_file():
+        raise FileExistsError(errno.EEXIST, "a file has the folder's name", str(path))
+    recover(path)
+    part, lock = _own_part(path, os.O_RDONLY)
+    try:
+        yield part
+        for file in sorted(part.rglob("*")):
+            if file.is_file():
+                _sync(file)
+        target = to() if to else path
+        with _locked_parent(path):
+            _restore(target)
+            _put_in_place(part, target)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)  # what failed, or the replaced folder after an exchange
+        os.close(lock)
+
+
+def recover(path: Path) -> None:
+    """Puts back a folder that a killed run had moved aside, and removes the parts that killed runs left beside it.
+
+    Args:
+        path: The folder or file that the runs wrote; its parent is made if it is not there.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with _locked_parent(path):
+        _restore(path)
+    _clear_stale(path)
+
+
+class Lines:
+    """A file of lines, appended as they come by one run at a time.
+
+    The file is locked as long as it is open; the system releases the lock of a process that was killed. A kill at any
+    moment leaves every line appended before, and at most the beginning of one more, without its end. That is not
+    read, and is cut away only when the next line is appended: opening changes nothing.
+
+    Attributes:
+        path: The file, made if it is not there.
+        found: The whole lines that it held when it was opened, without their ends.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Opens and locks the file, and reads its whole lines.
+
+        Args:
+            path: The file; its folder is made if it is not there.
+
+        Raises:
+            FileInUseError: Another run has it open.
+            OSError: It cannot be read or written.
+        """
+        recover(path)
+        self.path = path
+        self._descriptor: int | None = _opened_alone(path)
+        content = path.read_bytes()
+        self._end = content.rfind(b"\n") + 1
+        self.found = content[: self._end].decode("utf-8", "replace").split("\n")[:-1]
+
+    def begin(self, lines: Iterable[str]) -> None:
+        """Puts lines in place of all the file holds, in one step: a kill leaves the old ones or these.
+
+        Args:
+            lines: The lines without their ends; none holds a line feed.
+
+        Raises:
+            OSError: They cannot be written; the file is as it was.
+        """
+        content = b"".join(_encoded(line) for line in lines)
+        part, descriptor = _own_part(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+        try:
+            _write(descriptor, content, 0)
+            os.fsync(descriptor)
+            part.replace(self.path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            os.close(descriptor)
+            raise
+        self.close()
+        self._descriptor, self._end, self.found = descriptor, len(content), []
+
+    def append(self, line: str) -> None:
+        """Appends one line; when this returns, a kill of the process cannot lose it.
+
+        Args:
+            line: The line without its end; it holds no line feed.
+
+        Raises:
+            OSError: It cannot be written; what was appended before stands, and the next line may be tried.
+            ValueError: The file is closed, or the line holds a line feed.
+        """
+        content = _encoded(line)
+        if self._descriptor is None:
+            raise ValueError(f"{self.path.name}: is closed")
+        if os.fstat(self._descriptor).st_size > self._end:  # the beginning of a line that a kill or a full disk cut off
+            os.ftruncate(self._descriptor, self._end)
+        _write(self._descriptor, content, self._end)
+        self._end += len(content)
+
+    def close(self) -> None:
+        """Closes the file, which stays, and gives up its lock."""
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+    def remove(self) -> None:
+        """Takes the file away and closes it; nothing, if it is closed: it may be another run's by now."""
+        if self._descriptor is not None:
+            self.path.unlink(missing_ok=True)
+            self.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _encoded(line: str) -> bytes:
+    if "\n" in line:
+        raise ValueError("a line holds a line feed")
+    return line.encode() + b"\n"
+
+
+def _write(descriptor: int, content: bytes, start: int) -> None:
+    """Writes all bytes from a position of the file on, in as many steps as the system takes."""
+    rest = memoryview(content)
+    while rest:
+        start += (done := os.pwrite(descriptor, rest, start))
+        rest = rest[done:]
+
+
+def _sync(path: Path) -> None:
+    """Brings a file, or the names in a folder, to the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _opened_alone(path: Path) -> int:
+    """Descriptor of the file at a path, which holds the lock on it."""
+    while True:
+        descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
+        if not _lock(descriptor):
+            os.close(descriptor)
+            raise FileInUseError(errno.EWOULDBLOCK, "another run is writing it", str(path))
+        if _is_at(descriptor, path):
+            return descriptor
+        os.close(descriptor)  # the run that had it removed or replaced it between opening and locking
+
+
+def _own_part(path: Path, flags: int) -> tuple[Path, int]:
+    """A new part beside a path under a name of this run alone, and its descriptor, which holds the lock on it.
+
+    With `O_CREAT` in the flags it is a file, else a folder.
+    """
+    while True:
+        part = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
+        if not flags & os.O_CREAT:
+            part.mkdir()
+        try:
+            descriptor = os.open(part, flags, 0o666)
+        except FileNotFoundError:  # another run took it for stale before it was locked
+            continue
+        if _lock(descriptor) and _is_at(descriptor, part):
+            return part, descriptor
+        os.close(descriptor)  # likewise: it is just being cleared away, or is gone
+
+
+def _lock(descriptor: int) -> bool:
+    """Whether nobody else holds the lock; True too where the file system knows none, as nobody can claim it then."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        pass
+    return True
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    """Whether the open file is still the one at the path."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _clear_stale(path: Path) -> None:
+    """Removes what killed runs left beside a path: parts on which nobody holds a lock."""
+    own = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{16}}\.part")
+    for part in path.parent.iterdir():
+        if own.fullmatch(part.name):
+            with contextlib.suppress(OSError):  # locked by a run that lives, or gone meanwhile, or no locks here
+                descriptor = os.open(part, os.O_RDONLY)
+                try:
+                    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    shutil.rmtree(part) if part.is_dir() else part.unlink()
+                finally:
+                    os.close(descriptor)
+
+
+@contextmanager
+def _locked_parent(path: Path) -> Iterator[None]:
+    """Holds off other runs that would put their folders to the same place at the same moment."""
+    descriptor = os.open(path.parent, os.O_RDONLY)
+    try:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _previous(path: Path) -> Path:
+    return path.with_name(f".{path.name}.previous")
+
+
+def _restore(path: Path) -> None:
+    """Mends a kill between the two renames: with the parent locked, the old folder gets its name back, or goes."""
+    if (previous := _previous(path)).exists():
+        if path.exists():
+            shutil.rmtree(previous, ignore_errors=True)
+        else:
+            previous.rename(path)
+
+
+def _put_in_place(part: Path, target: Path) -> None:
+    """Renames a whole folder onto its name, with the parent locked; the old one lives until that has happened."""
+    if not target.exists():
+        part.rename(target)
+    elif not _exchange(part, target):
+        target.rename(_previous(target))
+        try:
+            part.rename(target)
+        except OSError:
+            _previous(target).rename(target)
+            raise
+        shutil.rmtree(_previous(target), ignore_errors=True)
+    _sync(target.parent)
+
+
+def _exchange(a: Path, b: Path) -> bool:
+    """Exchanges two names in one step; False where the system cannot."""
+    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if renameat2 is None:
+        return False
+    if renameat2(AT_FDCWD, os.fsencode(a), AT_FDCWD, os.fsencode(b), RENAME_EXCHANGE) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in NO_EXCHANGE:
+        return False
+    raise OSError(code, os.strerror(code), str(b))
