@@ -284,6 +284,8 @@ def test_lines_replaced_between_opening_and_locking_are_opened_again(
     with Lines(path) as lines:
         assert lines.found == ["new"]
         assert len(calls) == 1
+        lines.append("more")
+    assert path.read_text() == "new\nmore\n"
 
 
 WRITER = """
