@@ -9,7 +9,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.meshes import Meshes
-from delta_cad.export.views.shading import creased
+from delta_cad.export.views.polydata import poly_data, shaded
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Material
 
@@ -76,8 +76,9 @@ def _display_mesh(mesh: Mesh, material: Material) -> Any:
     import trimesh
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial
+    from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    vertices, faces, normals = creased(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces))
+    split = shaded(poly_data(mesh.vertices, mesh.faces))
     metal = any(word.lower() in material.name.lower() for word in METALS)
     surface = PBRMaterial(
         name=material.name,
@@ -86,9 +87,9 @@ def _display_mesh(mesh: Mesh, material: Material) -> Any:
         roughnessFactor=0.45 if metal else 0.6,
     )
     return trimesh.Trimesh(
-        vertices=vertices * M_PER_MM,
-        faces=faces,
-        vertex_normals=normals,
+        vertices=vtk_to_numpy(split.GetPoints().GetData()) * M_PER_MM,
+        faces=vtk_to_numpy(split.GetPolys().GetConnectivityArray()).reshape(-1, 3),
+        vertex_normals=vtk_to_numpy(split.GetPointData().GetNormals()),
         visual=TextureVisuals(material=surface),
         process=False,
     )
