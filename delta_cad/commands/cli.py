@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, Parser, refuse
 
 if TYPE_CHECKING:
-    from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
+    from delta_cad.pipeline import Outcome
 
 CHECK_FAILED, NOT_BUILT = 1, 3
 Answer = tuple[int, Callable[[], None]]  # exit code, and what prints the result
@@ -124,7 +124,7 @@ def _make(design: Design, given: argparse.Namespace) -> Answer:
 
 
 def _run(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
-    from delta_cad.commands.pipeline import build, check
+    from delta_cad.pipeline import build, check
 
     if given.command == "build":
         return build(design, given.out, progress, given.step_schema)

@@ -18,11 +18,11 @@ from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
-from delta_cad.commands.pipeline import Machine, Outcome, check_limits, check_machine, make_machine
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
+from delta_cad.pipeline import Machine, Outcome, check_limits, check_machine, make_machine
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST, Built
 
