@@ -17,8 +17,11 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, run_checks
 from delta_cad.checks.clearance.joint_ranges import FoldError
 from delta_cad.checks.outline.envelope import swept_outline
+from delta_cad.checks.range.conditioning import check_conditioning
+from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.drive import drive_torque
@@ -32,9 +35,7 @@ from delta_cad.export.mjcf import twin, write_twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
-from delta_cad.mechanism import conditioning
 
-MM_PER_M = 1000.0
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
 
@@ -154,37 +155,10 @@ def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckRes
     progress("torque with gravity")
     gravity = np.array(asked.gravity_m_s2)
     results.append(check_holding(machine.assembly, limits, bodies, gravity, asked.joint_torque_N_m))
-    results.append(_drive(d.design))
+    results.append(check_drive(drive_torque(d.design)))
     if asked.kappa_max is not None:
-        results.append(_conditioning(d, limits, asked.kappa_max))
+        results.append(check_conditioning(d.design.geometry, limits, asked.kappa_max))
     return results
-
-
-def _drive(design: Design) -> CheckResult:
-    drive = drive_torque(design)
-    detail = (
-        f"{drive.motor}, {drive.drive} {drive.ratio:g}:1, {drive.verdict}: "
-        f"{drive.continuous_torque_N_m:.3f} N m for ever, "
-        f"{drive.peak_torque_N_m:.3f} N m for {drive.peak_time_s:g} s"
-    )
-    if drive.cable is not None:
-        detail += (
-            f"; cable safety {drive.cable_safety_factor:.1f} at the peak, bend ratio {drive.bend_ratio:.1f} "
-            f"(makers advise {drive.bend_ratio_recommended:g} for long life)"
-        )
-    value = drive.continuous_torque_N_m if drive.verdict == "continuous" else drive.peak_torque_N_m
-    passed = drive.verdict != "insufficient"
-    return CheckResult("drive torque", passed, value, drive.required_torque_N_m, "N m", detail=detail)
-
-
-def _conditioning(d: Dimensions, limits: CheckLimits, largest: float) -> CheckResult:
-    poses = limits.poses_mm()
-    kappa = conditioning(d.design.geometry, poses / MM_PER_M)
-    worst = int(np.argmax(np.where(np.isnan(kappa), np.inf, kappa)))
-    x, y, z = poses[worst].tolist()
-    value = float(kappa[worst])
-    detail = f"condition number of the Jacobian, largest of {len(poses)} positions"
-    return CheckResult("conditioning", value <= largest, value, largest, "", (x, y, z), detail=detail)
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:

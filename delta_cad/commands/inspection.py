@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from math import degrees
 from typing import Any
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
-
-MM_PER_M = 1000.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def _dimensions(design: Design) -> list[Row]:
     rows = [Row("dimensions", name, value, "mm") for name, value in named]
     reach = m.base_radius_mm + m.upper_arm_length_mm
     points = sorted(
-        (m.parallelogram_width_mm * 0.5 + 3**0.5 * reach, m.parallelogram_width_mm * 3**0.5 / 4 + 1.5 * reach),
+        (m.parallelogram_width_mm * 0.5 + 2 * SIN_60 * reach, m.parallelogram_width_mm * SIN_60 / 2 + 1.5 * reach),
         reverse=True,
     )
     sides = sorted((asked.envelope_width_mm, asked.envelope_depth_mm), reverse=True)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design.sums import impossible_sum
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ NAME_RULE = (
     "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
     "file name"
 )
-MM_PER_M = 1000.0
 UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
 GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 

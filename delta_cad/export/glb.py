@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import M_PER_MM
 from delta_cad.export.meshes import Meshes
 from delta_cad.export.views.polydata import poly_data, shaded
 from delta_cad.mechanism.placement import LINKS
@@ -16,7 +17,6 @@ from delta_cad.solids.part import Material
 if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
 
-M_PER_MM = 1e-3
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
 """glTF has Y up: (x, y, z) of the machine is (x, z, -y) there."""
 METALS = ("EN AW", "alumin", "steel", "brass", "bronze", "1.4")

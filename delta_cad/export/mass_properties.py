@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import M_PER_MM
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part
 
 SCHEMA = "delta-mass-properties/1"
-M_PER_MM = 1e-3
 
 
 class MassError(ValueError):

@@ -14,7 +14,8 @@ LENGTH_MAX = 10.0  # m; far above any haptic device, so that millimetres given a
 AZIMUTHS = np.radians([0.0, 120.0, 240.0])
 """(3,) azimuth phi_i of each chain about the base z axis, rad."""
 
-_HALF, _ROOT = 0.5, np.sqrt(3.0) / 2.0  # written out so that chains 1 and 2 mirror each other to the last bit
+SIN_60 = float(np.sqrt(3.0) / 2.0)  # chains stand at 0, 120 and 240 degrees, hexagons and balls in steps of 60
+_HALF, _ROOT = 0.5, SIN_60  # written out so that chains 1 and 2 mirror each other to the last bit
 RADIAL = np.array([[1.0, 0.0, 0.0], [-_HALF, _ROOT, 0.0], [-_HALF, -_ROOT, 0.0]])
 """(3 chains, 3) unit vector from the base centre to each shoulder."""
 TANGENTIAL = np.array([[0.0, 1.0, 0.0], [-_ROOT, -_HALF, 0.0], [_ROOT, -_HALF, 0.0]])

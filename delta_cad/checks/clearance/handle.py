@@ -27,9 +27,10 @@ from collections.abc import Callable
 import numpy as np
 
 from delta_cad.checks.clearance.bodies import Body, DistanceEngine
-from delta_cad.checks.clearance.motion import MM_PER_M, BoxMotion, box_motion
+from delta_cad.checks.clearance.motion import BoxMotion, box_motion
 from delta_cad.checks.clearance.spaces import Pairs, Space
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.placement import LinkPlacement
 

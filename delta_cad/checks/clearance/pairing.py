@@ -14,7 +14,6 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import Body, bodies_of, body
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import Domains
-from delta_cad.checks.clearance.motion import MM_PER_M
 from delta_cad.checks.clearance.segments import cut, near, pieces_of
 from delta_cad.checks.clearance.spaces import (
     Fixed,
@@ -29,6 +28,7 @@ from delta_cad.checks.clearance.spaces import (
 )
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import LinkPlacement
 
 REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings

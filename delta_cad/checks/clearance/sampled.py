@@ -23,7 +23,8 @@ from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap
 from delta_cad.checks.clearance.pairing import HeldApart
 from delta_cad.checks.clearance.segments import near
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links, turn_about_z
-from delta_cad.mechanism.placement import CHAINS, MM_PER_M, LinkPlacement
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
 SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees

@@ -27,8 +27,9 @@ from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_link
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.checks.outline.rod_reach import RodReach
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
-from delta_cad.mechanism.placement import MM_PER_M, LinkPlacement
+from delta_cad.mechanism.placement import LinkPlacement
 
 THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
 THETA_GAP_RAD = 1e-4  # 0.01 mm at the elbow

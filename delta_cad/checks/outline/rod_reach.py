@@ -17,9 +17,10 @@ from functools import partial
 import numpy as np
 
 from delta_cad.checks.clearance.bodies import Body
-from delta_cad.checks.clearance.motion import MM_PER_M, box_motion, cube_boxes
+from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.mechanism.placement import LinkPlacement
 
