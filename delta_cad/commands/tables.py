@@ -48,16 +48,9 @@ def _number(value: float | str | None) -> str:
     return "" if value is None else value if isinstance(value, str) else f"{value:.{FIGURES}g}"
 
 
-class _Console(Console):
-    """Leaves a reader that goes away to the command line, which keeps its exit code; rich would exit with 1."""
-
-    def on_broken_pipe(self) -> None:
-        raise BrokenPipeError
-
-
 def _console() -> Console:
     """Colours on a terminal only; elsewhere as wide as the table needs."""
-    return _Console(file=sys.stdout) if sys.stdout.isatty() else _Console(file=sys.stdout, width=160)
+    return Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=160)
 
 
 def print_inspection(name: str, rows: list[Row]) -> None:
