@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 from math import cos, hypot, radians, sin, sqrt
-from typing import TYPE_CHECKING
 
 from delta_cad import catalogue
+from delta_cad.design.record import Design
 from delta_cad.mechanism.geometry import SIN_60
-
-if TYPE_CHECKING:
-    from delta_cad.design import Design
 
 
 @dataclass(frozen=True)

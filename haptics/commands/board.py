@@ -68,7 +68,7 @@ def _board(given: argparse.Namespace):
     import math
 
     from delta_cad import catalogue
-    from delta_cad.design.file import MM_PER_M
+    from delta_cad.common.units import MM_PER_M
     from haptics.devices.board import Board
     from haptics.devices.simulated import SimulatedDevice
     from haptics.model.machine import load_machine

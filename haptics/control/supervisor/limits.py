@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.file import MM_PER_M
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_angles
