@@ -13,8 +13,13 @@ from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
-from delta_cad.solids import bought, brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
+from delta_cad.solids import brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
+from delta_cad.solids.bought.bearing import make_bearing
+from delta_cad.solids.bought.encoder_board import make_encoder_board
+from delta_cad.solids.bought.foot import make_foot
+from delta_cad.solids.bought.magnet import make_magnet
+from delta_cad.solids.bought.motor import make_motor
 from delta_cad.solids.part import Fit, Joint, Occurrence, Part
 
 ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
@@ -121,7 +126,7 @@ class _Bench:
 def _base(bench: _Bench) -> None:
     d = bench.d
     bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
-    foot = bench.once("foot", lambda: bought.make_foot(d))
+    foot = bench.once("foot", lambda: make_foot(d))
     for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
         low = d.base.top_mm - d.base.thickness_mm
         bench.put(f"foot_{i}", foot, "base", at(x, y, low))
@@ -174,7 +179,7 @@ def _bracket(bench: _Bench, i: int) -> None:
         placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
         bench.put(f"stop_pin_{i}_{k}", stop, "base", placed)
 
-    motor = bench.once("motor", lambda: bought.make_motor(d))
+    motor = bench.once("motor", lambda: make_motor(d))
     u, z = b.motor_axis_mm
     bench.put(f"motor_{i}", motor, "base", chain_frame(i) @ at(u, motor_side[1], z))
     screw = catalogue.screw(d.motor.mount_thread)
@@ -185,7 +190,7 @@ def _bracket(bench: _Bench, i: int) -> None:
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))
 
-    board = bench.once("encoder_board", lambda: bought.make_encoder_board(d))
+    board = bench.once("encoder_board", lambda: make_encoder_board(d))
     back, front = layers.encoder_board_mm
     bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0) @ UPRIGHT)
     fixing_row = catalogue.screw(brackets.BOARD_SCREW)
@@ -204,7 +209,7 @@ def _arm(bench: _Bench, i: int) -> None:
     bench.put(
         f"shoulder_shaft_{i}", bench.once("shoulder_shaft", lambda: shaft.make_shoulder_shaft(d)), link, np.eye(4)
     )
-    magnet = bench.once("encoder_magnet", lambda: bought.make_magnet(d))
+    magnet = bench.once("encoder_magnet", lambda: make_magnet(d))
     bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
     clamp = bench.screw(upper_arm.SHOULDER_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
     seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, a.shoulder_clamp_z_mm)
@@ -262,7 +267,7 @@ def _capstan(bench: _Bench, i: int) -> None:
     pin = bench.dowel("3", 12.0)
     for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
         bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
-    bearing = bench.once("bearing", lambda: bought.make_bearing(d))
+    bearing = bench.once("bearing", lambda: make_bearing(d))
     shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
     seats = {"e": d.layers.encoder_cheek_mm[1] - d.bearing.width_mm, "m": d.layers.motor_cheek_mm[0]}
     for side, start in seats.items():

@@ -14,7 +14,6 @@ from math import cos, hypot, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.design.record import Design
-from delta_cad.mechanism.geometry import SIN_60
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ def _farthest_corner(design: Design) -> Fault | None:
 def _clashing_wrists(design: Design) -> Fault | None:
     """Neighbouring chains' nearest wrists are sqrt(3) r - L_c / 2 apart; their balls must fit between the centres."""
     m, ball = design.mechanism, design.hardware.ball_diameter_mm
-    bound = 4.0 * SIN_60 * m.platform_radius_mm - 2.0 * ball
+    bound = 2.0 * sqrt(3.0) * m.platform_radius_mm - 2.0 * ball
     if m.parallelogram_width_mm < bound:
         return None
     return Fault(
