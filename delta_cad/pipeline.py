@@ -45,7 +45,7 @@ def quiet(_: str) -> None:
 
 
 @dataclass(frozen=True)
-class Machine:
+class BuiltMachine:
     """A design made solid.
 
     Attributes:
@@ -99,7 +99,7 @@ class Outcome:
         }
 
 
-def make_machine(design: Design, progress: Progress = quiet) -> Machine:
+def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
     """Solids, placement, meshes and masses of a design.
 
     Args:
@@ -120,31 +120,31 @@ def make_machine(design: Design, progress: Progress = quiet) -> Machine:
     for part in assembly.parts:
         progress(f"mesh {part.number}")
         meshes[part.number]
-    return Machine(d, assembly, meshes, masses)
+    return BuiltMachine(d, assembly, meshes, masses)
 
 
 def check_limits(d: Dimensions) -> CheckLimits:
     """What the design's requirements and hardware ask of the machine."""
-    cube, asked = d.design.cube, d.design.requirements
+    cube, required = d.design.cube, d.design.requirements
     stops = d.stops_rad
-    lowest = stops[0] if asked.shoulder_min_deg is None else max(stops[0], radians(asked.shoulder_min_deg))
-    highest = stops[1] if asked.shoulder_max_deg is None else min(stops[1], radians(asked.shoulder_max_deg))
+    lowest = stops[0] if required.shoulder_min_deg is None else max(stops[0], radians(required.shoulder_min_deg))
+    highest = stops[1] if required.shoulder_max_deg is None else min(stops[1], radians(required.shoulder_max_deg))
     return CheckLimits(
         bottom_height_mm=cube.bottom_height_mm,
         half_side_mm=cube.half_side_mm,
-        envelope_width_mm=asked.envelope_width_mm,
-        envelope_depth_mm=asked.envelope_depth_mm,
-        clearance_min_mm=asked.clearance_min_mm,
-        lean_max_rad=d.forearm.tilt_limit_rad if asked.lean_max_deg is None else radians(asked.lean_max_deg),
+        envelope_width_mm=required.envelope_width_mm,
+        envelope_depth_mm=required.envelope_depth_mm,
+        clearance_min_mm=required.clearance_min_mm,
+        lean_max_rad=d.forearm.tilt_limit_rad if required.lean_max_deg is None else radians(required.lean_max_deg),
         shoulder_range_rad=(lowest, highest),
-        force_N=asked.force_N,
-        joint_torque_N_m=asked.joint_torque_N_m,
+        force_N=required.force_N,
+        joint_torque_N_m=required.joint_torque_N_m,
     )
 
 
-def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckResult]:
+def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
     """All checks of a machine: the geometry's, then torque with gravity, drive and conditioning."""
-    d, asked = machine.dimensions, machine.dimensions.design.requirements
+    d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d)
     results = run_checks(machine.assembly, limits, machine.meshes, progress)
     bodies = {
@@ -153,11 +153,11 @@ def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckRes
         if link != "base"
     }
     progress("torque with gravity")
-    gravity = np.array(asked.gravity_m_s2)
-    results.append(check_holding(machine.assembly, limits, bodies, gravity, asked.joint_torque_N_m))
+    gravity = np.array(required.gravity_m_s2)
+    results.append(check_holding(machine.assembly, limits, bodies, gravity, required.joint_torque_N_m))
     results.append(check_drive(drive_torque(d.design)))
-    if asked.kappa_max is not None:
-        results.append(check_conditioning(d.design.geometry, limits, asked.kappa_max))
+    if required.kappa_max is not None:
+        results.append(check_conditioning(d.design.geometry, limits, required.kappa_max))
     return results
 
 
@@ -167,7 +167,7 @@ def check(design: Design, progress: Progress = quiet) -> Outcome:
     return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
 
 
-def _unverified(machine: Machine) -> tuple[str, ...]:
+def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
     return tuple(p.number for p in machine.assembly.parts if p.source and "verified: yes" not in p.source)
 
 
@@ -198,7 +198,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
     return outcome
 
 
-def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
+def write_files(machine: BuiltMachine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
     """Writes what a machine and its checks come to into a folder, all but pictures and manifest."""
     assembly, meshes = machine.assembly, machine.meshes
     progress("assembly.step")
@@ -228,17 +228,17 @@ def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Prog
     (folder / "checks.json").write_text(text, encoding="utf-8")
 
 
-def _stage(machine: Machine) -> Stage:
+def _stage(machine: BuiltMachine) -> Stage:
     """The outline the way round in which it fits best, around the swept machine, and the cube."""
     d = machine.dimensions
-    cube, asked = d.design.cube, d.design.requirements
-    wanted = (asked.envelope_width_mm, asked.envelope_depth_mm)
-    turned = (asked.envelope_depth_mm, asked.envelope_width_mm)
+    cube, required = d.design.cube, d.design.requirements
+    upright = (required.envelope_width_mm, required.envelope_depth_mm)
+    turned = (required.envelope_depth_mm, required.envelope_width_mm)
     try:
         reach = swept_outline(machine.assembly, check_limits(d), machine.meshes).reach_mm
     except FoldError:  # a rejected design: its outline has no bound
         reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
     size = reach[0::2] + reach[1::2]
     x, y = (reach[0::2] - reach[1::2]) / 2
-    fits = min((wanted, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
+    fits = min((upright, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
     return Stage(fits, (float(x), float(y)), cube.bottom_height_mm, cube.half_side_mm)

@@ -90,7 +90,7 @@ def longest_dowel(key: str, available_mm: float) -> float:
     return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
 
 
-class _Bench:
+class _Assembler:
     """Collects occurrences; makes each part once."""
 
     def __init__(self, d: Dimensions, progress: Progress) -> None:
@@ -123,7 +123,7 @@ class _Bench:
         self.fits.append(Fit(a, b, "running gap", gap_mm=gap_mm, reason=reason, gap_max_mm=gap_max_mm))
 
 
-def _base(bench: _Bench) -> None:
+def _base(bench: _Assembler) -> None:
     d = bench.d
     bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
     foot = bench.once("foot", lambda: make_foot(d))
@@ -137,7 +137,7 @@ def _base(bench: _Bench) -> None:
             bench.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest))
 
 
-def _bracket(bench: _Bench, i: int) -> None:
+def _bracket(bench: _Assembler, i: int) -> None:
     d, layers, b = bench.d, bench.d.layers, bench.d.bracket
     shoulder = chain_frame(i) @ at(b.shoulder_u_mm)
     encoder_side, motor_side = layers.encoder_cheek_mm, layers.motor_cheek_mm
@@ -203,7 +203,7 @@ def _bracket(bench: _Bench, i: int) -> None:
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
 
 
-def _arm(bench: _Bench, i: int) -> None:
+def _arm(bench: _Assembler, i: int) -> None:
     d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
     bench.put(f"upper_arm_{i}", bench.once("upper_arm", lambda: upper_arm.make_upper_arm(d)), link, np.eye(4))
     bench.put(
@@ -228,7 +228,7 @@ def _arm(bench: _Bench, i: int) -> None:
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
 
 
-def _direct(bench: _Bench, i: int) -> None:
+def _direct(bench: _Assembler, i: int) -> None:
     bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
     bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
     bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
@@ -238,7 +238,7 @@ def _direct(bench: _Bench, i: int) -> None:
         bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
 
 
-def _capstan(bench: _Bench, i: int) -> None:
+def _capstan(bench: _Assembler, i: int) -> None:
     d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
     y = d.layers.sector_mm
     bench.put(f"sector_{i}", bench.once("sector", lambda: capstan.make_sector(d)), link, np.eye(4))
@@ -291,7 +291,7 @@ def _capstan(bench: _Bench, i: int) -> None:
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
 
 
-def _rods(bench: _Bench, i: int) -> None:
+def _rods(bench: _Assembler, i: int) -> None:
     d, f = bench.d, bench.d.forearm
     socket = bench.once("ball_socket", lambda: forearm.make_socket(d))
     tube = bench.once("rod_tube", lambda: forearm.make_rod_tube(d))
@@ -309,7 +309,7 @@ def _rods(bench: _Bench, i: int) -> None:
             bench.touch(f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}", "ball in its seat")
 
 
-def _platform(bench: _Bench) -> None:
+def _platform(bench: _Assembler) -> None:
     d, p = bench.d, bench.d.platform
     top = p.boss_diameter_mm / 2
     bench.put("platform", bench.once("platform", lambda: platform.make_platform(d)), "platform", np.eye(4))
@@ -349,7 +349,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         BuildError: A solid could not be built (part, feature, parameter).
         DimensionError: No stock screw or dowel is short enough, or no stop pin long enough.
     """
-    bench = _Bench(d, progress)
+    bench = _Assembler(d, progress)
     _base(bench)
     for i in CHAINS:
         _bracket(bench, i)

@@ -20,7 +20,7 @@ from delta_cad.catalogue.families.motor import Motor, motor
 from delta_cad.catalogue.families.screws import HexNut, HexScrew, Screw, hex_nut, hex_screw, screw
 from delta_cad.catalogue.families.tube import Tube, tube
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 FAMILIES: Mapping[str, Family] = {
     one.name: one
@@ -29,7 +29,7 @@ FAMILIES: Mapping[str, Family] = {
 """Name of a family -> the family."""
 
 
-def family(name: str) -> Mapping[str, Row]:
+def family(name: str) -> Mapping[str, CatalogueRow]:
     """Gives all rows of one family.
 
     Args:

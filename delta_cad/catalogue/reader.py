@@ -13,10 +13,10 @@ from types import MappingProxyType
 from typing import Any, Generic, TypeVar, get_args, get_type_hints
 
 from delta_cad.catalogue.errors import CatalogueError
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 DATA = Path(__file__).parent / "data"
-R = TypeVar("R", bound=Row)
+R = TypeVar("R", bound=CatalogueRow)
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
 MAY_BE_ZERO = frozenset({"red", "green", "blue"})

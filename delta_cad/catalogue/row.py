@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Row:
+class CatalogueRow:
     """What every row of the catalogue says.
 
     Attributes:

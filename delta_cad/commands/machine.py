@@ -74,10 +74,10 @@ def made(given: argparse.Namespace, work: Work) -> int:
 
 def _geometry_errors() -> tuple[type[Exception], ...]:
     from delta_cad.dimensions import DimensionError
-    from delta_cad.export.mass_properties import MassError
+    from delta_cad.export.mass_properties import MassPropertiesError
     from delta_cad.export.meshes import MeshError
     from delta_cad.export.step import StepError
     from delta_cad.export.views.scene import PictureError
     from delta_cad.solids.primitive import BuildError
 
-    return (DimensionError, BuildError, MassError, MeshError, StepError, PictureError)
+    return (DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)

@@ -21,11 +21,11 @@ NAME_RULE = (
 GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 
 
-class _Record(BaseModel):
+class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class Mechanism(_Record):
+class Mechanism(_Section):
     """The lengths of the mechanism, mm."""
 
     base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
@@ -35,7 +35,7 @@ class Mechanism(_Record):
     parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
 
 
-class Cube(_Record):
+class Cube(_Section):
     """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
 
     bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
@@ -52,7 +52,7 @@ Gravity = Annotated[
 ]
 
 
-class Requirements(_Record):
+class Requirements(_Section):
     """What the customer asked for; an optional entry that is given is checked and certified."""
 
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
@@ -67,7 +67,7 @@ class Requirements(_Record):
     gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
 
 
-class Hardware(_Record):
+class Hardware(_Section):
     """The bought parts and the thicknesses of the made ones; every entry has a default."""
 
     motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
@@ -87,7 +87,7 @@ class Hardware(_Record):
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
 
 
-class Design(_Record):
+class Design(_Section):
     """One design: everything the CAD, the checks, the optimiser and the controller start from."""
 
     schema_id: Literal["delta-design/1"] = Field(alias="schema", description="version of this format")

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Bearing(Row):
+class Bearing(CatalogueRow):
     """A deep groove ball bearing.
 
     Attributes:

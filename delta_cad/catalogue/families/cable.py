@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Cable(Row):
+class Cable(CatalogueRow):
     """A stainless steel wire rope for the capstan.
 
     Attributes:

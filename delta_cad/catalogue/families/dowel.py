@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Dowel(Row):
+class Dowel(CatalogueRow):
     """A hardened parallel pin, tolerance m6, pressed into an H7 hole.
 
     Attributes:

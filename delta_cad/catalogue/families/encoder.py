@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Encoder(Row):
+class Encoder(CatalogueRow):
     """A magnetic angle sensor on a small board; the chip sits in the board's centre, over the shaft's magnet.
 
     Attributes:

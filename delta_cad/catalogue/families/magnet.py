@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Magnet(Row):
+class Magnet(CatalogueRow):
     """A diametrically magnetised disc for a shaft encoder.
 
     Attributes:

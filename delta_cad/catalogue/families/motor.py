@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Motor(Row):
+class Motor(CatalogueRow):
     """A motor with its mounting face at the front.
 
     Attributes:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import Row
+from delta_cad.catalogue.row import CatalogueRow
 
 
 @dataclass(frozen=True)
-class Screw(Row):
+class Screw(CatalogueRow):
     """A hexagon socket head cap screw, with the holes that go with it.
 
     Attributes:
@@ -40,7 +40,7 @@ class Screw(Row):
 
 
 @dataclass(frozen=True)
-class HexScrew(Row):
+class HexScrew(CatalogueRow):
     """A hexagon head screw threaded to the head.
 
     Attributes:
@@ -61,7 +61,7 @@ class HexScrew(Row):
 
 
 @dataclass(frozen=True)
-class HexNut(Row):
+class HexNut(CatalogueRow):
     """A hexagon nut.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cadquery as cq
 
-from delta_cad.catalogue import Row
+from delta_cad.catalogue import CatalogueRow
 from delta_cad.solids.materials import material, provenance
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
@@ -12,7 +12,7 @@ from delta_cad.solids.primitive import (
 )
 
 
-def bought_part(number: str, row: Row, shape: cq.Shape, substance: str, mass_g: float) -> Part:
+def bought_part(number: str, row: CatalogueRow, shape: cq.Shape, substance: str, mass_g: float) -> Part:
     """Makes a part of a catalogue row.
 
     Args:

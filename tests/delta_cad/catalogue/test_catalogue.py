@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.catalogue import FAMILIES, CatalogueError, Magnet, MaterialData, Motor, Row, Screw
+from delta_cad.catalogue import FAMILIES, CatalogueError, CatalogueRow, Magnet, MaterialData, Motor, Screw
 from delta_cad.catalogue.reader import read_family
 
 ROOT = Path(catalogue.__file__).parent / "data"
 MOTORS = [catalogue.motor(key) for key in catalogue.family("motor")]
 EACH_MOTOR = pytest.mark.parametrize("motor", MOTORS, ids=lambda motor: motor.id)
-ACCESS: dict[str, Callable[[str], Row]] = {
+ACCESS: dict[str, Callable[[str], CatalogueRow]] = {
     "motor": catalogue.motor,
     "bearing": catalogue.bearing,
     "encoder": catalogue.encoder,
