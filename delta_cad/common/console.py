@@ -32,7 +32,7 @@ def command_parser(program: str, description: str, epilog: str, commands: Sequen
 
     Args:
         program: As the help names it.
-        description: Of the program.
+        description: What the program does.
         epilog: Exit codes, under every help.
         commands: Modules, each with `NAME`, `TEXT`, `arguments(parser)` and `run(given) -> exit code`.
 
@@ -52,9 +52,9 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
     """Runs one command; a reader that goes away early is no error of ours and does not change the exit code.
 
     Args:
-        parser: Of `command_parser`.
+        parser: What `command_parser` made.
         arguments: As typed; None for those of the process.
-        extra: Of the package, to be installed where a module is missing.
+        extra: Extra of the package that installs what is missing, if a module is.
 
     Returns:
         The exit code.

@@ -251,9 +251,9 @@ class _Slabs:
         middle = between[new] / np.maximum(np.linalg.norm(between[new], axis=1), 1e-9)[:, None]
         for n in (middle, *self._bounds.space.directions):
             facing = np.where(middle @ n < 0.0, -1.0, 1.0)[:, None] * n if n.ndim == 1 else n
-            spare = self.spare(new, facing)
-            better = spare > best
-            normal[new[better]], best = facing[better], np.fmax(best, spare)
+            gain = self.spare(new, facing)
+            better = gain > best
+            normal[new[better]], best = facing[better], np.fmax(best, gain)
         spare[fresh] = best
         return spare
 

@@ -172,7 +172,7 @@ def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:
     Args:
         source: VTK's filter that gives them, or poly data.
         colour: sRGB.
-        width: Of lines, in pixels of the finished picture.
+        width: Line width, pixels of the finished picture.
     """
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 

@@ -14,15 +14,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad import catalogue
+from delta_cad import catalogue, pipeline
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.report import CheckResult
-from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
-from delta_cad.pipeline import BuiltMachine, Outcome, check_limits, check_machine, make_machine
+from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, Outcome, check_limits, check_machine
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST, Built
 
@@ -31,8 +33,10 @@ BAD = CheckResult("clearance", False, 0.7, 2.0, "mm", (1.0, 2.0, 90.0), ("upper_
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> BuiltMachine:
-    return make_machine(best)
+def machine(best_dimensions: Dimensions, best_assembly: Assembly) -> BuiltMachine:
+    """The committed design as `make_machine` makes it, of the solids that all tests share."""
+    meshes = MeshLibrary(best_assembly.parts, LINEAR_MM, ANGULAR_RAD)
+    return BuiltMachine(best_dimensions, best_assembly, meshes, mass_report(best_assembly))
 
 
 @contextmanager

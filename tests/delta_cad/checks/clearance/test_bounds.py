@@ -5,7 +5,8 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
-from delta_cad.checks.clearance import pairing, spaces
+from delta_cad.checks.clearance import configuration_spaces as spaces
+from delta_cad.checks.clearance import pairing
 from delta_cad.checks.clearance.bodies import DistanceEngine, body
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
 from delta_cad.checks.clearance.continuum import BoxBounds, prove
