@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.file import MM_PER_M
 
 Verdict = Literal["continuous", "peak only", "insufficient"]
 

@@ -13,8 +13,13 @@ from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
-from delta_cad.solids import bought, brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
+from delta_cad.solids import brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
+from delta_cad.solids.bought.bearing import make_bearing
+from delta_cad.solids.bought.encoder_board import make_encoder_board
+from delta_cad.solids.bought.foot import make_foot
+from delta_cad.solids.bought.magnet import make_magnet
+from delta_cad.solids.bought.motor import make_motor
 from delta_cad.solids.part import Fit, Joint, Occurrence, Part
 
 ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
@@ -85,7 +90,7 @@ def longest_dowel(key: str, available_mm: float) -> float:
     return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
 
 
-class _Bench:
+class _Assembler:
     """Collects occurrences; makes each part once."""
 
     def __init__(self, d: Dimensions, progress: Progress) -> None:
@@ -118,10 +123,10 @@ class _Bench:
         self.fits.append(Fit(a, b, "running gap", gap_mm=gap_mm, reason=reason, gap_max_mm=gap_max_mm))
 
 
-def _base(bench: _Bench) -> None:
+def _base(bench: _Assembler) -> None:
     d = bench.d
     bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
-    foot = bench.once("foot", lambda: bought.make_foot(d))
+    foot = bench.once("foot", lambda: make_foot(d))
     for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
         low = d.base.top_mm - d.base.thickness_mm
         bench.put(f"foot_{i}", foot, "base", at(x, y, low))
@@ -132,7 +137,7 @@ def _base(bench: _Bench) -> None:
             bench.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest))
 
 
-def _bracket(bench: _Bench, i: int) -> None:
+def _bracket(bench: _Assembler, i: int) -> None:
     d, layers, b = bench.d, bench.d.layers, bench.d.bracket
     shoulder = chain_frame(i) @ at(b.shoulder_u_mm)
     encoder_side, motor_side = layers.encoder_cheek_mm, layers.motor_cheek_mm
@@ -174,7 +179,7 @@ def _bracket(bench: _Bench, i: int) -> None:
         placed = chain_frame(i) @ pointing((0, -1, 0), u, motor_side[1] - brackets.STOP_SUNK_MM, z)
         bench.put(f"stop_pin_{i}_{k}", stop, "base", placed)
 
-    motor = bench.once("motor", lambda: bought.make_motor(d))
+    motor = bench.once("motor", lambda: make_motor(d))
     u, z = b.motor_axis_mm
     bench.put(f"motor_{i}", motor, "base", chain_frame(i) @ at(u, motor_side[1], z))
     screw = catalogue.screw(d.motor.mount_thread)
@@ -185,7 +190,7 @@ def _bracket(bench: _Bench, i: int) -> None:
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))
 
-    board = bench.once("encoder_board", lambda: bought.make_encoder_board(d))
+    board = bench.once("encoder_board", lambda: make_encoder_board(d))
     back, front = layers.encoder_board_mm
     bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0) @ UPRIGHT)
     fixing_row = catalogue.screw(brackets.BOARD_SCREW)
@@ -198,13 +203,13 @@ def _bracket(bench: _Bench, i: int) -> None:
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
 
 
-def _arm(bench: _Bench, i: int) -> None:
+def _arm(bench: _Assembler, i: int) -> None:
     d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
     bench.put(f"upper_arm_{i}", bench.once("upper_arm", lambda: upper_arm.make_upper_arm(d)), link, np.eye(4))
     bench.put(
         f"shoulder_shaft_{i}", bench.once("shoulder_shaft", lambda: shaft.make_shoulder_shaft(d)), link, np.eye(4)
     )
-    magnet = bench.once("encoder_magnet", lambda: bought.make_magnet(d))
+    magnet = bench.once("encoder_magnet", lambda: make_magnet(d))
     bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
     clamp = bench.screw(upper_arm.SHOULDER_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
     seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, a.shoulder_clamp_z_mm)
@@ -223,7 +228,7 @@ def _arm(bench: _Bench, i: int) -> None:
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
 
 
-def _direct(bench: _Bench, i: int) -> None:
+def _direct(bench: _Assembler, i: int) -> None:
     bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
     bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
     bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
@@ -233,7 +238,7 @@ def _direct(bench: _Bench, i: int) -> None:
         bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
 
 
-def _capstan(bench: _Bench, i: int) -> None:
+def _capstan(bench: _Assembler, i: int) -> None:
     d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
     y = d.layers.sector_mm
     bench.put(f"sector_{i}", bench.once("sector", lambda: capstan.make_sector(d)), link, np.eye(4))
@@ -262,7 +267,7 @@ def _capstan(bench: _Bench, i: int) -> None:
     pin = bench.dowel("3", 12.0)
     for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
         bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
-    bearing = bench.once("bearing", lambda: bought.make_bearing(d))
+    bearing = bench.once("bearing", lambda: make_bearing(d))
     shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
     seats = {"e": d.layers.encoder_cheek_mm[1] - d.bearing.width_mm, "m": d.layers.motor_cheek_mm[0]}
     for side, start in seats.items():
@@ -286,7 +291,7 @@ def _capstan(bench: _Bench, i: int) -> None:
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
 
 
-def _rods(bench: _Bench, i: int) -> None:
+def _rods(bench: _Assembler, i: int) -> None:
     d, f = bench.d, bench.d.forearm
     socket = bench.once("ball_socket", lambda: forearm.make_socket(d))
     tube = bench.once("rod_tube", lambda: forearm.make_rod_tube(d))
@@ -304,7 +309,7 @@ def _rods(bench: _Bench, i: int) -> None:
             bench.touch(f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}", "ball in its seat")
 
 
-def _platform(bench: _Bench) -> None:
+def _platform(bench: _Assembler) -> None:
     d, p = bench.d, bench.d.platform
     top = p.boss_diameter_mm / 2
     bench.put("platform", bench.once("platform", lambda: platform.make_platform(d)), "platform", np.eye(4))
@@ -344,7 +349,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         BuildError: A solid could not be built (part, feature, parameter).
         DimensionError: No stock screw or dowel is short enough, or no stop pin long enough.
     """
-    bench = _Bench(d, progress)
+    bench = _Assembler(d, progress)
     _base(bench)
     for i in CHAINS:
         _bracket(bench, i)

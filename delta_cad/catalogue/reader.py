@@ -1,4 +1,4 @@
-"""Reads one CSV file of the catalogue into frozen records and refuses rows that cannot be true."""
+"""Families of the catalogue: CSV files read into frozen records, and rows that cannot be true refused."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any, Generic, TypeVar, get_args, get_type_hints
 
 from delta_cad.catalogue.errors import CatalogueError
-from delta_cad.catalogue.records import Row
+from delta_cad.catalogue.row import CatalogueRow
 
-R = TypeVar("R", bound=Row)
+DATA = Path(__file__).parent / "data"
+R = TypeVar("R", bound=CatalogueRow)
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
 MAY_BE_ZERO = frozenset({"red", "green", "blue"})
@@ -61,7 +63,8 @@ def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
 
     Raises:
         CatalogueError: Unreadable file, wrong columns, a cell that is not what its field says, a negative or zero
-            quantity, a repeated id, or a `verified` that does not say yes, partly or no.
+            quantity, fields that contradict each other, a repeated id, or a `verified` that does not say yes,
+            partly or no.
     """
     kinds = get_type_hints(record)
     names = [field.name for field in fields(record)]
@@ -87,6 +90,8 @@ def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
                 where = f"{path.name} line {table.line_num}"
                 if not ID.fullmatch(row.id) or row.id in rows:
                     raise CatalogueError(f"{where}: id = {row.id!r}: must be unique, of letters, digits, . and -")
+                if fault := row.fault():
+                    raise CatalogueError(f"{where}: {fault}")
                 if not VERIFIED.fullmatch(row.verified):
                     rule = "must start with 'yes: ', 'partly: ' or 'no, '"
                     raise CatalogueError(f"{where}: verified = {row.verified!r}: {rule}")
@@ -94,3 +99,36 @@ def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise CatalogueError(f"{path.name}: cannot be read: {error}") from error
     return MappingProxyType(rows)
+
+
+class Family(Generic[R]):
+    """A family of bought parts; called with an id it gives that row.
+
+    Attributes:
+        name: As the design file and error messages name it.
+        file: CSV file in the catalogue's folder `data`.
+        record: Record of a row; its fields are the columns.
+    """
+
+    def __init__(self, name: str, file: str, record: type[R]) -> None:
+        self.name, self.file, self.record = name, file, record
+
+    @cached_property
+    def rows(self) -> Mapping[str, R]:
+        """Id -> record, in the order of the file; read when first asked for.
+
+        Raises:
+            CatalogueError: The file breaks a rule (the message says where).
+        """
+        return read_family(DATA / self.file, self.record)
+
+    def __call__(self, key: str) -> R:
+        """Gives the row with an id.
+
+        Raises:
+            CatalogueError: There is none; the message lists the legal ids.
+        """
+        if key not in self.rows:
+            legal = ", ".join(self.rows)
+            raise CatalogueError(f"no {self.name.replace('_', ' ')} {key!r} in the catalogue; legal: {legal}")
+        return self.rows[key]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.mechanism.placement import CHAINS, MM_PER_M, LinkPlacement
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 from delta_cad.solids.part import Occurrence
 
 

@@ -50,8 +50,8 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
             faults.append(f"its mesh holds {mesh.volume_mm3:.3f} mm^3, the solid {volume:.3f}")
         elif bare:
             faults.append(f"its mesh has no points on {len(bare)} cylinders, the first of {bare[0]:g} mm diameter")
-        found = bore_counts(part.solid)
-        hole_faults, undeclared = compared_bores(part, found)
+        bores = bore_counts(part.solid)
+        hole_faults, undeclared = compared_bores(part, bores)
         faults += hole_faults
         note = f"; bores not declared: {undeclared}" if undeclared else ""
     detail = "; ".join(faults) or f"one valid closed solid, {len(part.holes)} kinds of declared bores present"
@@ -169,12 +169,12 @@ def bore_counts(shape: Any) -> dict[float, int]:
     return {diameter: count for diameter, count in sorted(counts.items()) if count}
 
 
-def compared_bores(part: Part, found: dict[float, int]) -> tuple[list[str], str]:
+def compared_bores(part: Part, bores: dict[float, int]) -> tuple[list[str], str]:
     """Hold declared bores against those found.
 
     Args:
         part: The part with its declared holes.
-        found: Diameter -> number of axes.
+        bores: Diameter -> number of axes.
 
     Returns:
         Faults, and the diameters that were found and not declared, as text.
@@ -184,8 +184,8 @@ def compared_bores(part: Part, found: dict[float, int]) -> tuple[list[str], str]
     for hole in part.holes:
         declared[hole.diameter_mm] = declared.get(hole.diameter_mm, 0) + hole.count
     for diameter, count in declared.items():
-        seen = sum(n for d, n in found.items() if abs(d - diameter) <= DIAMETER_MM)
+        seen = sum(n for d, n in bores.items() if abs(d - diameter) <= DIAMETER_MM)
         if seen != count:
             faults.append(f"it has {seen} bores of {diameter:g} mm, {count} are declared")
-    extra = {d: n for d, n in found.items() if all(abs(d - x) > DIAMETER_MM for x in declared)}
+    extra = {d: n for d, n in bores.items() if all(abs(d - x) > DIAMETER_MM for x in declared)}
     return faults, ", ".join(f"{n} of {d:g} mm" for d, n in extra.items())

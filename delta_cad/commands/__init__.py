@@ -1,1 +1,1 @@
-"""The commands of `python -m delta_cad`."""
+"""The commands: each module has `NAME`, `TEXT`, `arguments(parser)` and `run(given) -> exit code`, and loads late."""

@@ -6,15 +6,15 @@ from dataclasses import asdict, dataclass
 from math import degrees
 from typing import Any
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
+from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
-
-MM_PER_M = 1000.0
 
 
 @dataclass(frozen=True)
-class Row:
+class InspectionRow:
     """One line of the inspection.
 
     Attributes:
@@ -40,7 +40,7 @@ class Row:
         return asdict(self)
 
 
-def inspection(design: Design) -> list[Row]:
+def inspection(design: Design) -> list[InspectionRow]:
     """All rows for a design.
 
     Args:
@@ -54,8 +54,8 @@ def inspection(design: Design) -> list[Row]:
     return [*_dimensions(design), *_motion(design, extremes), *_force(design, extremes), *_drive(design)]
 
 
-def _dimensions(design: Design) -> list[Row]:
-    m, c, asked = design.mechanism, design.cube, design.requirements
+def _dimensions(design: Design) -> list[InspectionRow]:
+    m, c, required = design.mechanism, design.cube, design.requirements
     named = (
         ("base radius R", m.base_radius_mm),
         ("platform radius r", m.platform_radius_mm),
@@ -65,30 +65,32 @@ def _dimensions(design: Design) -> list[Row]:
         ("cube bottom H", c.bottom_height_mm),
         ("cube side 2 L", 2 * c.half_side_mm),
     )
-    rows = [Row("dimensions", name, value, "mm") for name, value in named]
+    rows = [InspectionRow("dimensions", name, value, "mm") for name, value in named]
     reach = m.base_radius_mm + m.upper_arm_length_mm
     points = sorted(
-        (m.parallelogram_width_mm * 0.5 + 3**0.5 * reach, m.parallelogram_width_mm * 3**0.5 / 4 + 1.5 * reach),
+        (m.parallelogram_width_mm * 0.5 + 2 * SIN_60 * reach, m.parallelogram_width_mm * SIN_60 / 2 + 1.5 * reach),
         reverse=True,
     )
-    sides = sorted((asked.envelope_width_mm, asked.envelope_depth_mm), reverse=True)
+    sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
     rows += [
-        Row("outline by eq. (1), points only", name, value, "mm", f"<= {side:g}", value <= side)
+        InspectionRow("outline by eq. (1), points only", name, value, "mm", f"<= {side:g}", value <= side)
         for name, value, side in zip(("longer side", "shorter side"), points, sides, strict=True)
     ]
     return rows
 
 
-def _motion(design: Design, e: CubeExtremes) -> list[Row]:
-    asked = design.requirements
+def _motion(design: Design, e: CubeExtremes) -> list[InspectionRow]:
+    required = design.requirements
     group = "motion over the cube (sampled and polished)"
-    low, high, lean = asked.shoulder_min_deg, asked.shoulder_max_deg, asked.lean_max_deg
+    low, high, lean = required.shoulder_min_deg, required.shoulder_max_deg, required.lean_max_deg
     lowest, highest = degrees(e.shoulder_min.value), degrees(e.shoulder_max.value)
     leaning = degrees(e.lean_max.value)
 
-    def row(quantity: str, value: float, unit: str, extreme: Any, limit: str = "", holds: bool | None = None) -> Row:
+    def row(
+        quantity: str, value: float, unit: str, extreme: Any, limit: str = "", holds: bool | None = None
+    ) -> InspectionRow:
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
-        return Row(group, quantity, value, unit, limit, holds, (x, y, z))
+        return InspectionRow(group, quantity, value, unit, limit, holds, (x, y, z))
 
     return [
         row(
@@ -130,31 +132,33 @@ def _motion(design: Design, e: CubeExtremes) -> list[Row]:
     ]
 
 
-def _force(design: Design, e: CubeExtremes) -> list[Row]:
-    asked = design.requirements
+def _force(design: Design, e: CubeExtremes) -> list[InspectionRow]:
+    required = design.requirements
     group = "force over the cube (sampled and polished)"
 
-    def row(quantity: str, value: float, unit: str, extreme: Any, limit: str = "", holds: bool | None = None) -> Row:
+    def row(
+        quantity: str, value: float, unit: str, extreme: Any, limit: str = "", holds: bool | None = None
+    ) -> InspectionRow:
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
-        return Row(group, quantity, value, unit, limit, holds, (x, y, z))
+        return InspectionRow(group, quantity, value, unit, limit, holds, (x, y, z))
 
     torque, kappa = e.torque_max.value, e.kappa_max.value
     return [
         row(
-            f"joint torque for {asked.force_N:g} N in the worst direction",
+            f"joint torque for {required.force_N:g} N in the worst direction",
             torque,
             "N m",
             e.torque_max,
-            f"<= {asked.joint_torque_N_m:g}",
-            torque <= asked.joint_torque_N_m,
+            f"<= {required.joint_torque_N_m:g}",
+            torque <= required.joint_torque_N_m,
         ),
         row(
             "worst condition number",
             kappa,
             "",
             e.kappa_max,
-            "" if asked.kappa_max is None else f"<= {asked.kappa_max:g}",
-            None if asked.kappa_max is None else kappa <= asked.kappa_max,
+            "" if required.kappa_max is None else f"<= {required.kappa_max:g}",
+            None if required.kappa_max is None else kappa <= required.kappa_max,
         ),
         row("smallest singular value of J", e.singular_value_min.value * MM_PER_M, "mm/rad", e.singular_value_min),
         row("largest singular value of J", e.singular_value_max.value * MM_PER_M, "mm/rad", e.singular_value_max),
@@ -177,26 +181,28 @@ def _force(design: Design, e: CubeExtremes) -> list[Row]:
     ]
 
 
-def _drive(design: Design) -> list[Row]:
-    drive, asked = drive_torque(design), design.requirements.joint_torque_N_m
+def _drive(design: Design) -> list[InspectionRow]:
+    drive, required = drive_torque(design), design.requirements.joint_torque_N_m
     rows = [
-        Row("drive", "motor", drive.motor, ""),
-        Row("drive", "ratio", drive.ratio, ":1"),
-        Row("drive", "joint torque, for ever", drive.continuous_torque_N_m, "N m"),
-        Row(
+        InspectionRow("drive", "motor", drive.motor, ""),
+        InspectionRow("drive", "ratio", drive.ratio, ":1"),
+        InspectionRow("drive", "joint torque, for ever", drive.continuous_torque_N_m, "N m"),
+        InspectionRow(
             "drive",
             f"joint torque, {drive.peak_time_s:g} s",
             drive.peak_torque_N_m,
             "N m",
-            f">= {asked:g}",
+            f">= {required:g}",
             drive.verdict != "insufficient",
         ),
-        Row("drive", f"{asked:g} N m", drive.verdict, ""),
-        Row("drive", "rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
+        InspectionRow("drive", f"{required:g} N m", drive.verdict, ""),
+        InspectionRow("drive", "rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
     ]
     if drive.bend_ratio is not None and drive.cable_safety_factor is not None:
         rows += [
-            Row("drive", "cable safety at the peak", drive.cable_safety_factor, ""),
-            Row("drive", "drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"),
+            InspectionRow("drive", "cable safety at the peak", drive.cable_safety_factor, ""),
+            InspectionRow(
+                "drive", "drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"
+            ),
         ]
     return rows

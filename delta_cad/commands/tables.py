@@ -14,11 +14,11 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
-    from delta_cad.commands.inspection import Row
-    from delta_cad.commands.pipeline import Outcome
+    from delta_cad.commands.inspection import InspectionRow
+    from delta_cad.pipeline import Outcome
 
 FIGURES = 5  # significant digits of a value in a table
-TOLD = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
+DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
 
 
 @contextmanager
@@ -48,19 +48,12 @@ def _number(value: float | str | None) -> str:
     return "" if value is None else value if isinstance(value, str) else f"{value:.{FIGURES}g}"
 
 
-class _Console(Console):
-    """Leaves a reader that goes away to the command line, which keeps its exit code; rich would exit with 1."""
-
-    def on_broken_pipe(self) -> None:
-        raise BrokenPipeError
-
-
 def _console() -> Console:
     """Colours on a terminal only; elsewhere as wide as the table needs."""
-    return _Console(file=sys.stdout) if sys.stdout.isatty() else _Console(file=sys.stdout, width=160)
+    return Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=160)
 
 
-def print_inspection(name: str, rows: list[Row]) -> None:
+def print_inspection(name: str, rows: list[InspectionRow]) -> None:
     """Prints the inspection of a design."""
     table = Table(title=name, title_justify="left")
     for column, side in (
@@ -107,7 +100,7 @@ def print_outcome(outcome: Outcome) -> None:
             at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
             console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
     for result in outcome.results:
-        if result.passed and result.name in TOLD:
+        if result.passed and result.name in DETAILED:
             console.print(f"{result.name}: {result.detail}", highlight=False, soft_wrap=True)
     total, moving = outcome.masses["total_mass_kg"], outcome.masses["moving_mass_kg"]
     console.print(f"mass {total * 1000:.0f} g, of it moving {moving * 1000:.0f} g", highlight=False)

@@ -11,8 +11,9 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from types import FrameType, ModuleType
-from typing import Any
+from typing import Any, TextIO
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
@@ -31,7 +32,7 @@ def command_parser(program: str, description: str, epilog: str, commands: Sequen
 
     Args:
         program: As the help names it.
-        description: Of the program.
+        description: What the program does.
         epilog: Exit codes, under every help.
         commands: Modules, each with `NAME`, `TEXT`, `arguments(parser)` and `run(given) -> exit code`.
 
@@ -48,23 +49,21 @@ def command_parser(program: str, description: str, epilog: str, commands: Sequen
 
 
 def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> int:
-    """Runs one command; a reader that goes away early is no error of ours.
+    """Runs one command; a reader that goes away early is no error of ours and does not change the exit code.
 
     Args:
-        parser: Of `command_parser`.
+        parser: What `command_parser` made.
         arguments: As typed; None for those of the process.
-        extra: Of the package, to be installed where a module is missing.
+        extra: Extra of the package that installs what is missing, if a module is.
 
     Returns:
         The exit code.
     """
     try:
         given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
-        code = given.run(given)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left goes nowhere
-        return DONE
+        with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
+            code = given.run(given)
+            out.flush()
     except KeyboardInterrupt:
         return refuse("interrupted; nothing was written", INTERRUPTED)
     except OSError as error:
@@ -75,6 +74,34 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
     except ModuleNotFoundError as error:
         return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
     return code
+
+
+class _Output:
+    """A text stream whose reader may go away: what is left to write then goes nowhere."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Writes text, or drops it."""
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            return self._drop(len(text))
+
+    def flush(self) -> None:
+        """Writes what is held back, or drops it."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            self._drop(0)
+
+    def _drop(self, count: int) -> int:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+        return count
 
 
 def with_negatives(arguments: Sequence[str]) -> list[str]:

@@ -1,6 +1,15 @@
 """The design file: what was asked for, the chosen dimensions and hardware; read, validated, written and hashed."""
 
 from delta_cad.design.file import (
+    DesignError,
+    design_from_dict,
+    design_hash,
+    design_schema,
+    design_to_dict,
+    design_to_json,
+    load_design,
+)
+from delta_cad.design.record import (
     GRAVITY_MAX,
     HARDWARE_FAMILIES,
     NAME_PATTERN,
@@ -8,16 +17,9 @@ from delta_cad.design.file import (
     SCHEMA,
     Cube,
     Design,
-    DesignError,
     Hardware,
     Mechanism,
     Requirements,
-    design_from_dict,
-    design_hash,
-    design_schema,
-    design_to_dict,
-    design_to_json,
-    load_design,
 )
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The design file: what was asked for, the chosen dimensions and hardware; read, validated, written and hashed.
+"""The design file read, validated, written and hashed.
 
 A file that is refused says which field, its value and what is allowed, in one line (`DesignError`).
 """
@@ -10,38 +10,25 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, create_model
+from pydantic import BaseModel, ValidationError
 
 from delta_cad import catalogue
-from delta_cad.design.sums import impossible_sum
-from delta_cad.mechanism.limits import LIMITS
-
-if TYPE_CHECKING:
-    from delta_cad.mechanism import DeltaGeometry
-
-SCHEMA = "delta-design/1"
-NAME_PATTERN = r"^[A-Za-z0-9](?:[A-Za-z0-9_-]{0,62}[A-Za-z0-9])?$"
-NAME_RULE = (
-    "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
-    "file name"
+from delta_cad.design.record import (
+    GRAVITY_MAX,
+    HARDWARE_FAMILIES,
+    NAME_RULE,
+    SCHEMA,
+    Cube,
+    Design,
+    Hardware,
+    Mechanism,
+    Requirements,
 )
-MM_PER_M = 1000.0
-UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_kg": "kg", "_m_s2": "m/s^2"}
-GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
+from delta_cad.design.sums import impossible_sum
 
-HARDWARE_FAMILIES = {
-    "motor": "motor",
-    "cable": "cable",
-    "encoder": "encoder",
-    "bearing": "bearing",
-    "tube": "tube",
-    "knob": "knob",
-    "foot": "foot",
-    "magnet": "magnet",
-}
-"""Entry of `hardware` that names a part -> its family in the catalogue."""
+UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
 
 
 class DesignError(ValueError):
@@ -59,105 +46,6 @@ class DesignError(ValueError):
         what = " = ".join(part for part in (field, value) if part)
         text = ": ".join(part for part in (file, what, allowed) if part)
         super().__init__(" ".join(text.split()))
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-class Mechanism(_Record):
-    """The lengths of the mechanism, mm."""
-
-    base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
-    platform_radius_mm: float = Field(gt=0, le=1000, description="r: platform centre to wrist")
-    upper_arm_length_mm: float = Field(gt=0, le=1000, description="L_A: shoulder to elbow")
-    forearm_length_mm: float = Field(gt=0, le=1000, description="L_B: elbow to wrist")
-    parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
-
-
-class Cube(_Record):
-    """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
-
-    bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
-    half_side_mm: float = Field(gt=0, le=1000, description="L: half the side")
-
-
-Gravity = Annotated[
-    tuple[
-        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
-        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
-        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
-    ],
-    Field(strict=False),  # JSON has lists, not tuples; the numbers inside stay strict
-]
-
-
-class _Task(_Record):
-    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
-    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
-    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
-    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give")
-
-
-def limit_fields() -> dict[str, Any]:
-    """Gives the optional fields of all limits, as pydantic declares fields."""
-    stated = (field for limit in LIMITS for field in limit.fields_)
-    return {f.name: (float | None, Field(default=None, description=f.description, **f.bounds)) for f in stated}
-
-
-_Limited: Any = create_model("_Limited", __base__=_Task, **limit_fields())
-
-
-class Requirements(_Limited):
-    """What the customer asked for; an optional entry that is given is checked and certified."""
-
-    clearance_min_mm: float = Field(default=1.0, ge=0, le=100, description="between bodies that are not neighbours")
-    gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
-
-
-class Hardware(_Record):
-    """The bought parts and the thicknesses of the made ones; every entry has a default."""
-
-    motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
-    drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
-    capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
-    sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
-    cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
-    encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")
-    bearing: str = Field(default="688", description="id in the catalogue of bearings")
-    tube: str = Field(default="cfrp-5x3", description="id in the catalogue of tubes: the rods")
-    knob: str = Field(default="din319-25", description="id in the catalogue of knobs: the handle")
-    foot: str = Field(default="foot-m4-stud-15x8", description="id in the catalogue of feet")
-    magnet: str = Field(default="ndfeb-6x2.5-diametric", description="id in the catalogue of magnets")
-    base_plate_thickness_mm: float = Field(default=8.0, ge=4, le=30, description="base plate")
-    arm_thickness_mm: float = Field(default=8.0, ge=5, le=20, description="upper arm plate")
-    platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
-    ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
-
-
-class Design(_Record):
-    """One design: everything the CAD, the checks, the optimiser and the controller start from."""
-
-    schema_id: Literal["delta-design/1"] = Field(alias="schema", description="version of this format")
-    name: str = Field(pattern=NAME_PATTERN, description="name of the design and of its output directory")
-    mechanism: Mechanism
-    cube: Cube
-    requirements: Requirements
-    hardware: Hardware = Field(default_factory=Hardware)
-    provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
-
-    @property
-    def geometry(self) -> DeltaGeometry:
-        """The mechanism's lengths in metres."""
-        from delta_cad.mechanism import DeltaGeometry
-
-        m = self.mechanism
-        return DeltaGeometry(
-            base_radius=m.base_radius_mm / MM_PER_M,
-            platform_radius=m.platform_radius_mm / MM_PER_M,
-            upper_arm_length=m.upper_arm_length_mm / MM_PER_M,
-            forearm_length=m.forearm_length_mm / MM_PER_M,
-        )
 
 
 def load_design(path: str | Path) -> Design:
@@ -248,8 +136,8 @@ def design_schema() -> dict[str, Any]:
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = SCHEMA
     entries = schema["$defs"]["Hardware"]["properties"]
-    for entry, family in HARDWARE_FAMILIES.items():
-        entries[entry]["enum"] = list(catalogue.family(family))
+    for entry in HARDWARE_FAMILIES:
+        entries[entry]["enum"] = list(catalogue.family(entry))
     return schema
 
 
@@ -312,7 +200,7 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
     if name == "drive":
         return 'must be "capstan" or "direct"'
     if name in HARDWARE_FAMILIES and model is Hardware:
-        return f"must be one of {', '.join(catalogue.family(HARDWARE_FAMILIES[name]))}"
+        return f"must be one of {', '.join(catalogue.family(name))}"
     info = model.model_fields.get(name)
     bounds = []
     for item in info.metadata if info else []:
@@ -343,8 +231,8 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
 
 def _check_catalogue(design: Design, file: str) -> None:
     """Refuses parts that are not in the catalogue and motors that do not suit the drive."""
-    for entry, family in HARDWARE_FAMILIES.items():
-        key, rows = getattr(design.hardware, entry), catalogue.family(family)
+    for entry in HARDWARE_FAMILIES:
+        key, rows = getattr(design.hardware, entry), catalogue.family(entry)
         if key not in rows:
             raise DesignError(file, f"hardware.{entry}", _text(key), f"must be one of {', '.join(rows)}")
     drive = design.hardware.drive

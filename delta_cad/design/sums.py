@@ -11,16 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 from math import cos, hypot, radians, sin, sqrt
-from typing import TYPE_CHECKING
 
 from delta_cad import catalogue
-
-if TYPE_CHECKING:
-    from delta_cad.design import Design
+from delta_cad.design.record import Design
 
 
 @dataclass(frozen=True)
-class Fault:
+class Contradiction:
     """A number that cannot go with the others.
 
     Attributes:
@@ -34,7 +31,7 @@ class Fault:
     allowed: str
 
 
-def impossible_sum(design: Design) -> Fault | None:
+def impossible_sum(design: Design) -> Contradiction | None:
     """The first condition the design breaks, or None.
 
     Args:
@@ -53,26 +50,26 @@ def impossible_sum(design: Design) -> Fault | None:
     )
 
 
-def _shoulder_range(design: Design) -> Fault | None:
+def _shoulder_range(design: Design) -> Contradiction | None:
     low, high = design.requirements.shoulder_min_deg, design.requirements.shoulder_max_deg
     if low is None or high is None or low < high:
         return None
-    return Fault("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg")
+    return Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg")
 
 
-def _platform_size(design: Design) -> Fault | None:
+def _platform_size(design: Design) -> Contradiction | None:
     m = design.mechanism
     bound = m.base_radius_mm + m.upper_arm_length_mm
     if m.platform_radius_mm < bound:
         return None
-    return Fault(
+    return Contradiction(
         "mechanism.platform_radius_mm",
         m.platform_radius_mm,
         f"must be < {bound:g} mm, base_radius_mm + upper_arm_length_mm, or no elbow can stand outside its wrist",
     )
 
 
-def _fold(design: Design) -> Fault | None:
+def _fold(design: Design) -> Contradiction | None:
     """The lowest reachable height over the point of the bottom face nearest to shoulder axis 0 (v = 0)."""
     m, cube = design.mechanism, design.cube
     a = m.base_radius_mm - m.platform_radius_mm
@@ -81,7 +78,7 @@ def _fold(design: Design) -> Fault | None:
     bound = sqrt(max(0.0, stretch**2 - (u - a) ** 2))
     if cube.bottom_height_mm >= bound:
         return None
-    return Fault(
+    return Contradiction(
         "cube.bottom_height_mm",
         cube.bottom_height_mm,
         f"must be >= {bound:.6g} mm, where upper arm and forearm fold in line "
@@ -89,7 +86,7 @@ def _fold(design: Design) -> Fault | None:
     )
 
 
-def _farthest_corner(design: Design) -> Fault | None:
+def _farthest_corner(design: Design) -> Contradiction | None:
     m, cube = design.mechanism, design.cube
     a, arm = m.base_radius_mm - m.platform_radius_mm, m.upper_arm_length_mm
     side, bottom = cube.half_side_mm, cube.bottom_height_mm
@@ -109,27 +106,27 @@ def _farthest_corner(design: Design) -> Fault | None:
     else:
         return None
     place = ", ".join(f"{value:g}" for value in corner)
-    return Fault(
+    return Contradiction(
         "mechanism.forearm_length_mm",
         m.forearm_length_mm,
         f"must be {sign} {bound:.6g} mm for chain {chain} to reach the cube's corner ({place}) mm",
     )
 
 
-def _clashing_wrists(design: Design) -> Fault | None:
+def _clashing_wrists(design: Design) -> Contradiction | None:
     """Neighbouring chains' nearest wrists are sqrt(3) r - L_c / 2 apart; their balls must fit between the centres."""
     m, ball = design.mechanism, design.hardware.ball_diameter_mm
     bound = 2.0 * sqrt(3.0) * m.platform_radius_mm - 2.0 * ball
     if m.parallelogram_width_mm < bound:
         return None
-    return Fault(
+    return Contradiction(
         "mechanism.parallelogram_width_mm",
         m.parallelogram_width_mm,
         f"must be < {bound:.6g} mm, or the balls of neighbouring chains meet at the platform",
     )
 
 
-def _pinion(design: Design) -> Fault | None:
+def _pinion(design: Design) -> Contradiction | None:
     """The cable groove of the pinion must leave metal around the motor's shaft."""
     h = design.hardware
     if h.drive != "capstan":
@@ -138,7 +135,7 @@ def _pinion(design: Design) -> Fault | None:
     bound = 2.0 * h.sector_radius_mm / (shaft + catalogue.cable(h.cable).diameter_mm)
     if h.capstan_ratio < bound:
         return None
-    return Fault(
+    return Contradiction(
         "hardware.capstan_ratio",
         h.capstan_ratio,
         f"must be < {bound:.6g}, or the pinion's groove (sector_radius_mm = {h.sector_radius_mm:g}) cuts into the "

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions
@@ -24,7 +25,7 @@ from delta_cad.dimensions.platform import (
     base_dimensions,
     platform_dimensions,
 )
-from delta_cad.dimensions.rules import MM_PER_M, STOP_MARGIN_RAD, DimensionError
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 __all__ = ["DimensionError", "Dimensions", "dimensions"]

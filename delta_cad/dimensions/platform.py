@@ -9,6 +9,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
 from delta_cad.dimensions.forearm import ForearmDimensions
 from delta_cad.dimensions.rules import require
+from delta_cad.mechanism.geometry import SIN_60
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
@@ -74,13 +75,13 @@ def platform_dimensions(
         f"platform_radius_mm = {radius_mm:g} must be at least {hub + thickness_mm / 2 + 2.0:g} mm",
     )
     # In the frame of the wrist, the neighbour's boss ends where its axis comes within (r sqrt 3 - l / 2) of ours.
-    free = radius_mm * 3**0.5 - boss / 2
+    free = 2 * SIN_60 * radius_mm - boss / 2
     require(
         free >= thickness_mm / 2 + forearm.socket_outer_mm / 2,
         "platform",
         "wrist boss",
         f"bosses of {boss:g} mm meet at platform_radius_mm = {radius_mm:g}; it must be at least "
-        f"{(thickness_mm / 2 + forearm.socket_outer_mm / 2 + boss / 2) / 3**0.5:.1f} mm",
+        f"{(thickness_mm / 2 + forearm.socket_outer_mm / 2 + boss / 2) / (2 * SIN_60):.1f} mm",
     )
     return PlatformDimensions(
         radius_mm=radius_mm,

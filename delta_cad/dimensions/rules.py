@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from math import radians
 
-MM_PER_M = 1000.0
-
 RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm parts and a shim
 STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube's shoulder angles
 PRESS_DEPTH_MM = 1.0  # a bearing seat ends in a lip of this thickness

@@ -58,33 +58,33 @@ def content_fingerprint(data: bytes) -> str:
     """Fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
     entities = _entities(data)
     hashes = _hashes(entities)
-    whole = hashlib.sha256()
+    digest = hashlib.sha256()
     for value in sorted(hashes.values()):
-        whole.update(value)
-    return whole.hexdigest()
+        digest.update(value)
+    return digest.hexdigest()
 
 
 class _Entity:
     """Text pieces between references, the references, and whether the references form a set."""
 
-    __slots__ = ("pieces", "references", "unordered")
+    __slots__ = ("content", "references", "unordered")
 
     def __init__(self, body: bytes) -> None:
         name, _, rest = body.partition(b"(")
         name = name.strip()
         if name == COUNTED_TYPE:
             rest = COUNTER.sub(b"''", rest.strip(), count=1)
-        pieces: list[bytes] = [name, b"("]
+        content: list[bytes] = [name, b"("]
         references: list[int] = []
         for token in TOKEN.findall(rest):
             if token[:1] == b"#" and len(token) > 1:
                 references.append(int(token[1:]))
-                pieces.append(b"#")
+                content.append(b"#")
             elif token[:1] == b"'":
-                pieces.append(token)
+                content.append(token)
             else:
-                pieces.append(b"".join(token.split()))
-        self.pieces = b"".join(pieces)
+                content.append(b"".join(token.split()))
+        self.content = b"".join(content)
         self.references = tuple(references)
         self.unordered = name in SET_TYPES
 
@@ -92,7 +92,7 @@ class _Entity:
         """Hash of the text with the references' colours in their places."""
         if self.unordered:
             colours = sorted(colours)
-        return hashlib.blake2b(self.pieces + b"\0" + b"".join(colours), digest_size=SIZE).digest()
+        return hashlib.blake2b(self.content + b"\0" + b"".join(colours), digest_size=SIZE).digest()
 
 
 def _entities(data: bytes) -> dict[int, _Entity]:

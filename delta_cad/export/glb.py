@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import M_PER_MM
 from delta_cad.export.meshes import Meshes
-from delta_cad.export.views.shading import creased
+from delta_cad.export.views.polydata import poly_data, shaded
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Material
 
 if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
 
-M_PER_MM = 1e-3
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
 """glTF has Y up: (x, y, z) of the machine is (x, z, -y) there."""
 METALS = ("EN AW", "alumin", "steel", "brass", "bronze", "1.4")
@@ -76,8 +76,9 @@ def _display_mesh(mesh: Mesh, material: Material) -> Any:
     import trimesh
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial
+    from vtkmodules.util.numpy_support import vtk_to_numpy
 
-    vertices, faces, normals = creased(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces))
+    split = shaded(poly_data(mesh.vertices, mesh.faces))
     metal = any(word.lower() in material.name.lower() for word in METALS)
     surface = PBRMaterial(
         name=material.name,
@@ -86,9 +87,9 @@ def _display_mesh(mesh: Mesh, material: Material) -> Any:
         roughnessFactor=0.45 if metal else 0.6,
     )
     return trimesh.Trimesh(
-        vertices=vertices * M_PER_MM,
-        faces=faces,
-        vertex_normals=normals,
+        vertices=vtk_to_numpy(split.GetPoints().GetData()) * M_PER_MM,
+        faces=vtk_to_numpy(split.GetPolys().GetConnectivityArray()).reshape(-1, 3),
+        vertex_normals=vtk_to_numpy(split.GetPointData().GetNormals()),
         visual=TextureVisuals(material=surface),
         process=False,
     )

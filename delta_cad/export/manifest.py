@@ -77,13 +77,13 @@ def versions() -> dict[str, str]:
     import OCP
 
     kernel = ".".join(OCP.__version__.split(".")[:3])  # the binding appends its own counter
-    found = {"python": platform.python_version(), "occt": kernel}
+    versions = {"python": platform.python_version(), "occt": kernel}
     for package in PACKAGES:
         try:
-            found[package] = metadata.version(package)
+            versions[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+            versions[package] = "not installed"
+    return versions
 
 
 def _files(folder: Path) -> list[str]:

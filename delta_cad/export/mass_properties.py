@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import M_PER_MM
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part
 
 SCHEMA = "delta-mass-properties/1"
-M_PER_MM = 1e-3
 
 
-class MassError(ValueError):
+class MassPropertiesError(ValueError):
     """A part has no positive mass."""
 
 
@@ -82,11 +82,11 @@ def part_mass_properties(part: Part) -> MassProperties:
     BRepGProp.VolumeProperties_s(part.solid.wrapped, integrals)
     volume_mm3 = integrals.Mass()
     if volume_mm3 <= 0.0:
-        raise MassError(f"part {part.number} has a volume of {volume_mm3:.6g} mm^3")
+        raise MassPropertiesError(f"part {part.number} has a volume of {volume_mm3:.6g} mm^3")
     by_volume = volume_mm3 * M_PER_MM**3 * part.material.density_kg_m3
     mass = by_volume if part.mass_g is None else part.mass_g * 1e-3
     if not mass > 0.0:
-        raise MassError(f"part {part.number} has a mass of {mass:.6g} kg")
+        raise MassPropertiesError(f"part {part.number} has a mass of {mass:.6g} kg")
     point = integrals.CentreOfMass()
     centre_mm = np.array([point.X(), point.Y(), point.Z()])
     matrix = integrals.MatrixOfInertia()
@@ -108,7 +108,7 @@ def combined(bodies: list[MassProperties]) -> MassProperties:
         MassError: There is no body.
     """
     if not bodies:
-        raise MassError("no body to combine")
+        raise MassPropertiesError("no body to combine")
     mass = sum(body.mass_kg for body in bodies)
     centre = sum((body.mass_kg * body.centre_m for body in bodies), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
@@ -150,13 +150,13 @@ def mass_report(assembly: Assembly) -> dict[str, Any]:
     parts = {part.number: part_mass_properties(part) for part in assembly.parts}
     links = link_mass_properties(assembly, parts)
     frames = assembly.placement(assembly.home_mm)
-    whole = combined([body.moved(frames[link]) for link, body in links.items()])
+    machine = combined([body.moved(frames[link]) for link, body in links.items()])
     return {
         "schema": SCHEMA,
         "home_mm": np.asarray(assembly.home_mm, dtype=float).tolist(),
-        "total_mass_kg": whole.mass_kg,
+        "total_mass_kg": machine.mass_kg,
         "moving_mass_kg": sum(body.mass_kg for link, body in links.items() if link != "base"),
-        "assembly": whole.record(),
+        "assembly": machine.record(),
         "bodies": {link: body.record() for link, body in links.items()},
         "parts": {
             part.number: parts[part.number].record()

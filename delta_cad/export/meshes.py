@@ -29,7 +29,8 @@ RELATIONS = (
 )
 ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 """The earliest time a ZIP entry can have."""
-STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+STL_HEADER = 80
+"""Bytes before the count of triangles: free text, in which the unit can stand that the format does not know."""
 
 
 class Meshes(Protocol):
@@ -55,19 +56,20 @@ def write_stl(mesh: Mesh, path: Path, name: str) -> None:
     Raises:
         MeshError: The mesh is empty or broken.
     """
+    import trimesh
+    from trimesh.exchange.stl import export_stl
+
     vertices, faces = _checked(mesh, name)
-    corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    records = np.zeros(len(faces), dtype=STL_RECORD)
-    records["normal"] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
-    records["corners"] = corners
-    header = f"{name}, millimetres".encode("ascii", "replace")[:80].ljust(80)
-    path.write_bytes(header + np.uint32(len(faces)).astype("<u4").tobytes() + records.tobytes())
+    data = export_stl(trimesh.Trimesh(vertices, faces, process=False))
+    header = f"{name}, millimetres".encode("ascii", "replace")[:STL_HEADER].ljust(STL_HEADER)
+    path.write_bytes(header + data[STL_HEADER:])
 
 
 def write_3mf(mesh: Mesh, path: Path, name: str, description: str = "", material: str = "") -> None:
     """Writes a 3MF package with one named object in millimetres.
+
+    trimesh's own writer gives every object a random number and every entry the time, and has no place for material and
+    description; ours depends on the mesh and the texts alone.
 
     Args:
         mesh: Triangles, mm, wound outwards.

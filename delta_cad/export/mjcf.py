@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import M_PER_MM
 from delta_cad.drive import DriveReport
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, SIDES
 
-M_PER_MM = 1e-3
 TIMESTEP_S = 1e-4
 STIFF = {"solref": "0.0002 1", "solimp": "0.999 0.9999 0.0001"}
 """Time constant of a closure, two time steps, which is the least the engine takes, and critical damping."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.errors import SingularError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, positions
 
-MM_PER_M = 1000.0
 COLLINEAR = 1e-9
 """Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last
 seven digits of sixteen there."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.errors import SingularError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry, chain_coordinates, positions
-
-MM_PER_M = 1000.0
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.geometry import AZIMUTHS
 
-MM_PER_M = 1000.0
 CHAINS = range(3)
 SIDES = range(2)
 LINKS = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cadquery as cq
 
 from delta_cad import catalogue
+from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.solids.materials import material, provenance
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder, one_solid
@@ -23,7 +24,7 @@ def make_cap_screw(size: str, length_mm: float) -> Part:
     head = cylinder(row.head_diameter_mm, (0, 0, 0), (0, 0, row.head_height_mm))
     shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
     socket = cq.Workplane("XY", origin=(0, 0, row.head_height_mm - row.socket_depth_mm)).polygon(
-        6, row.socket_mm * 2 / 3**0.5
+        6, row.socket_mm / SIN_60
     )
     key = socket.extrude(row.socket_depth_mm + THROUGH_MM).val()
     solid = cut(head.fuse(shank), [key])  # type: ignore[list-item]
@@ -42,7 +43,7 @@ def make_cap_screw(size: str, length_mm: float) -> Part:
 def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
     """Hexagonal prism along z, corners on the x axis."""
     plane = cq.Workplane("XY", origin=(0, 0, z[0]))
-    return plane.polygon(6, across_flats_mm * 2 / 3**0.5).extrude(z[1] - z[0]).val()  # type: ignore[return-value]
+    return plane.polygon(6, across_flats_mm / SIN_60).extrude(z[1] - z[0]).val()  # type: ignore[return-value]
 
 
 def make_tension_screw(size: str, length_mm: float, bore_mm: float) -> Part:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
-from delta_cad.catalogue import Row
+from delta_cad.catalogue import CatalogueRow
 from delta_cad.solids.part import Material
 
 
@@ -13,7 +13,7 @@ def material(key: str, colour: tuple[float, float, float] | None = None) -> Mate
     return Material(row.description, row.density_kg_m3, colour or row.colour)
 
 
-def provenance(row: Row) -> str:
+def provenance(row: CatalogueRow) -> str:
     """Where a bought part's data come from and what of them was verified."""
     return f"{row.source}; verified: {row.verified}"
 

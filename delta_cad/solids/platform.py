@@ -46,10 +46,10 @@ def make_platform(d: Dimensions) -> Part:
     stem = catalogue.screw(p.stem_thread)
 
     def body() -> cq.Shape:
-        pieces: list[cq.Shape] = [bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))]
+        shapes: list[cq.Shape] = [bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))]
         for i in CHAINS:
             web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 5.0, 3.0), (r, 5.0 - half, 3.0)], plate)
-            pieces.append(turned_to_chain(web, i))
+            shapes.append(turned_to_chain(web, i))
             barrel = turned(
                 [
                     (0.0, -half),
@@ -61,8 +61,8 @@ def make_platform(d: Dimensions) -> Part:
                 ],
                 (r, 0.0, 0.0),
             )
-            pieces.append(turned_to_chain(barrel, i))
-        return fuse(*pieces)
+            shapes.append(turned_to_chain(barrel, i))
+        return fuse(*shapes)
 
     shape = feature(number, "outline", "platform_radius_mm", body)
     tools: list[cq.Shape] = [bore_z(stem.tap_drill_mm, (0.0, 0.0), (-top - THROUGH_MM, top + THROUGH_MM))]

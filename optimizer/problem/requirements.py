@@ -16,7 +16,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
-from delta_cad.design.file import UNITS, limit_fields
+from delta_cad.design.file import UNITS
+from delta_cad.design.record import limit_fields
 from delta_cad.mechanism.limits import HandleInertia
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong

@@ -16,7 +16,7 @@ REVOLUTION_SLABS = 64  # more steps along an axis than any pinion has
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class CollisionBody:
     """A placed mesh.
 
     Attributes:
@@ -60,7 +60,7 @@ class Body:
         return float(np.hypot(*self.vertices[:, [0, 2]].T).max()) + self.mesh.deviation_mm
 
 
-def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> Body:
+def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> CollisionBody:
     """A body with its bounding box along the axes of the part's frame.
 
     Args:
@@ -76,7 +76,7 @@ def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> B
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     middle = (low + high) / 2.0
     rotation = placement[:3, :3]
-    return Body(
+    return CollisionBody(
         name=name,
         key=key,
         link=link,
@@ -91,7 +91,7 @@ def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> B
 
 def bodies_of(
     occurrences: Iterable[Occurrence], meshes: MeshLibrary, swept_links: Sequence[str] = ()
-) -> dict[str, Body]:
+) -> dict[str, CollisionBody]:
     """Bodies of occurrences by name.
 
     Args:
@@ -103,16 +103,16 @@ def bodies_of(
     Returns:
         Occurrence name -> body.
     """
-    found = {}
+    bodies = {}
     for o in occurrences:
         number, mesh = o.part.number, meshes[o.part.number]
         if o.link in swept_links:
             swept = revolved_about_y(mesh, o.placement)
             where = np.round(o.placement, 7).tolist()  # equal placements to 1e-7 mm give one shape
-            found[o.name] = body(o.name, f"{number} revolved in {where}", o.link, swept, np.eye(4))
+            bodies[o.name] = body(o.name, f"{number} revolved in {where}", o.link, swept, np.eye(4))
         else:
-            found[o.name] = body(o.name, number, o.link, mesh, o.placement)
-    return found
+            bodies[o.name] = body(o.name, number, o.link, mesh, o.placement)
+    return bodies
 
 
 def revolved_about_y(mesh: Mesh, placement: np.ndarray) -> Mesh:
@@ -176,7 +176,7 @@ class DistanceEngine:
             self._objects[key] = (fcl.CollisionObject(tree), fcl.CollisionObject(tree))
         return self._objects[key]
 
-    def distance(self, a: Body, b: Body, pose_a: np.ndarray, pose_b: np.ndarray) -> float:
+    def distance(self, a: CollisionBody, b: CollisionBody, pose_a: np.ndarray, pose_b: np.ndarray) -> float:
         """Distance of two meshes.
 
         Args:
@@ -193,7 +193,7 @@ class DistanceEngine:
         return max(float(fcl.distance(*self._placed(a, b, pose_a, pose_b))), 0.0)
 
     def closest_points(
-        self, a: Body, b: Body, pose_a: np.ndarray, pose_b: np.ndarray
+        self, a: CollisionBody, b: CollisionBody, pose_a: np.ndarray, pose_b: np.ndarray
     ) -> tuple[float, np.ndarray, np.ndarray]:
         """Distance of two meshes as `distance`, and the (3,) closest points of a and of b in the common frame, mm."""
         import fcl
@@ -204,13 +204,13 @@ class DistanceEngine:
         at_a, at_b = result.nearest_points
         return max(d, 0.0), np.asarray(at_a), np.asarray(at_b)
 
-    def meet(self, a: Body, b: Body, pose_a: np.ndarray, pose_b: np.ndarray) -> bool:
+    def meet(self, a: CollisionBody, b: CollisionBody, pose_a: np.ndarray, pose_b: np.ndarray) -> bool:
         """Whether two meshes intersect, arguments as `distance`: a tenth of its time where they do."""
         import fcl
 
         return fcl.collide(*self._placed(a, b, pose_a, pose_b)) > 0
 
-    def _placed(self, a: Body, b: Body, pose_a: np.ndarray, pose_b: np.ndarray) -> tuple[Any, Any]:
+    def _placed(self, a: CollisionBody, b: CollisionBody, pose_a: np.ndarray, pose_b: np.ndarray) -> tuple[Any, Any]:
         """The collision objects of two bodies at their poses; each call is counted."""
         import fcl
 

@@ -12,11 +12,11 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
-from delta_cad.checks.clearance.containment import contained
+from delta_cad.checks.clearance.containment import holds
 from delta_cad.checks.clearance.continuum import CALLS_MAX, prove
-from delta_cad.checks.clearance.joint_ranges import FoldError, domains
+from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
-from delta_cad.checks.clearance.sampled import Sample, Sampler
+from delta_cad.checks.clearance.sampled import PairSample, Sampler
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import swept_links
 from delta_cad.checks.report import CheckResult
@@ -51,7 +51,7 @@ def check_clearance(
     sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine)
     closest = sampler.closest([p for p in pairs if not p.running_gap])
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
-    inside = contained(pairs, sampler)
+    inside = _contained(pairs, sampler)
     results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls)]
     results += [
         _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
@@ -65,7 +65,7 @@ def check_clearance(
     return results
 
 
-def _sampled(name: str, samples: Sequence[Sample], limit: float, sampler: Sampler, calls: int) -> CheckResult:
+def _sampled(name: str, samples: Sequence[PairSample], limit: float, sampler: Sampler, calls: int) -> CheckResult:
     if not samples:
         return CheckResult(name, True, None, limit, "mm", detail="no two bodies on different links")
     worst = samples[0]
@@ -82,7 +82,7 @@ def _sampled(name: str, samples: Sequence[Sample], limit: float, sampler: Sample
     return CheckResult(name, passed, worst.certain_mm, limit, "mm", _pose(sampler, worst), (a.name, b.name), detail)
 
 
-def _pose(sampler: Sampler, sample: Sample) -> tuple[float, float, float]:
+def _pose(sampler: Sampler, sample: PairSample) -> tuple[float, float, float]:
     x, y, z = sampler.poses_mm[sample.pose].tolist()
     return x, y, z
 
@@ -95,15 +95,15 @@ def _containment(inside: Sequence[HeldApart]) -> CheckResult:
     return CheckResult("containment", not inside, len(inside), 0, "", worst_pair=pair, detail=detail)
 
 
-def _tightest(samples: Sequence[Sample]) -> list[Sample]:
+def _tightest(samples: Sequence[PairSample]) -> list[PairSample]:
     """The samples with the least to spare, one for each two parts: those of the three chains are equal."""
-    kinds: dict[frozenset[str], Sample] = {}
+    kinds: dict[frozenset[str], PairSample] = {}
     for s in sorted(samples, key=lambda s: s.certain_mm - s.pair.limit_mm):
         kinds.setdefault(frozenset((s.pair.a.key, s.pair.b.key)), s)
     return list(kinds.values())[:EXACT_SAMPLES]
 
 
-def _exact(assembly: Assembly, samples: Sequence[Sample], sampler: Sampler) -> CheckResult:
+def _exact(assembly: Assembly, samples: Sequence[PairSample], sampler: Sampler) -> CheckResult:
     """Compare mesh distances with the exact ones: they must agree within the deviations of the meshes."""
     solids = {o.name: o.part.solid for o in assembly.occurrences}
     placements = {o.name: o for o in assembly.occurrences}
@@ -136,6 +136,21 @@ def _exact(assembly: Assembly, samples: Sequence[Sample], sampler: Sampler) -> C
     )
 
 
+def _contained(pairs: Sequence[HeldApart], sampler: Sampler) -> list[HeldApart]:
+    """The pairs of which one body holds the other, at the sampler's first position.
+
+    One position is enough: a body cannot get in or out while the distance of the surfaces is proven positive.
+    """
+    return [pair for pair in pairs if _holds(pair, sampler)]
+
+
+def _holds(pair: HeldApart, sampler: Sampler) -> bool:
+    if np.linalg.norm(sampler.middle(pair.a, 0) - sampler.middle(pair.b, 0)) > max(pair.a.radius, pair.b.radius):
+        return False  # the smaller one's centre is outside the larger one's sphere
+    frame_a, frame_b = sampler.frames[pair.a.link][0], sampler.frames[pair.b.link][0]
+    return holds(pair.a.mesh, pair.b.mesh, frame_a @ pair.a.placement, frame_b @ pair.b.placement)
+
+
 def exact_distance(a: object, b: object, b_in_a: np.ndarray) -> float:
     """Exact distance of two solids.
 
@@ -154,36 +169,38 @@ def exact_distance(a: object, b: object, b_in_a: np.ndarray) -> float:
 
     from delta_cad.checks.contact.placing import located
 
-    found = BRepExtrema_DistShapeShape(a.wrapped, located(b, b_in_a))  # type: ignore[attr-defined]
-    if not found.IsDone():
+    distance = BRepExtrema_DistShapeShape(a.wrapped, located(b, b_in_a))  # type: ignore[attr-defined]
+    if not distance.IsDone():
         raise ValueError("the exact distance of two solids could not be computed")
-    return 0.0 if found.InnerSolution() else float(found.Value())
+    return 0.0 if distance.InnerSolution() else float(distance.Value())
 
 
 def _proof(
     assembly: Assembly,
     limits: CheckLimits,
     pairs: Sequence[HeldApart],
-    refuted: Sequence[Sample],
-    closest: Sequence[Sample],
+    refuted: Sequence[PairSample],
+    closest: Sequence[PairSample],
     engine: DistanceEngine,
     calls_max: int,
 ) -> CheckResult:
     """Prove every pair that the samples did not refute."""
     gone = {id(s.pair) for s in refuted}
     try:
-        found = domains(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
+        ranges = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
     except FoldError as error:
         return CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=str(error))
-    spaces = spaces_of([p for p in pairs if id(p) not in gone], assembly.placement, found, limits)
+    spaces = spaces_of([p for p in pairs if id(p) not in gone], assembly.placement, ranges, limits)
     proofs = [prove(space, engine, calls_max) for space in spaces]
     counts = f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {len(pairs)} pairs"
     undecided = [(names, box) for p in proofs for names, box in p.undecided]
     if undecided or refuted:
         first = undecided[0][0] if undecided else (refuted[0].pair.a.name, refuted[0].pair.b.name)
-        told = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
-        told += [f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]]
-        detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(told)}; {counts}"
+        failures = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
+        failures += [
+            f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]
+        ]
+        detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(failures)}; {counts}"
         return CheckResult(
             "clearance proof", False, None, limits.clearance_min_mm, "mm", worst_pair=first, detail=detail
         )

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh
-
-if TYPE_CHECKING:
-    from delta_cad.checks.clearance.pairing import HeldApart
-    from delta_cad.checks.clearance.sampled import Sampler
 
 
 def winding_number(mesh: Mesh, point: np.ndarray) -> float:
@@ -32,28 +25,6 @@ def winding_number(mesh: Mesh, point: np.ndarray) -> float:
     triple = (a * np.cross(b, c)).sum(axis=1)
     below = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la + (c * a).sum(axis=1) * lb
     return float(np.arctan2(triple, below).sum() / (2.0 * np.pi))
-
-
-def contained(pairs: Iterable[HeldApart], sampler: Sampler) -> list[HeldApart]:
-    """The pairs of which one body holds the other, at the sampler's first position.
-
-    One position is enough: a body cannot get in or out while the distance of the surfaces is proven positive.
-
-    Args:
-        pairs: The pairs.
-        sampler: The placed links.
-
-    Returns:
-        The pairs with a body inside the other.
-    """
-    return [pair for pair in pairs if _holds(pair, sampler)]
-
-
-def _holds(pair: HeldApart, sampler: Sampler) -> bool:
-    if np.linalg.norm(sampler.middle(pair.a, 0) - sampler.middle(pair.b, 0)) > max(pair.a.radius, pair.b.radius):
-        return False  # the smaller one's centre is outside the larger one's sphere
-    frame_a, frame_b = sampler.frames[pair.a.link][0], sampler.frames[pair.b.link][0]
-    return holds(pair.a.mesh, pair.b.mesh, frame_a @ pair.a.placement, frame_b @ pair.b.placement)
 
 
 def holds(a: Mesh, b: Mesh, pose_a: np.ndarray, pose_b: np.ndarray) -> bool:

@@ -6,9 +6,9 @@ distance of the meshes; the latter two less both deviations.
 
 Slab: for a unit vector n and points p of one body and q of the other `|q - p| >= n . (q - p)`, and at the box's centre
 `n . (q - p) >= min over q of n . q - max over p of n . p`, whose extremes are at vertices of the meshes' convex hulls.
-So only the travel along n counts (`Space.along`), which is much less than the travel where n looks across a motion. Any
-n is right; the one between the closest points is good, and once measured it goes on to the boxes into which this one is
-cut. What was never measured tries the directions that the space knows.
+So only the travel along n counts (`ConfigurationSpace.along`), which is much less than the travel where n looks across
+a motion. Any n is right; the one between the closest points is good, and once measured it goes on to the boxes into
+which this one is cut. What was never measured tries the directions that the space knows.
 
 What is not proven is cut in two along every variable, until nothing is left or the travel in a box is below
 `SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from delta_cad.checks.clearance.bodies import DistanceEngine, boxes_gap
-from delta_cad.checks.clearance.spaces import GUARD_MM, Space
+from delta_cad.checks.clearance.configuration_spaces import GUARD_MM, ConfigurationSpace
 
 SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
 WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
@@ -31,7 +31,7 @@ CALLS_MAX = 60_000  # distance calls for one space; 0.1-0.2 ms each
 
 
 @dataclass
-class Proof:
+class ClearanceProof:
     """What the subdivision of one space came to.
 
     Attributes:
@@ -47,7 +47,7 @@ class Proof:
     undecided: list[tuple[tuple[str, str], str]] = field(default_factory=list)
 
 
-def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> Proof:
+def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> ClearanceProof:
     """Prove that every pair of a space keeps its limit at all reachable values of the variables.
 
     Args:
@@ -58,14 +58,14 @@ def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> P
     Returns:
         The outcome; proven when `undecided` is empty.
     """
-    proof = Proof(space.name)
+    proof = ClearanceProof(space.name)
     pairs = space.pairs
     centres, halves = space.root()
     pair = np.flatnonzero(~(space.always_apart(engine) >= pairs.limit + GUARD_MM))
     box = np.zeros(len(pair), dtype=int)
     normal = np.full((len(pair), 3), np.nan)  # from the first body to the second, in the common frame
     measured = np.zeros(len(pair), dtype=bool)  # whether the normal is that of the box from which this one was cut
-    bounds = Bounds(space)
+    bounds = BoxBounds(space)
     while len(pair):
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls
@@ -87,10 +87,10 @@ def prove(space: Space, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> P
     return proof
 
 
-class Bounds:
+class BoxBounds:
     """What the bounds need to know of a space's bodies, as arrays."""
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: ConfigurationSpace) -> None:
         bodies = space.pairs.bodies
         self.space, self.bodies = space, bodies
         self.link = np.array([space.links.index(x.link) for x in bodies])
@@ -127,14 +127,14 @@ class Bounds:
             gap += (frame[:, :3, 3] * direction).sum(axis=1)
             seen = (direction[:, None, :] @ frame[:, :3, :3])[:, 0]
             order = np.argsort(bodies, kind="stable")
-            found, starts = np.unique(bodies[order], return_index=True)
-            for k, of in zip(found.tolist(), np.split(order, starts[1:]), strict=True):
+            names, starts = np.unique(bodies[order], return_index=True)
+            for k, of in zip(names.tolist(), np.split(order, starts[1:]), strict=True):
                 gap[of] += np.einsum("ni,hi->nh", seen[of], self.hull(k)).min(axis=1)
         return gap
 
 
 def _not_proven(
-    bounds: Bounds,
+    bounds: BoxBounds,
     centres: np.ndarray,
     halves: np.ndarray,
     box: np.ndarray,
@@ -217,7 +217,7 @@ class _Slabs:
 
     def __init__(
         self,
-        bounds: Bounds,
+        bounds: BoxBounds,
         centres: np.ndarray,
         halves: np.ndarray,
         frames: np.ndarray,
@@ -251,15 +251,15 @@ class _Slabs:
         middle = between[new] / np.maximum(np.linalg.norm(between[new], axis=1), 1e-9)[:, None]
         for n in (middle, *self._bounds.space.directions):
             facing = np.where(middle @ n < 0.0, -1.0, 1.0)[:, None] * n if n.ndim == 1 else n
-            found = self.spare(new, facing)
-            better = found > best
-            normal[new[better]], best = facing[better], np.fmax(best, found)
+            gain = self.spare(new, facing)
+            better = gain > best
+            normal[new[better]], best = facing[better], np.fmax(best, gain)
         spare[fresh] = best
         return spare
 
 
 def _halved(
-    space: Space, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray
+    space: ConfigurationSpace, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The boxes that still have pairs, cut in two along every variable; unreachable pieces dropped.
 
@@ -278,7 +278,7 @@ def _halved(
     return centre[reachable], half[reachable], renumbered[child[kept]], pair[kept], kept
 
 
-def _described(space: Space, centre: np.ndarray, half: np.ndarray) -> str:
+def _described(space: ConfigurationSpace, centre: np.ndarray, half: np.ndarray) -> str:
     """A box as text: mm for handle positions, degrees for angles."""
     handle = len(centre) == 3
     unit, scale = ("mm", 1.0) if handle else ("deg", np.degrees(1.0))

@@ -23,7 +23,7 @@ from delta_cad.assembly.tessellation import Mesh
 CHUNK = 2_000_000  # pairs of rectangles held at once: 50 MB
 
 
-class Meridian:
+class HalfPlaneProfile:
     """The profile of a placed mesh about the y axis, as rectangles.
 
     Args:
@@ -53,11 +53,11 @@ class Meridian:
         turn = flat[..., 0] * side[..., 1] - flat[..., 1] * side[..., 0]  # the origin seen from each side
         holds = (turn >= 0.0).all(axis=1) | (turn <= 0.0).all(axis=1)
         high = np.linalg.norm(flat, axis=2).max(axis=1)
-        found = np.stack([np.where(holds, 0.0, low), high, y.min(axis=1), y.max(axis=1)], axis=1)
-        return np.unique(found, axis=0)
+        rectangles = np.stack([np.where(holds, 0.0, low), high, y.min(axis=1), y.max(axis=1)], axis=1)
+        return np.unique(rectangles, axis=0)
 
 
-def meridian_gap(a: Meridian, b: Meridian) -> float:
+def profile_gap(a: HalfPlaneProfile, b: HalfPlaneProfile) -> float:
     """Least distance of two profiles: the meshes are at least that far apart at every angle about the axis, mm."""
     one, other = a.rectangles, b.rectangles
     for _ in range(2):  # what is farther from the other's bounds than a pair that exists cannot be the closest

@@ -26,10 +26,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from delta_cad.checks.clearance.bodies import Body, DistanceEngine
-from delta_cad.checks.clearance.motion import MM_PER_M, BoxMotion, box_motion
-from delta_cad.checks.clearance.spaces import Pairs, Space
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine
+from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
+from delta_cad.checks.clearance.motion import BoxMotion, box_motion
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.placement import LinkPlacement
 
@@ -37,7 +38,7 @@ PARTS = 8192  # of all boxes together: 20 ms, against 1 s of distances that the 
 ROTATION_MAX = 2.0  # no rotation moves a unit vector farther: the diameter of its circle
 
 
-class Handle(Space):
+class Handle(ConfigurationSpace):
     """All links in the base frame: the handle's position in the cube.
 
     Args:
@@ -109,10 +110,10 @@ class Handle(Space):
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
         """Travel of every body in the boxes, seen from the base and seen from the platform."""
-        whole, low, high = self.angles(centres, halves)
-        change = np.maximum(high - whole.theta, whole.theta - low)[:, self._chain]
-        spin = self._off_axis * np.fmin(whole.rotation, ROTATION_MAX)[:, self._chain]
-        handle, forearm = np.linalg.norm(halves, axis=1)[:, None], whole.forearm[:, self._chain]
+        bounds, low, high = self.angles(centres, halves)
+        change = np.maximum(high - bounds.theta, bounds.theta - low)[:, self._chain]
+        spin = self._off_axis * np.fmin(bounds.rotation, ROTATION_MAX)[:, self._chain]
+        handle, forearm = np.linalg.norm(halves, axis=1)[:, None], bounds.forearm[:, self._chain]
         elbow, swing = self._rod * self._arm * change, self._lever * change
         near, far = np.abs(self._share).T
         before, behind = np.abs(1.0 - self._share).T
@@ -125,8 +126,8 @@ class Handle(Space):
         self, centres: np.ndarray, halves: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
         """How much closer pairs come along directions while the handle stays in the boxes."""
-        whole, low, high = self.angles(centres, halves)
-        theta, rotation = whole.theta, np.fmin(whole.rotation, ROTATION_MAX)
+        bounds, low, high = self.angles(centres, halves)
+        theta, rotation = bounds.theta, np.fmin(bounds.rotation, ROTATION_MAX)
 
         def travel(box: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
             own, elbow, share = np.zeros(len(pair)), [], []
@@ -160,7 +161,7 @@ class Handle(Space):
             gap[k] = max(low_i - high_j, low_j - high_i)
         return gap
 
-    def _heights(self, b: Body) -> tuple[float, float]:
+    def _heights(self, b: CollisionBody) -> tuple[float, float]:
         """Lowest and highest z of a body's exact surface over the cube, mm; infinite for rods and pinions."""
         points, extra = b.vertices, b.mesh.deviation_mm
         if b.link == "base":
@@ -186,7 +187,7 @@ def _swung(points: np.ndarray, theta: np.ndarray) -> tuple[float, float]:
     return float(low.min()), float(high.max())
 
 
-def _rod_levers(b: Body, forearm_mm: float) -> tuple[tuple[float, float], float]:
+def _rod_levers(b: CollisionBody, forearm_mm: float) -> tuple[tuple[float, float], float]:
     """Lowest and highest share of the way from elbow to wrist, and largest distance from the rod's axis, mm."""
     points, extra = b.vertices, b.mesh.deviation_mm
     low, high = points[:, 0].min() - extra, points[:, 0].max() + extra

@@ -86,7 +86,7 @@ def _cells(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Domains:
+class JointRanges:
     """Supersets of the joint angles over the cube.
 
     Attributes:
@@ -104,7 +104,7 @@ class Domains:
     at_elbow: tuple[Raster, ...]
 
 
-def domains(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> Domains:
+def joint_ranges(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> JointRanges:
     """Joint angles over the cube, enclosed box by box.
 
     Args:
@@ -130,7 +130,7 @@ def domains(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -> Dom
     def raster(x: np.ndarray, dx: np.ndarray, y: np.ndarray, dy: np.ndarray) -> Raster:
         return Raster.of_boxes(np.stack([x, y], axis=1), np.stack([dx, dy], axis=1))
 
-    return Domains(
+    return JointRanges(
         theta=np.stack([(theta - spread).min(axis=0), (theta + spread).max(axis=0)], axis=1),
         lean=np.stack([motion.lean_low.min(axis=0), motion.lean_high.max(axis=0)], axis=1),
         neighbours=tuple(

@@ -25,9 +25,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeometry
-
-MM_PER_M = 1000.0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Which bodies are held apart by how much, and in which space of variables each pair is proven."""
+"""Which bodies are held apart by how much, and in which configuration space each pair is proven."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import Body, bodies_of, body
-from delta_cad.checks.clearance.handle import Handle
-from delta_cad.checks.clearance.joint_ranges import Domains
-from delta_cad.checks.clearance.motion import MM_PER_M
-from delta_cad.checks.clearance.segments import cut, near, pieces_of
-from delta_cad.checks.clearance.spaces import (
+from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of, body
+from delta_cad.checks.clearance.configuration_spaces import (
+    ConfigurationSpace,
     Fixed,
     Pairs,
     ParallelRods,
     RodAtJoint,
-    Space,
     Swing,
     TwoSwings,
     X,
     Y,
 )
+from delta_cad.checks.clearance.handle import Handle
+from delta_cad.checks.clearance.joint_ranges import JointRanges
+from delta_cad.checks.clearance.segments import cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import LinkPlacement
 
 REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
@@ -47,8 +47,8 @@ class HeldApart:
         running_gap: Whether the limit is that of a `running gap` fit.
     """
 
-    a: Body
-    b: Body
+    a: CollisionBody
+    b: CollisionBody
     limit_mm: float
     running_gap: bool
 
@@ -79,13 +79,15 @@ def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> 
     return pairs
 
 
-def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domains, limits: CheckLimits) -> list[Space]:
-    """The pairs sorted into the spaces in which they are proven.
+def spaces_of(
+    pairs: Sequence[HeldApart], placement: LinkPlacement, ranges: JointRanges, limits: CheckLimits
+) -> list[ConfigurationSpace]:
+    """Sorts pairs into the configuration spaces in which they are proven.
 
     Args:
         pairs: The pairs.
         placement: The placement of the links.
-        found: The joint angles over the cube.
+        ranges: The joint angles over the cube.
         limits: The cube.
 
     Returns:
@@ -95,28 +97,28 @@ def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domai
     base, wrist = g.base_radius * MM_PER_M, g.platform_radius * MM_PER_M
     arm, forearm = g.upper_arm_length * MM_PER_M, g.forearm_length * MM_PER_M
     width = placement.parallelogram_width_mm
-    groups: dict[str, list[tuple[Body, Body, float]]] = defaultdict(list)
+    groups: dict[str, list[tuple[CollisionBody, CollisionBody, float]]] = defaultdict(list)
     moved = _Moved()
     for pair in pairs:
         kind, a, b = _classified(pair, placement, moved)
         groups[kind].append((a, b, pair.limit_mm))
-    theta = (float(found.theta[:, 0].min()), float(found.theta[:, 1].max()))
-    lean = (float(found.lean[:, 0].min()), float(found.lean[:, 1].max()))
+    theta = (float(ranges.theta[:, 0].min()), float(ranges.theta[:, 1].max()))
+    lean = (float(ranges.lean[:, 0].min()), float(ranges.lean[:, 1].max()))
     made = {
         "fixed": lambda p: Fixed("fixed links", p, ("fixed",)),
-        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", _arms_in_pieces(p), base, theta),
-        "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, found.neighbours),
+        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", _arms_in_segments(p), base, theta),
+        "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, ranges.neighbours),
         "rods": lambda p: ParallelRods("the rods of a chain (lean)", p, width, lean),
         "wrist": lambda p: RodAtJoint(
             "a rod and the platform",
-            _in_pieces(p, forearm, wrist * X, width),
+            _in_segments(p, forearm, wrist * X, width),
             wrist * X,
             forearm,
             width,
-            found.at_wrist,
+            ranges.at_wrist,
         ),
         "elbow": lambda p: RodAtJoint(
-            "a rod and its arm", _in_pieces(p, 0.0, arm * X, width), arm * X, 0.0, width, found.at_elbow
+            "a rod and its arm", _in_segments(p, 0.0, arm * X, width), arm * X, 0.0, width, ranges.at_elbow
         ),
         "handle": lambda p: Handle(
             "handle position",
@@ -124,13 +126,13 @@ def spaces_of(pairs: Sequence[HeldApart], placement: LinkPlacement, found: Domai
             placement,
             limits.centre_mm,
             limits.half_side_mm,
-            found.theta,
+            ranges.theta,
         ),
     }
     return [make(_unique(groups[kind])) for kind, make in made.items() if groups[kind]]
 
 
-def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, Body, Body]:
+def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, CollisionBody, CollisionBody]:
     """The space of a pair, and its bodies placed on that space's links."""
     a, b = sorted((pair.a, pair.b), key=lambda x: x.link)
     fixed = [x.link == "base" or x.link in swept_links(placement) for x in (a, b)]
@@ -159,9 +161,9 @@ class _Moved:
     """Bodies on other links, each made once."""
 
     def __init__(self) -> None:
-        self._made: dict[tuple[str, str, bytes], Body] = {}
+        self._made: dict[tuple[str, str, bytes], CollisionBody] = {}
 
-    def __call__(self, b: Body, link: str, frame: np.ndarray) -> Body:
+    def __call__(self, b: CollisionBody, link: str, frame: np.ndarray) -> CollisionBody:
         """The body on another link that holds its old one at `frame`."""
         key = (b.name, link, frame.tobytes())
         if key not in self._made:
@@ -169,16 +171,16 @@ class _Moved:
         return self._made[key]
 
 
-def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
+def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:
     """Pairs of bodies by index, those that are equal in shape, link and placement taken once at their larger limit."""
-    bodies: list[Body] = []
+    bodies: list[CollisionBody] = []
     index: dict[tuple[object, ...], int] = {}
     limit: dict[tuple[int, int], float] = {}
     names: dict[tuple[int, int], tuple[str, str]] = {}
 
     known: dict[int, int] = {}  # by identity; the triples keep the bodies alive
 
-    def number(b: Body) -> int:
+    def number(b: CollisionBody) -> int:
         if id(b) not in known:
             key = (b.key, b.link, *np.round(b.placement[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
             known[id(b)] = index.setdefault(key, len(bodies))
@@ -194,30 +196,30 @@ def _unique(triples: Sequence[tuple[Body, Body, float]]) -> Pairs:
     return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))
 
 
-def _in_pieces(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: float) -> Pairs:
+def _in_segments(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: float) -> Pairs:
     """The pairs at a ball joint, cut down to what can meet.
 
-    The rods' bodies are cut into pieces about the held ball, at x = `ball_mm` of the rod. A piece stays within its
+    The rods' bodies are cut into segments about the held ball, at x = `ball_mm` of the rod. A segment stays within its
     lever of the ball's centre however the rod is turned, so of the holder only what is within lever + limit counts.
     """
-    pieces = [pieces_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
-    bodies: list[Body] = []
+    segments = [segments_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
+    bodies: list[CollisionBody] = []
     index: dict[tuple[int, int], int] = {}
     reached: dict[tuple[int, str, float], int | None] = {}
     first, second, origin = [], [], []
     for k, (a, b) in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
         holder = pairs.bodies[a]
-        for j, piece in enumerate(pieces[b]):
-            side = -0.5 if piece.link == "rod_0" else 0.5
-            reach = piece.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
-            key = (a, piece.link, reach)
+        for j, segment in enumerate(segments[b]):
+            side = -0.5 if segment.link == "rod_0" else 0.5
+            reach = segment.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
+            key = (a, segment.link, reach)
             if key not in reached:
                 local = near(holder, centre_mm + side * width_mm * Y, reach)
                 reached[key] = None if local is None else len(bodies)
                 bodies += [] if local is None else [local]
             if (b, j) not in index:
                 index[b, j] = len(bodies)
-                bodies.append(piece)
+                bodies.append(segment)
             held = reached[key]
             if held is not None:
                 first.append(held)
@@ -227,16 +229,16 @@ def _in_pieces(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: fl
     return Pairs(bodies, np.array(first, dtype=int), np.array(second, dtype=int), pairs.limit[origin], names)
 
 
-def _arms_in_pieces(pairs: Pairs) -> Pairs:
+def _arms_in_segments(pairs: Pairs) -> Pairs:
     """The pairs of an arm and what is fixed, the arm's bodies cut along the arm.
 
     What turns beside a cheek at a constant small gap, which its profile about the shoulder proves at once, is then
     apart from the elbow's boss, which reaches over the cheek's plane elsewhere.
     """
-    return _cut(pairs, lambda b: pieces_of(b, 0.0) if b.link == "arm" else [b], lambda a, b: True)  # noqa: ARG005
+    return _cut(pairs, lambda b: segments_of(b, 0.0) if b.link == "arm" else [b], lambda a, b: True)  # noqa: ARG005
 
 
-def _slices(b: Body) -> list[Body]:
+def _slices(b: CollisionBody) -> list[CollisionBody]:
     """A rod's body cut across into equal slices: near a fold the elbow moves much more than the wrist."""
     x, plane = b.vertices[:, 0], b.placement[0, :3]
     levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / SLICE_MM) + 1, endpoint=False)[1:] - b.placement[0, 3]
@@ -246,8 +248,12 @@ def _slices(b: Body) -> list[Body]:
     return [body(b.name, f"{b.key} slice {k}", b.link, mesh, b.placement) for k, mesh in enumerate(slices)]
 
 
-def _cut(pairs: Pairs, pieces: Callable[[Body], Sequence[Body]], wanted: Callable[[Body, Body], bool]) -> Pairs:
-    """The pairs with their bodies cut into pieces where that is wanted for the pair."""
+def _cut(
+    pairs: Pairs,
+    segments: Callable[[CollisionBody], Sequence[CollisionBody]],
+    wanted: Callable[[CollisionBody, CollisionBody], bool],
+) -> Pairs:
+    """The pairs with their bodies cut into segments where that is wanted for the pair."""
     bodies = list(pairs.bodies)
     index: dict[int, list[int]] = {}
     cut_up = []
@@ -257,7 +263,7 @@ def _cut(pairs: Pairs, pieces: Callable[[Body], Sequence[Body]], wanted: Callabl
             continue
         for i in (a, b):
             if i not in index:
-                made = pieces(pairs.bodies[i])
+                made = segments(pairs.bodies[i])
                 index[i] = [i] if len(made) == 1 else list(range(len(bodies), len(bodies) + len(made)))
                 bodies += made if len(made) > 1 else []
         cut_up += [(i, j, k) for i in index[a] for j in index[b]]

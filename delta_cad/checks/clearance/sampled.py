@@ -18,12 +18,13 @@ from itertools import product
 
 import numpy as np
 
-from delta_cad.checks.clearance.bodies import Body, DistanceEngine, boxes_gap
-from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, boxes_gap
+from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap
 from delta_cad.checks.clearance.pairing import HeldApart
 from delta_cad.checks.clearance.segments import near
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links, turn_about_z
-from delta_cad.mechanism.placement import CHAINS, MM_PER_M, LinkPlacement
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
 SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
@@ -32,7 +33,7 @@ SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 @dataclass(frozen=True)
-class Sample:
+class PairSample:
     """A measured pair.
 
     Attributes:
@@ -66,7 +67,7 @@ class Sampler:
         for name in swept_links(placement):
             self.frames[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses_mm), 4, 4))
         self.poses_mm, self._engine = poses_mm, engine
-        self._profiles: dict[tuple[str, str], Meridian] = {}
+        self._profiles: dict[tuple[str, str], HalfPlaneProfile] = {}
         self._spread = [_spread(self.frames[f"upper_arm_{i}"][:, 2, 0]) for i in CHAINS]
 
     def _arm_of(self, pair: HeldApart) -> str | None:
@@ -93,16 +94,16 @@ class Sampler:
         arm = self._arm_of(pair)
         if arm is None:
             return 0.0
-        return meridian_gap(*(self._profile(b, arm) for b in (pair.a, pair.b)))
+        return profile_gap(*(self._profile(b, arm) for b in (pair.a, pair.b)))
 
-    def _profile(self, b: Body, arm: str) -> Meridian:
+    def _profile(self, b: CollisionBody, arm: str) -> HalfPlaneProfile:
         """Profile of a body about the shoulder axis of an arm, the same at every position."""
         if (b.name, arm) not in self._profiles:
             frame = np.linalg.inv(self.frames[arm][0]) @ self.frames[b.link][0] @ b.placement
-            self._profiles[b.name, arm] = Meridian(b.mesh, frame)
+            self._profiles[b.name, arm] = HalfPlaneProfile(b.mesh, frame)
         return self._profiles[b.name, arm]
 
-    def closest(self, pairs: Sequence[HeldApart]) -> list[Sample]:
+    def closest(self, pairs: Sequence[HeldApart]) -> list[PairSample]:
         """The closest pairs.
 
         Args:
@@ -116,16 +117,16 @@ class Sampler:
             return []
         bounds = self._sphere_bounds(pairs)
         best = np.inf
-        found: list[Sample] = []
+        samples: list[PairSample] = []
         for k in np.argsort([low for low, _ in bounds]):
             low, poses = bounds[k]
             if low >= best - TOLERANCE_MM:
                 break
             sample = self._smallest(pairs[k], poses, best)
             if sample is not None:
-                found.append(sample)
+                samples.append(sample)
                 best = min(best, sample.distance_mm)
-        return sorted(found, key=lambda s: s.distance_mm)
+        return sorted(samples, key=lambda s: s.distance_mm)
 
     def _sphere_bounds(self, pairs: Sequence[HeldApart]) -> list[tuple[float, np.ndarray]]:
         """Per pair its smallest sphere bound and the bounds at all positions, mm."""
@@ -143,17 +144,17 @@ class Sampler:
         bounds -= (radius[first] + radius[second])[:, None]
         return list(zip(bounds.min(axis=1).tolist(), bounds, strict=True))
 
-    def middle(self, b: Body, pose: int) -> np.ndarray:
+    def middle(self, b: CollisionBody, pose: int) -> np.ndarray:
         """(3,) centre of a body's bounding box in the base frame at one position, mm."""
         f = self.frames[b.link][pose]
         return f[:3, :3] @ b.centre + f[:3, 3]
 
-    def _middles(self, b: Body) -> np.ndarray:
+    def _middles(self, b: CollisionBody) -> np.ndarray:
         """(n, 3) centre of a body's bounding box in the base frame, mm."""
         f = self.frames[b.link]
         return f[:, :3, :3] @ b.centre + f[:, :3, 3]
 
-    def _smallest(self, pair: HeldApart, bound: np.ndarray, best: float) -> Sample | None:
+    def _smallest(self, pair: HeldApart, bound: np.ndarray, best: float) -> PairSample | None:
         """The pair's smallest sample if it is below `best`; None where the bounds say that it is not."""
         poses = self.positions(pair)
         poses = poses[bound[poses] < best - TOLERANCE_MM]
@@ -167,16 +168,16 @@ class Sampler:
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
         corners = pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T
         hull_a, hull_b = one.hull, other.hull
-        result: Sample | None = None
+        result: PairSample | None = None
         while True:
             kept = low < best - TOLERANCE_MM
             poses, low, relative = poses[kept], low[kept], relative[kept]
             if not len(poses):
-                return result if one is pair.a and other is pair.b else self._whole(result)
+                return result if one is pair.a and other is pair.b else self._uncut(result)
             k = int(np.argmin(low))
             d, at_a, at_b = self._engine.closest_points(one, other, one.placement, relative[k] @ other.placement)
             if result is None or d < result.distance_mm:
-                result = Sample(pair, d, int(poses[k]))
+                result = PairSample(pair, d, int(poses[k]))
             best = min(best, d)
             if d <= 0.0:
                 return result  # of a part of the surface, so the whole touches too
@@ -189,15 +190,15 @@ class Sampler:
             low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())
             low[k] = np.inf
 
-    def _whole(self, sample: Sample | None) -> Sample | None:
+    def _uncut(self, sample: PairSample | None) -> PairSample | None:
         """A sample measured again between whole bodies: a part stands for the whole only below its bound."""
         if sample is None:
             return None
         a, b = sample.pair.a, sample.pair.b
         poses = (self.frames[x.link][sample.pose] @ x.placement for x in (a, b))
-        return Sample(sample.pair, self._engine.distance(a, b, *poses), sample.pose)
+        return PairSample(sample.pair, self._engine.distance(a, b, *poses), sample.pose)
 
-    def _near_the_wrist(self, pair: HeldApart, best: float) -> tuple[Body, Body] | None:
+    def _near_the_wrist(self, pair: HeldApart, best: float) -> tuple[CollisionBody, CollisionBody] | None:
         """The bodies of a pair, of the platform only what a body of a rod reaches; None where that is nothing.
 
         A rod turns about the centre of its ball, so its body stays within its lever of it, and what of the platform is
@@ -212,8 +213,8 @@ class Sampler:
         ball = (links[rod.link][0] @ np.append(wrist, 1.0))[:3] - links["platform"][0][:3, 3]  # it never turns
         reach = rod.lever(wrist) + best + max(pair.a.mesh.deviation_mm, pair.b.mesh.deviation_mm)
         chain = turn_about_z(2.0 * np.pi / 3.0 * chain_of(rod.link))[:3, :3]
-        found = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
-        return None if found[0] is None or found[1] is None else (found[0], found[1])
+        samples = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
+        return None if samples[0] is None or samples[1] is None else (samples[0], samples[1])
 
     def _box_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
         """(k,) lower bounds of the distance from oriented bounding boxes at some positions, mm."""
@@ -232,8 +233,8 @@ class Sampler:
 def _spread(height: np.ndarray) -> np.ndarray:
     """Indices of at most `SPREAD` positions whose elbows are spread evenly over their heights, extremes included."""
     order = np.argsort(height)
-    wanted = np.linspace(height.min(), height.max(), SPREAD)
-    return np.unique(order[np.clip(np.searchsorted(height[order], wanted), 0, len(height) - 1)])
+    levels = np.linspace(height.min(), height.max(), SPREAD)
+    return np.unique(order[np.clip(np.searchsorted(height[order], levels), 0, len(height) - 1)])
 
 
 def homogeneous(points: np.ndarray) -> np.ndarray:

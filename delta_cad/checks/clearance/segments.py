@@ -1,9 +1,9 @@
-"""Long bodies cut into pieces across their length, so that what is near a joint is not taken to move like what is far.
+"""Long bodies cut into segments across their length, so that what is near a joint is not taken to move like the rest.
 
 A rotation by a small angle about a joint's centre moves a point by the angle times its distance from there. The
-triangles of a tube reach over its whole length, so they are cut at planes; together the pieces are the same surface,
-and the distance to the body is the smallest distance to a piece. A point of the exact surface counts with the piece
-that is within the mesh's deviation of it, which is what the pieces keep as their own deviation.
+triangles of a tube reach over its whole length, so they are cut at planes; together the segments are the same surface,
+and the distance to the body is the smallest distance to a segment. A point of the exact surface counts with the segment
+that is within the mesh's deviation of it, which is what the segments keep as their own deviation.
 """
 
 from __future__ import annotations
@@ -11,13 +11,15 @@ from __future__ import annotations
 import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh
-from delta_cad.checks.clearance.bodies import Body, body
+from delta_cad.checks.clearance.bodies import CollisionBody, body
 
-GROWTH = 1.4  # a piece ends that many times as far from the joint as it begins: the lever is at most that much too long
+GROWTH = (
+    1.4  # a segment ends that many times as far from the joint as it begins: the lever is at most that much too long
+)
 
 
-def pieces_of(b: Body, centre_x_mm: float) -> list[Body]:
-    """The pieces of a body along the x axis of its link, seen from a joint's centre on that axis.
+def segments_of(b: CollisionBody, centre_x_mm: float) -> list[CollisionBody]:
+    """The segments of a body along the x axis of its link, seen from a joint's centre on that axis.
 
     Args:
         b: The body.
@@ -49,7 +51,9 @@ def pieces_of(b: Body, centre_x_mm: float) -> list[Body]:
     ]
 
 
-def near(b: Body, point_mm: np.ndarray, reach_mm: float, axes: np.ndarray | None = None) -> Body | None:
+def near(
+    b: CollisionBody, point_mm: np.ndarray, reach_mm: float, axes: np.ndarray | None = None
+) -> CollisionBody | None:
     """What of a body can be closer than a reach to a point: all of its surface in the cube around the point.
 
     Args:
@@ -91,11 +95,11 @@ def cut(mesh: Mesh, normal: np.ndarray, levels: np.ndarray) -> list[Mesh]:
     Returns:
         The meshes, open at the cuts, of those of the k + 1 slabs that hold any of the surface.
     """
-    found, rest = [], mesh.triangles
+    segments, rest = [], mesh.triangles
     for level in levels:
-        found.append(above(rest, -normal, -level))
+        segments.append(above(rest, -normal, -level))
         rest = above(rest, normal, level)
-    return [_soup(t, mesh.deviation_mm) for t in (*found, rest) if len(t)]
+    return [_soup(t, mesh.deviation_mm) for t in (*segments, rest) if len(t)]
 
 
 def above(triangles: np.ndarray, normal: np.ndarray, level: float) -> np.ndarray:
@@ -110,10 +114,10 @@ def above(triangles: np.ndarray, normal: np.ndarray, level: float) -> np.ndarray
         (n, 3, 3) triangles that fill what has `normal . p >= level`; those in the plane itself are kept.
     """
     height = triangles @ normal - level
-    whole = (height >= 0.0).all(axis=1)
-    parts = [triangles[whole]]
+    above_plane = (height >= 0.0).all(axis=1)
+    parts = [triangles[above_plane]]
     for count in (1, 2):  # corners above the plane; the corner that is alone on its side comes first
-        split = ~whole & ((height > 0.0).sum(axis=1) == count)
+        split = ~above_plane & ((height > 0.0).sum(axis=1) == count)
         alone = ((height[split] > 0.0) if count == 1 else (height[split] <= 0.0)).argmax(axis=1)
         order = (alone[:, None] + np.arange(3)) % 3
         t, h = (np.take_along_axis(triangles[split], order[..., None], 1), np.take_along_axis(height[split], order, 1))

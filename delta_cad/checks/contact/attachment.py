@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import Body, DistanceEngine, bodies_of, boxes_gap
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bodies_of, boxes_gap
 from delta_cad.checks.clearance.clearance import exact_distance
 from delta_cad.checks.clearance.pairing import EQUAL_MM
 from delta_cad.checks.links import rigid_link
@@ -38,21 +38,21 @@ def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
     floating: list[tuple[float, Occurrence, str]] = []
     for link, carried in links.items():
         floating += [(gap, o, link) for gap, o in _floating(carried, bodies, neighbours)]
-    floating.sort(key=lambda found: -found[0])
+    floating.sort(key=lambda part: -part[0])
     detail = (
         f"{len(assembly.occurrences)} parts on {len(links)} links, each joined to its link by parts within "
         f"{SEAT_MM:g} mm of one another; {neighbours.exact} distances measured on the exact solids"
     )
     if not floating:
         return CheckResult("parts attached", True, 0.0, SEAT_MM, "mm", detail=detail)
-    told = "; ".join(f"{o.name} is {gap:.3f} mm off the rest of {link}" for gap, o, link in floating[:8])
+    floaters = "; ".join(f"{o.name} is {gap:.3f} mm off the rest of {link}" for gap, o, link in floating[:8])
     names = tuple(o.name for _, o, _ in floating[:8])
-    detail = f"{len(floating)} parts float: {told}; {detail}"
+    detail = f"{len(floating)} parts float: {floaters}; {detail}"
     return CheckResult("parts attached", False, floating[0][0], SEAT_MM, "mm", worst_pair=names, detail=detail)
 
 
 def _floating(
-    carried: Sequence[Occurrence], bodies: dict[str, Body], neighbours: _Neighbours
+    carried: Sequence[Occurrence], bodies: dict[str, CollisionBody], neighbours: _Neighbours
 ) -> list[tuple[float, Occurrence]]:
     """The parts outside the largest group of a link, with their group's distance from the nearest other part."""
     pairs = list(combinations(range(len(carried)), 2))
@@ -74,18 +74,18 @@ def _floating(
                 group = [group[i] if g == group[j] else g for g in group]
     sizes = {g: group.count(g) for g in group}
     largest = max(sizes, key=lambda g: sizes[g])
-    found = []
+    islands = []
     for g in sizes:
         if g == largest:
             continue
         alone = [i for i in range(len(carried)) if group[i] == g]
         others = [i for i in range(len(carried)) if group[i] != g]
         apart = min(neighbours.distance(of[i], of[j]) for i in alone for j in others)
-        found += [(apart, carried[i]) for i in alone]
-    return found
+        islands += [(apart, carried[i]) for i in alone]
+    return islands
 
 
-def _gaps(pairs: Sequence[tuple[Body, Body]]) -> np.ndarray:
+def _gaps(pairs: Sequence[tuple[CollisionBody, CollisionBody]]) -> np.ndarray:
     """(n,) lower bounds on the distances of bodies on one link, mm."""
     return boxes_gap(
         np.array([b.centre - a.centre for a, b in pairs]),
@@ -104,11 +104,13 @@ class _Neighbours:
         self._known: dict[tuple[object, ...], bool | None] = {}
         self.exact = 0
 
-    def distance(self, a: Body, b: Body) -> float:
+    def distance(self, a: CollisionBody, b: CollisionBody) -> float:
         """Distance of two meshes on one link, mm."""
         return self._engine.distance(a, b, a.placement, b.placement)
 
-    def touch(self, a: Body, b: Body, one: Occurrence, other: Occurrence, exactly: bool) -> bool | None:
+    def touch(
+        self, a: CollisionBody, b: CollisionBody, one: Occurrence, other: Occurrence, exactly: bool
+    ) -> bool | None:
         """Whether two bodies are neighbours; None where their meshes cannot tell and the solids are not asked."""
         b_in_a = np.linalg.inv(a.placement) @ b.placement
         key = (a.key, b.key, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())

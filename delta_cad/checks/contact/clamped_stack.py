@@ -64,8 +64,8 @@ def _met(mesh: Mesh, frame: np.ndarray, at: np.ndarray, ring_mm: float) -> list[
     weights = np.stack([u, v, w], axis=-1)[line, triangle]
     z = np.stack([a[triangle, 2], b[triangle, 2], c[triangle, 2]], axis=-1)
     height = (weights * z).sum(axis=1) / weights.sum(axis=1)
-    found = []
+    layers = []
     for i in range(len(at)):
         levels = np.sort(height[line == i]).tolist()
-        found.append(list(zip(levels[::2], levels[1::2], strict=False)))
-    return found
+        layers.append(list(zip(levels[::2], levels[1::2], strict=False)))
+    return layers

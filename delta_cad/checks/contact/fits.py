@@ -20,7 +20,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import Body, DistanceEngine, bodies_of, boxes_gap
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bodies_of, boxes_gap
 from delta_cad.checks.clearance.pairing import EQUAL_MM
 from delta_cad.checks.contact.placing import located
 from delta_cad.checks.contact.poses import contact_positions
@@ -88,7 +88,7 @@ def _within_links(assembly: Assembly, meshes: MeshLibrary) -> list[Touch]:
     links: dict[str, list[Occurrence]] = defaultdict(list)
     for o in assembly.occurrences:
         links[rigid_link(o, assembly.placement)].append(o)
-    found = []
+    touching = []
     for group in links.values():
         pairs = list(combinations(group, 2))
         if not pairs:
@@ -97,11 +97,11 @@ def _within_links(assembly: Assembly, meshes: MeshLibrary) -> list[Touch]:
         for (a, b), apart in zip(pairs, gap, strict=True):
             if apart <= 0.0:
                 limit = max(OVERLAP_MM3, allowed.get(frozenset((a.name, b.name)), 0.0))
-                found.append(Touch(a, b, np.linalg.inv(a.placement) @ b.placement, limit))
-    return found
+                touching.append(Touch(a, b, np.linalg.inv(a.placement) @ b.placement, limit))
+    return touching
 
 
-def _boxes_gap(pairs: list[tuple[Body, Body]]) -> np.ndarray:
+def _boxes_gap(pairs: list[tuple[CollisionBody, CollisionBody]]) -> np.ndarray:
     """(n,) lower bounds on the distances of bodies on one link, mm."""
     return boxes_gap(
         np.array([b.centre - a.centre for a, b in pairs]),
@@ -208,10 +208,10 @@ def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, floa
         common = _boolean(BRepAlgoAPI_Common, one, other, crossing)
         if common is None:
             continue
-        for whole, cut, by in ((smaller, one, other), (larger, other, one)):
+        for volume, cut, by in ((smaller, one, other), (larger, other, one)):
             rest = _boolean(BRepAlgoAPI_Cut, cut, by, crossing)
             # what the fuzzy tolerance itself may move is far below the limit on the volume
-            if rest is not None and abs(whole - rest - common) <= max(AGREEMENT * smaller, OVERLAP_MM3 / 10.0):
+            if rest is not None and abs(volume - rest - common) <= max(AGREEMENT * smaller, OVERLAP_MM3 / 10.0):
                 return max(common, 0.0)
     return None
 

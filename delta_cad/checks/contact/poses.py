@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.clearance.joint_ranges import FoldError, domains
+from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.pairing import EQUAL_MM
 from delta_cad.checks.contact.features import is_turned
 from delta_cad.checks.limits import CheckLimits
@@ -63,21 +63,21 @@ def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPo
         where = np.round(relative[0, :3] / EQUAL_MM).astype(np.int64).ravel().tolist()
         groups[(fit.overlap_mm3, id(a.part), id(b.part), *where)].append((fit, relative, joints.get(on)))
     range_rad = _shoulder_range(assembly, limits)
-    found = []
+    positions = []
     for group in groups.values():
         fit, relative, joint = group[0]
         if joint is not None and joint.kind == "revolute":
             turned = _turned(occurrences[fit.a], occurrences[fit.b], joint, assembly, links, range_rad)
-            found += [ContactPosition(fit, b_in_a, None) for b_in_a in turned]
+            positions += [ContactPosition(fit, b_in_a, None) for b_in_a in turned]
         else:
-            found += _extremes([(fit, relative) for fit, relative, _ in group], poses)
-    return found
+            positions += _extremes([(fit, relative) for fit, relative, _ in group], poses)
+    return positions
 
 
 def _shoulder_range(assembly: Assembly, limits: CheckLimits) -> tuple[float, float]:
     """Lowest and highest shoulder angle over the cube, enclosed, rad; any angle where the enclosure fails."""
     try:
-        theta = domains(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm).theta
+        theta = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm).theta
     except FoldError:
         return -np.pi, np.pi
     return float(theta[:, 0].min()), float(theta[:, 1].max())
@@ -122,12 +122,12 @@ def _extremes(group: list[tuple[Fit, np.ndarray]], poses: np.ndarray) -> list[Co
     tilt = np.einsum("ki,kni->kn", axis[:, 0], axis)
     aside = np.einsum("ki,kni->kn", relative[:, 0, :3, 0], axis)
     picked = {0, *(int(v.argmin()) for v in (turn, tilt, aside)), int(aside.argmax())}
-    found = []
+    positions = []
     for k in sorted(picked):
         member, pose = divmod(k, len(poses))
         x, y, z = poses[pose].tolist()
-        found.append(ContactPosition(group[member][0], relative[member, pose], (x, y, z)))
-    return found
+        positions.append(ContactPosition(group[member][0], relative[member, pose], (x, y, z)))
+    return positions
 
 
 def _inverse(frame: np.ndarray) -> np.ndarray:

@@ -112,12 +112,14 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
             if o.part.number.startswith(CLAMPING):
                 seated.append((_unseated(screw, carried, start, meshes), o.name))
         for k, o in enumerate(carried):
-            asked, missing = _empty_holes(k, o, bores, shafts)
-            holes += asked
+            needed, missing = _empty_holes(k, o, bores, shafts)
+            holes += needed
             empty += [f"{o.name} {hole}" for hole in missing]
     return [
-        _told("screws engaged", [(-value, name) for value, name in engaged], -ENGAGED_LEAST, "", "diameters of thread"),
-        _told("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
+        _worst(
+            "screws engaged", [(-value, name) for value, name in engaged], -ENGAGED_LEAST, "", "diameters of thread"
+        ),
+        _worst("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
         CheckResult(
             "tapped holes filled",
             not empty,
@@ -130,14 +132,14 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
     ]
 
 
-def _told(name: str, found: Sequence[tuple[float, str]], limit: float, unit: str, what: str) -> CheckResult:
+def _worst(name: str, values: Sequence[tuple[float, str]], limit: float, unit: str, what: str) -> CheckResult:
     """The screw with the largest value; values and limit below 0 are least values with their sign changed."""
     sign = -1.0 if limit < 0.0 else 1.0
-    if not found:
+    if not values:
         return CheckResult(name, True, None, abs(limit), unit, detail="no screws")
-    value, worst = max(found)
-    bad = [f"{n} {sign * v:.2f}" for v, n in sorted(found, reverse=True) if v > limit + 1e-9]  # sums of lengths in mm
-    detail = f"{what}, worst of {len(found)} screws" + (f"; {len(bad)} fail: {'; '.join(bad[:8])}" if bad else "")
+    value, worst = max(values)
+    bad = [f"{n} {sign * v:.2f}" for v, n in sorted(values, reverse=True) if v > limit + 1e-9]  # sums of lengths in mm
+    detail = f"{what}, worst of {len(values)} screws" + (f"; {len(bad)} fail: {'; '.join(bad[:8])}" if bad else "")
     shown = sign * value if np.isfinite(value) else None
     return CheckResult(name, not bad, shown, abs(limit), unit, worst_pair=(worst,), detail=detail)
 
@@ -161,7 +163,7 @@ def _cylinders(carried: Sequence[Occurrence], library: FeatureLibrary, is_bore: 
 
 def _screws(carried: Sequence[Occurrence], library: FeatureLibrary) -> list[_Screw]:
     """The screws of a link, measured on their solids: the shank is the outer cylinder below the origin."""
-    found = []
+    screws = []
     for k, o in enumerate(carried):
         if not o.part.number.startswith((CLAMPING, ADJUSTING)):
             continue
@@ -174,14 +176,14 @@ def _screws(carried: Sequence[Occurrence], library: FeatureLibrary) -> list[_Scr
         shank = [(low, c.radius_mm) for c, (low, high) in zip(on_axis, ends, strict=True) if high <= 1e-6]
         head = [c.radius_mm for c, (low, _) in zip(on_axis, ends, strict=True) if low >= -1e-6]
         low, radius = min(shank)
-        found.append(_Screw(k, radius, -low, max(head, default=2.0 * radius), _nominal(o.part, radius)))
-    return found
+        screws.append(_Screw(k, radius, -low, max(head, default=2.0 * radius), _nominal(o.part, radius)))
+    return screws
 
 
 def _nominal(part: Part, radius_mm: float) -> float:
     """Thread diameter from the part number; where it says none, the core that is drawn, mm."""
-    said = re.search(r"M(\d+(?:\.\d+)?)x", part.number)
-    return float(said[1]) if said else 2.0 * radius_mm
+    size = re.search(r"M(\d+(?:\.\d+)?)x", part.number)
+    return float(size[1]) if size else 2.0 * radius_mm
 
 
 def _engagement(screw: _Screw, o: Occurrence, bores: _Cylinders) -> tuple[float, float]:
@@ -221,14 +223,14 @@ def _unseated(screw: _Screw, carried: Sequence[Occurrence], start: float, meshes
 
 def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -> tuple[int, list[str]]:
     """Number of kinds of tapped holes of an occurrence, and those of which too many hold no shank."""
-    missing, asked = [], 0
+    missing, needed = [], 0
     for hole in o.part.holes:
         groups = [re.fullmatch(r"(?:(\d+)x )?(.*)", text.strip()) for text in hole.callout.split(";")]
         counts = [(int(g[1]) if g[1] else hole.count, g[2]) for g in groups if g]
         tapped = sum(count for count, text in counts if re.match(r"M\d", text))
         if not tapped:
             continue
-        asked += 1
+        needed += 1
         mine = np.flatnonzero((bores.owner == k) & (np.abs(2.0 * bores.radius - hole.diameter_mm) < 1e-3))
         bare: list[np.ndarray] = []
         for b in mine:
@@ -241,4 +243,4 @@ def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -
         allowed = hole.count - tapped  # bores of the same diameter that are no threads
         if len(bare) > allowed:
             missing.append(f"{hole.callout} ({len(bare) - allowed})")
-    return asked, missing
+    return needed, missing

@@ -10,11 +10,11 @@ import numpy as np
 CUTS = 14  # times that boxes are halved at most: 11 mm to 1 um, and rounding of doubles is far below
 MOST_BOXES = 20_000  # alive at once; beyond it the bound stays sound and is left as wide as it is
 SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
-Bounds = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+BoxBounds = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def enclosed_maximum(
-    bounds: Bounds, centres: np.ndarray, halves: np.ndarray, gap: float, floor: float = -np.inf
+    bounds: BoxBounds, centres: np.ndarray, halves: np.ndarray, gap: float, floor: float = -np.inf
 ) -> tuple[float, float]:
     """Bounds from above and below on the maximum over boxes.
 

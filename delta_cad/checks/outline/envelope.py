@@ -19,16 +19,17 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import Body, bodies_of
-from delta_cad.checks.clearance.joint_ranges import FoldError, domains
+from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of
+from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.checks.outline.rod_reach import RodReach
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
-from delta_cad.mechanism.placement import MM_PER_M, LinkPlacement
+from delta_cad.mechanism.placement import LinkPlacement
 
 THETA_BOXES = 7  # boxes along an edge of the cube at first, for the shoulder angles
 THETA_GAP_RAD = 1e-4  # 0.01 mm at the elbow
@@ -46,7 +47,7 @@ class Outline:
     """
 
     reach_mm: np.ndarray
-    bodies: tuple[Body, ...]
+    bodies: tuple[CollisionBody, ...]
 
     @property
     def size_mm(self) -> np.ndarray:
@@ -65,21 +66,21 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
     Returns:
         `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
     """
-    wanted = np.array([limits.envelope_width_mm, limits.envelope_depth_mm])
+    allowed = np.array([limits.envelope_width_mm, limits.envelope_depth_mm])
     try:
         outline = swept_outline(assembly, limits, meshes)
     except FoldError as error:
         return [
             CheckResult(f"envelope {name}", False, None, limit, "mm", detail=str(error))
-            for name, limit in zip(("width", "depth"), wanted.tolist(), strict=True)
+            for name, limit in zip(("width", "depth"), allowed.tolist(), strict=True)
         ]
     sampler = _Sampled(assembly.placement, limits.poses_mm())
     sampled, poses = zip(*(sampler.reach(b, d) for d, b in enumerate(outline.bodies)), strict=True)
     size = outline.size_mm
-    excess = [(size - wanted).max(), (size[::-1] - wanted).max()]
+    excess = [(size - allowed).max(), (size[::-1] - allowed).max()]
     along_x = bool(excess[0] <= excess[1])
     results = []
-    for name, axis, limit in zip(("width", "depth"), (0, 1) if along_x else (1, 0), wanted.tolist(), strict=True):
+    for name, axis, limit in zip(("width", "depth"), (0, 1) if along_x else (1, 0), allowed.tolist(), strict=True):
         low, high = 2 * axis + 1, 2 * axis
         a, b = outline.bodies[low], outline.bodies[high]
         pose = limits.poses_mm()[poses[high]]
@@ -129,7 +130,9 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) 
     return Outline(reach.max(axis=0), tuple(bodies[k] for k in decides))
 
 
-def _reach(b: Body, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, rods: RodReach) -> np.ndarray:
+def _reach(
+    b: CollisionBody, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, rods: RodReach
+) -> np.ndarray:
     """(4,) bound on a mesh's reach along the directions, mm."""
     if b.link.startswith("rod"):
         return np.array([rods.coarse(b, d) for d in DIRECTIONS])
@@ -160,7 +163,7 @@ def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
     Raises:
         FoldError: A chain may fold in the cube.
     """
-    widest = domains(g, limits.centre_mm, limits.half_side_mm).theta
+    widest = joint_ranges(g, limits.centre_mm, limits.half_side_mm).theta
     boxes = cube_boxes(limits.centre_mm, limits.half_side_mm, THETA_BOXES)
     theta = np.empty_like(widest)
     for i, end in product(range(len(theta)), range(2)):
@@ -206,7 +209,7 @@ class _Sampled:
         for name in swept_links(placement):
             self._links[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses), 4, 4))
 
-    def reach(self, b: Body, direction: int) -> tuple[float, int]:
+    def reach(self, b: CollisionBody, direction: int) -> tuple[float, int]:
         """Reach of the body's mesh, mm, and the index of the position."""
         frame, d = self._links[b.link], DIRECTIONS[direction]
         along = ((d @ frame[:, :3, :3]) @ b.hull.T).max(axis=1) + frame[:, :3, 3] @ d

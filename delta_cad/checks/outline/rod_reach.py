@@ -16,10 +16,11 @@ from functools import partial
 
 import numpy as np
 
-from delta_cad.checks.clearance.bodies import Body
-from delta_cad.checks.clearance.motion import MM_PER_M, box_motion, cube_boxes
+from delta_cad.checks.clearance.bodies import CollisionBody
+from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.mechanism.placement import LinkPlacement
 
@@ -40,7 +41,7 @@ class RodReach:
         self._placement, self._geometry, self._theta = placement, placement.geometry, theta
         self._start = _Boxes(placement, *cube_boxes(limits.centre_mm, limits.half_side_mm, BOXES))
 
-    def coarse(self, body: Body, direction: np.ndarray) -> float:
+    def coarse(self, body: CollisionBody, direction: np.ndarray) -> float:
         """Bound from the first boxes alone.
 
         Args:
@@ -52,7 +53,7 @@ class RodReach:
         """
         return float(self.bounds(body, direction, self._start.centres, self._start.halves)[0].max())
 
-    def refined(self, body: Body, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:
+    def refined(self, body: CollisionBody, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:
         """Bound that is close where it matters.
 
         Args:
@@ -68,7 +69,7 @@ class RodReach:
         return enclosed_maximum(bounds, self._start.centres, self._start.halves, GAP_MM, floor_mm)
 
     def bounds(
-        self, body: Body, direction: np.ndarray, centres: np.ndarray, halves: np.ndarray
+        self, body: CollisionBody, direction: np.ndarray, centres: np.ndarray, halves: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Reach over boxes of handle positions.
 

@@ -14,9 +14,9 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian, worst_joint_torque
 
-MM_PER_M = 1000.0
 STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third derivative, below 1e-8 of the torque
 
 

@@ -17,7 +17,7 @@ from delta_cad.solids.part import Joint, Occurrence
 def check_joint_axes(assembly: Assembly) -> CheckResult:
     """Hold the seats of the solids against the frames of the joints, in the frames of the links.
 
-    Of every part that a contact fit names between the two links of a joint, one cylinder (revolute) must lie on the
+    Each part that a contact fit names between the two links of a joint must have one cylinder (revolute) on the
     frame's y axis, or the centre of one spherical face (ball) in its origin. Where a link has no such part, one of any
     part that it carries must.
 
@@ -28,20 +28,20 @@ def check_joint_axes(assembly: Assembly) -> CheckResult:
         `joint axes of the solids`: the largest distance, mm.
     """
     library = FeatureLibrary()
-    found = [
+    offsets = [
         (_nearest(o_set, joint, frame, library), joint, o_set)
         for joint in assembly.joints
         for frame, o_set in _seats(assembly, joint)
     ]
     name = "joint axes of the solids"
-    if not found:
+    if not offsets:
         return CheckResult(name, False, None, ORIGIN_MM, "mm", detail="the assembly declares no joint")
-    off, joint, carriers = max(found, key=lambda f: f[0])
+    off, joint, carriers = max(offsets, key=lambda f: f[0])
     names = tuple(o.name for o in carriers[:3])
     where = "cylinder on the axis" if joint.kind == "revolute" else "ball in the centre"
     detail = (
         f"distance of the solids' axes and ball centres from the joints' frames, angles over {LEVER_MM:g} mm; "
-        f"largest of {len(found)} seats of {len(assembly.joints)} joints"
+        f"largest of {len(offsets)} seats of {len(assembly.joints)} joints"
     )
     passed = off <= ORIGIN_MM
     if not passed:
@@ -51,7 +51,7 @@ def check_joint_axes(assembly: Assembly) -> CheckResult:
 
 
 def _seats(assembly: Assembly, joint: Joint) -> Iterator[tuple[np.ndarray, list[Occurrence]]]:
-    """Of each link of a joint its frame, with each part of a contact, or with all parts where there is no contact."""
+    """Lists the links of a joint, each with its frame and the parts in contact; without a contact, all its parts."""
     occurrences = {o.name: o for o in assembly.occurrences}
     links = (joint.link_a, joint.link_b)
     ends: dict[str, dict[str, Occurrence]] = {link: {} for link in links}
@@ -73,11 +73,11 @@ def _nearest(carriers: list[Occurrence], joint: Joint, frame: np.ndarray, librar
     """Smallest distance of any axis or ball centre of some parts of a link from a joint's frame, mm."""
     best = np.inf
     for o in carriers:
-        found = library[o.part]
+        offsets = library[o.part]
         if joint.kind == "revolute":
-            for cylinder in found.cylinders:
+            for cylinder in offsets.cylinders:
                 best = min(best, off_axis(cylinder.moved(o.placement), frame, LEVER_MM))
-        elif len(found.balls):
-            centres = found.balls @ o.placement[:3, :3].T + o.placement[:3, 3]
+        elif len(offsets.balls):
+            centres = offsets.balls @ o.placement[:3, :3].T + o.placement[:3, 3]
             best = min(best, float(np.linalg.norm(centres - frame[:3, 3], axis=1).min()))
     return best

@@ -6,9 +6,8 @@ import numpy as np
 
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import DeltaGeometry, closure_margin, joint_angles, rod_lean, worst_joint_torque
-
-MM_PER_M = 1000.0
 
 
 def check_ranges(geometry: DeltaGeometry, limits: CheckLimits) -> list[CheckResult]:

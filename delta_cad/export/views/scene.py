@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from delta_cad.export.views.shading import creased, edge_table
+from delta_cad.export.views.polydata import CREASE_DEG, poly_data, shaded
 
 if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
@@ -72,30 +74,32 @@ def _window_makers() -> list[Any]:
     return [*makers, vtkRenderWindow] if os.environ.get("DISPLAY") or not makers else makers
 
 
-class PartShape:
-    """Display data of one part, shared by all its occurrences."""
+@dataclass(frozen=True)
+class Placed:
+    """A part as it stands in the base frame.
 
-    def __init__(self, mesh: Mesh, colour: Colour) -> None:
-        vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
-        self.colour = colour
-        self.edges = edge_table(vertices, faces)
-        self.points, self.triangles, self.normals = creased(vertices, faces)
+    Attributes:
+        points: (n, 3) vertices, mm.
+        triangles: (m, 3) indices of vertices.
+        colour: sRGB.
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    colour: Colour
 
 
-Placed = tuple[PartShape, np.ndarray]
-
-
-def placed_points(shape: PartShape, frame: np.ndarray) -> np.ndarray:
-    """(n, 3) vertices of a placed part in the base frame, mm."""
-    return shape.edges.vertices @ frame[:3, :3].T + frame[:3, 3]
+def placed(mesh: Mesh, frame: np.ndarray, colour: Colour) -> Placed:
+    """A part's mesh moved by a (4, 4) frame from the part to the base frame, mm."""
+    return Placed(mesh.vertices @ frame[:3, :3].T + frame[:3, 3], mesh.faces, colour)
 
 
 class PartScene:
     """Placed parts as one actor a colour: few actors draw three times as fast as one a part."""
 
-    def __init__(self, placed: Sequence[Placed]) -> None:
-        """Collects display data and (4, 4) frames from the part to the base frame, mm."""
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
+    def __init__(self, parts: Sequence[Placed]) -> None:
+        """Collects placed parts."""
+        from vtkmodules.vtkRenderingCore import vtkRenderer
 
         self.renderer = vtkRenderer()
         self.renderer.SetBackground(*GROUND_COLOUR)
@@ -103,18 +107,19 @@ class PartScene:
         self.renderer.GradientBackgroundOn()
         self.renderer.DitherGradientOff()  # noise would make the files ten times larger
         _lights(self.renderer)
-        self.placed = tuple(placed)
-        colours: dict[Colour, list[Placed]] = {}
-        for shape, frame in self.placed:
-            colours.setdefault(shape.colour, []).append((shape, frame))
-        for colour, placed in colours.items():
-            self.renderer.AddActor(_surface(placed, colour))
-        self.lines = vtkActor()
-        line = self.lines.GetProperty()
-        line.SetColor(*EDGE_COLOUR)
-        line.SetLineWidth(EDGE_WIDTH * SUPERSAMPLING)
-        line.LightingOff()
-        self.renderer.AddActor(self.lines)
+        self.points_mm = np.concatenate([part.points for part in parts])
+        """(n, 3) all vertices in the base frame, mm."""
+        self.bounds_mm = np.array([self.points_mm.min(axis=0), self.points_mm.max(axis=0)])
+        """(2, 3) lowest and highest coordinates of all parts, mm."""
+        for colour in dict.fromkeys(part.colour for part in parts):
+            alike = [part for part in parts if part.colour == colour]
+            starts = np.cumsum([0] + [len(part.points) for part in alike])
+            mesh = poly_data(
+                np.concatenate([part.points for part in alike]),
+                np.concatenate([part.triangles + start for part, start in zip(alike, starts, strict=False)]),
+            )
+            self.renderer.AddActor(_surface(mesh, colour))
+            self.renderer.AddActor(_edges(mesh, self.renderer.GetActiveCamera()))
 
     def occlude(self) -> None:
         """Darkens corners and gaps by what the surroundings hide of the sky (screen-space ambient occlusion)."""
@@ -128,41 +133,17 @@ class PartScene:
         shade.SetDelegatePass(vtkRenderStepsPass())
         self.renderer.SetPass(shade)
 
-    def points_mm(self) -> np.ndarray:
-        """(n, 3) all vertices in the base frame, mm."""
-        return np.concatenate([placed_points(*one) for one in self.placed])
 
-    def bounds_mm(self) -> np.ndarray:
-        """(2, 3) lowest and highest coordinates of all parts, mm."""
-        points = self.points_mm()
-        return np.array([points.min(axis=0), points.max(axis=0)])
+def _surface(mesh: Any, colour: Colour) -> Any:
+    """One shaded actor of all that has one colour, kept behind the lines that bound it."""
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-    def draw_edges(self, towards: np.ndarray) -> None:
-        """Draws sharp edges and outlines for a parallel view.
-
-        Args:
-            towards: (3,) unit vector from the machine to the viewer.
-        """
-        segments = [
-            shape.edges.drawn(frame[:3, :3].T @ towards) @ frame[:3, :3].T + frame[:3, 3]
-            for shape, frame in self.placed
-        ]
-        self.lines.SetMapper(line_mapper(np.concatenate(segments)))
-
-
-def _surface(placed: Sequence[Placed], colour: Colour) -> Any:
-    """One shaded actor of all that has one colour."""
-    from vtkmodules.vtkRenderingCore import vtkActor
-
-    counts = np.cumsum([0] + [len(shape.points) for shape, _ in placed])
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(shaded(mesh))
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(1.0, 1.0)
     surface = vtkActor()
-    surface.SetMapper(
-        surface_mapper(
-            np.concatenate([shape.points @ frame[:3, :3].T + frame[:3, 3] for shape, frame in placed]),
-            np.concatenate([shape.triangles + count for (shape, _), count in zip(placed, counts, strict=False)]),
-            np.concatenate([shape.normals @ frame[:3, :3].T for shape, frame in placed]),
-        )
-    )
+    surface.SetMapper(mapper)
     material = surface.GetProperty()
     material.SetColor(*colour)
     material.SetAmbient(0.20)
@@ -173,39 +154,41 @@ def _surface(placed: Sequence[Placed], colour: Colour) -> Any:
     return surface
 
 
-def line_mapper(segments: np.ndarray) -> Any:
-    """Mapper of (n, 2, 3) straight lines."""
-    return surface_mapper(segments.reshape(-1, 3), np.arange(2 * len(segments)).reshape(-1, 2), None)
+def _edges(mesh: Any, camera: Any) -> Any:
+    """Sharp edges of a mesh, and the outline where its surface turns away from a parallel camera."""
+    from vtkmodules.vtkFiltersHybrid import vtkPolyDataSilhouette
+
+    edges = vtkPolyDataSilhouette()
+    edges.SetInputData(mesh)
+    edges.SetCamera(camera)
+    edges.SetDirectionToCameraVector()
+    edges.SetFeatureAngle(CREASE_DEG)
+    return flat_actor(edges, EDGE_COLOUR, EDGE_WIDTH)
 
 
-def surface_mapper(points: np.ndarray, cells: np.ndarray, normals: np.ndarray | None) -> Any:
-    """Poly data of triangles (with normals) or lines behind a mapper that keeps lines before the faces they bound."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
+def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:
+    """Lines or faces of one colour that no light changes, hidden by what is before them.
 
-    data = vtkPolyData()
-    place = vtkPoints()
-    place.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=True))
-    data.SetPoints(place)
-    width = cells.shape[1]
-    array = vtkCellArray()
-    offsets = np.arange(0, width * len(cells) + 1, width, dtype=np.int64)
-    array.SetData(
-        numpy_to_vtkIdTypeArray(offsets, deep=True),
-        numpy_to_vtkIdTypeArray(np.ascontiguousarray(cells.ravel(), dtype=np.int64), deep=True),
-    )
-    polygons = normals is not None
-    (data.SetPolys if polygons else data.SetLines)(array)
-    if polygons:
-        data.GetPointData().SetNormals(numpy_to_vtk(np.ascontiguousarray(normals, dtype=np.float32), deep=True))
+    Args:
+        source: VTK's filter that gives them, or poly data.
+        colour: sRGB.
+        width: Line width, pixels of the finished picture.
+    """
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
     mapper = vtkPolyDataMapper()
-    mapper.SetInputData(data)
-    mapper.ScalarVisibilityOff()
+    if hasattr(source, "GetOutputPort"):
+        mapper.SetInputConnection(source.GetOutputPort())
+    else:
+        mapper.SetInputData(source)
     mapper.SetResolveCoincidentTopologyToPolygonOffset()
-    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(*((1.0, 1.0) if polygons else (0.0, 0.0)))
-    return mapper
+    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*colour)
+    actor.GetProperty().SetLineWidth(width * SUPERSAMPLING)
+    actor.GetProperty().LightingOff()
+    return actor
 
 
 def _lights(renderer: Any) -> None:
@@ -222,26 +205,25 @@ def _lights(renderer: Any) -> None:
         renderer.AddLight(light)
 
 
-def photograph(window: Any) -> np.ndarray:
-    """Renders the window.
+def photograph(window: Any, path: Path) -> None:
+    """Renders a window into a PNG file, averaged down to the finished picture.
 
     Args:
         window: Off-screen window with its renderers.
-
-    Returns:
-        (height, width, 3) bytes of the finished picture, averaged down, first row on top.
+        path: File to write.
     """
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+    from vtkmodules.vtkImagingCore import vtkImageShrink3D
+    from vtkmodules.vtkIOImage import vtkPNGWriter
+    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-    window.Render()
-    width, height = window.GetSize()
-    pixels = vtkUnsignedCharArray()
-    window.GetPixelData(0, 0, width - 1, height - 1, 1, pixels, 0)
-    n = SUPERSAMPLING
-    raw = vtk_to_numpy(pixels).reshape(height // n, n, width // n, n, 3)
-    total = np.zeros((height // n, width // n, 3), dtype=np.uint16)
-    for row in range(n):
-        for column in range(n):
-            total += raw[:, row, :, column]
-    return (total // (n * n)).astype(np.uint8)[::-1]
+    picture = vtkWindowToImageFilter()
+    picture.SetInput(window)
+    picture.ReadFrontBufferOff()
+    smooth = vtkImageShrink3D()
+    smooth.SetInputConnection(picture.GetOutputPort())
+    smooth.SetShrinkFactors(SUPERSAMPLING, SUPERSAMPLING, 1)
+    smooth.AveragingOn()
+    writer = vtkPNGWriter()
+    writer.SetInputConnection(smooth.GetOutputPort())
+    writer.SetFileName(str(path))
+    writer.Write()

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.export.views.scene import SUPERSAMPLING, Colour, line_mapper
+from delta_cad.export.views.polydata import poly_data
+from delta_cad.export.views.scene import SUPERSAMPLING, Colour, flat_actor
 
 INK: Colour = (0.16, 0.19, 0.24)
 TITLE_PIXELS, TEXT_PIXELS = 26, 18
@@ -18,6 +19,8 @@ DIMENSION_PIXELS = 34.0
 BAND_PIXELS = 92.0
 """Height of the strip at the bottom that is kept for the title."""
 MARGIN = 1.05
+BOX_WIDTH = 1.6
+"""Line width of cube and outline, pixels of the finished picture."""
 CHAIN_PIXELS = (22.0, 5.0, 4.0)
 """Long dash, gap, short dash of a centre line."""
 
@@ -156,46 +159,27 @@ class Sheet:
 
     def finish(self) -> Any:
         """Draws what was collected; returns the overlay."""
-        from vtkmodules.vtkRenderingCore import vtkActor
-
-        if self._segments:
-            lines = vtkActor()
-            lines.SetMapper(line_mapper(self.solid(np.array(self._segments))))
-            lines.GetProperty().SetLineWidth(1.0 * SUPERSAMPLING)
-            heads = vtkActor()
-            heads.SetMapper(_triangles(self.solid(np.array(self._arrows))))
-            for actor in (lines, heads):
-                actor.GetProperty().SetColor(*INK)
-                actor.GetProperty().LightingOff()
-                self.overlay.AddActor(actor)
+        for shapes in (self._segments, self._arrows):
+            if shapes:
+                corners = self.solid(np.array(shapes))
+                cells = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
+                self.overlay.AddActor(flat_actor(poly_data(corners.reshape(-1, 3), cells), INK))
         return self.overlay
 
 
-def frame_actor(segments: np.ndarray, colour: Colour, width: float) -> Any:
-    """Lines in space, hidden by what is before them.
+def box_actor(low: np.ndarray, high: np.ndarray, colour: Colour) -> Any:
+    """Edges of an upright box in space, hidden by what is before them; of a rectangle, if the box is flat.
 
     Args:
-        segments: (n, 2, 3) end points, mm.
+        low: (3,) lowest corner, mm.
+        high: (3,) highest corner, mm.
         colour: sRGB.
-        width: Pixels of the finished picture.
     """
-    from vtkmodules.vtkRenderingCore import vtkActor
+    from vtkmodules.vtkFiltersSources import vtkOutlineSource
 
-    actor = vtkActor()
-    actor.SetMapper(line_mapper(segments))
-    actor.GetProperty().SetColor(*colour)
-    actor.GetProperty().SetLineWidth(width * SUPERSAMPLING)
-    actor.GetProperty().LightingOff()
-    return actor
-
-
-def box_edges(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """(k, 2, 3) edges of an upright box; four edges if it is flat."""
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    pairs = [(a, b) for a in range(8) for b in range(a + 1, 8) if np.abs(corners[a] - corners[b]).sum() == 1]
-    points = low + corners * (np.asarray(high) - low)
-    edges = points[np.array(pairs)]
-    return edges[np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1) > 0.0]
+    box = vtkOutlineSource()
+    box.SetBounds(low[0], high[0], low[1], high[1], low[2], high[2])
+    return flat_actor(box, colour, BOX_WIDTH)
 
 
 def _text(text: str, pixels: int, colour: Colour) -> Any:
@@ -208,11 +192,3 @@ def _text(text: str, pixels: int, colour: Colour) -> Any:
     style.SetFontSize(pixels * SUPERSAMPLING)
     style.SetColor(*colour)
     return actor
-
-
-def _triangles(corners: np.ndarray) -> Any:
-    """Mapper of (n, 3, 3) loose triangles."""
-    from delta_cad.export.views.scene import surface_mapper
-
-    flat = corners.reshape(-1, 3)
-    return surface_mapper(flat, np.arange(len(flat)).reshape(-1, 3), np.zeros_like(flat))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +12,8 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.meshes import Meshes
-from delta_cad.export.views.png import png_bytes
-from delta_cad.export.views.scene import (
-    SUPERSAMPLING,
-    Colour,
-    PartScene,
-    PartShape,
-    Placed,
-    photograph,
-    placed_points,
-    render_window,
-)
-from delta_cad.export.views.sheet import Sheet, box_edges, frame_actor
+from delta_cad.export.views.scene import SUPERSAMPLING, Colour, PartScene, Placed, photograph, placed, render_window
+from delta_cad.export.views.sheet import DIMENSION_PIXELS, Sheet, box_actor
 from delta_cad.solids.part import Occurrence
 
 SIZE = (1280, 960)
@@ -97,14 +86,12 @@ def write_views(
     at = np.asarray(assembly.home_mm if pose is None else pose, dtype=float)
     directory.mkdir(parents=True, exist_ok=True)
     studio = _Studio(assembly, meshes, stage, at, occlusion)
+    paths = [directory / f"{view}.png" for view in VIEWS]
     try:
-        with ThreadPoolExecutor(1) as encoder:  # encodes one picture while the next is drawn
-            files = {view: encoder.submit(png_bytes, studio.draw(view)) for view in VIEWS}
+        for view, path in zip(VIEWS, paths, strict=True):
+            studio.draw(view, path)
     finally:
         studio.window.Finalize()
-    paths = [directory / f"{view}.png" for view in VIEWS]
-    for view, path in zip(VIEWS, paths, strict=True):
-        path.write_bytes(files[view].result())
     return paths
 
 
@@ -112,41 +99,37 @@ class _Studio:
     """One window, one set of display data, one scene a pose."""
 
     def __init__(self, assembly: Assembly, meshes: Meshes, stage: Stage, at: np.ndarray, occlusion: bool) -> None:
-        self.assembly, self.stage, self.at, self.occlusion = assembly, stage, at, occlusion
+        self.assembly, self.meshes, self.stage, self.at, self.occlusion = assembly, meshes, stage, at, occlusion
         self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
         self.window.SetNumberOfLayers(2)
-        self.shapes = {part.number: PartShape(meshes[part.number], part.material.colour) for part in assembly.parts}
         self.scene = PartScene(self._placed(at, assembly.occurrences))
-        self.bounds = self.scene.bounds_mm()
-        self.cube = frame_actor(box_edges(*stage.cube()), CUBE_COLOUR, 1.6)
-        self.envelope = frame_actor(box_edges(*stage.envelope(self.bounds[0, 2])), ENVELOPE_COLOUR, 1.6)
+        self.bounds = self.scene.bounds_mm
+        self.cube = box_actor(*stage.cube(), CUBE_COLOUR)
+        self.envelope = box_actor(*stage.envelope(self.bounds[0, 2]), ENVELOPE_COLOUR)
 
     def _placed(self, p_mm: np.ndarray, occurrences: Sequence[Occurrence]) -> list[Placed]:
-        """Display data and base frame of occurrences at a handle position."""
+        """Occurrences at a handle position."""
         poses = self.assembly.poses(p_mm)
-        return [(self.shapes[o.part.number], poses[o.name]) for o in occurrences]
+        return [placed(self.meshes[o.part.number], poses[o.name], o.part.material.colour) for o in occurrences]
 
-    def draw(self, view: str) -> np.ndarray:
-        """Pixels of one picture."""
+    def draw(self, view: str, path: Path) -> None:
+        """Draws one picture into its file."""
         layers: list[tuple[Any, Any]] = getattr(self, f"_{view}")()
         for renderer, overlay in layers:
             self.window.AddRenderer(renderer)
             self.window.AddRenderer(overlay)
-        pixels = photograph(self.window)
+        photograph(self.window, path)
         for renderer, overlay in layers:
             renderer.SetPass(None)
             renderer.RemoveActor(self.cube)
             renderer.RemoveActor(self.envelope)
             self.window.RemoveRenderer(renderer)
             self.window.RemoveRenderer(overlay)
-        return pixels
 
     def _sheet(self, towards: np.ndarray, points: np.ndarray, room: float, frames: list[Any]) -> Sheet:
         for frame in frames:
             self.scene.renderer.AddActor(frame)
-        sheet = Sheet(self.scene.renderer, towards, SIZE, points, room=room)
-        self.scene.draw_edges(sheet.towards)
-        return sheet
+        return Sheet(self.scene.renderer, towards, SIZE, points, room=room)
 
     def _where(self) -> str:
         x, y, z = self.at
@@ -158,7 +141,7 @@ class _Studio:
 
     def _iso(self) -> list[tuple[Any, Any]]:
         points = np.concatenate(
-            [self.scene.points_mm(), _box(*self.stage.cube()), _box(*self.stage.envelope(self.bounds[0, 2]))]
+            [self.scene.points_mm, _box(*self.stage.cube()), _box(*self.stage.envelope(self.bounds[0, 2]))]
         )
         sheet = self._sheet(ISO, points, 0.0, [self.cube, self.envelope])
         if self.occlusion:
@@ -221,17 +204,15 @@ class _Studio:
     def _exploded(self) -> list[tuple[Any, Any]]:
         """The drive pulled apart along the shoulder axis, the base frame's y for chain 0."""
         pulled = []
-        for shape, frame in self._chain():
-            apart = frame.copy()
-            apart[1, 3] += PULL * placed_points(shape, frame)[:, 1].mean()
-            pulled.append((shape, apart))
+        for part in self._chain():
+            apart = part.points + np.array([0.0, PULL * part.points[:, 1].mean(), 0.0])
+            pulled.append(replace(part, points=apart))
         return self._alone(EXPLODED, pulled, "drive of chain 0, exploded", "pulled apart along the shoulder axis")
 
-    def _alone(self, towards: np.ndarray, placed: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
+    def _alone(self, towards: np.ndarray, parts: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
         """Some of the parts, filling the sheet."""
-        scene = PartScene(placed)
-        sheet = Sheet(scene.renderer, towards, SIZE, scene.points_mm(), room=10.0)
-        scene.draw_edges(sheet.towards)
+        scene = PartScene(parts)
+        sheet = Sheet(scene.renderer, towards, SIZE, scene.points_mm, room=10.0)
         if self.occlusion:
             scene.occlude()
         sheet.caption(f"{self.assembly.name}, {title}", subtitle)
@@ -241,14 +222,14 @@ class _Studio:
         """Chain 0 without its rods, and of the base only what hangs together with it."""
         links = ("base", "upper_arm_0", "pinion_0")
         chain = [o for o in self.assembly.occurrences if o.link in links and chain_of(o.name) == 0]
-        placed = self._placed(self.at, chain)
-        boxes = np.array([[p.min(axis=0), p.max(axis=0)] for p in (placed_points(*one) for one in placed)])
+        parts = self._placed(self.at, chain)
+        boxes = np.array([[part.points.min(axis=0), part.points.max(axis=0)] for part in parts])
         joined = np.array([o.link != "base" for o in chain])
         touching = (boxes[:, None, 0] <= boxes[None, :, 1] + NEAR_MM).all(axis=2)
         touching &= touching.T
         for _ in chain:
             joined = joined | (touching & joined).any(axis=1)
-        return [one for one, keep in zip(placed, joined, strict=True) if keep]
+        return [part for part, keep in zip(parts, joined, strict=True) if keep]
 
     def _poses(self) -> list[tuple[Any, Any]]:
         low, high = self.stage.cube()
@@ -256,13 +237,12 @@ class _Studio:
         heights = {"lowest": float(low[2]), "highest": float(high[2])}
         everything = self.assembly.occurrences
         scenes = {word: PartScene(self._placed(np.array([0.0, 0.0, z]), everything)) for word, z in heights.items()}
-        points = np.concatenate([_box(*scene.bounds_mm()) for scene in scenes.values()] + [_box(low, high)])
+        points = np.concatenate([_box(*scene.bounds_mm) for scene in scenes.values()] + [_box(low, high)])
         layers = []
         for column, (word, scene) in enumerate(scenes.items()):
             scene.renderer.SetViewport((0.5 * column, 0.0, 0.5 * column + 0.5, 1.0))
             scene.renderer.AddActor(self.cube)
             sheet = Sheet(scene.renderer, FRONT, half, points, room=10.0)
-            scene.draw_edges(sheet.towards)
             sheet.caption(f"{word} position", f"platform centre at (0, 0, {heights[word]:.1f}) mm, same scale")
             layers.append((scene.renderer, sheet.finish()))
         return layers
@@ -281,6 +261,4 @@ def _box(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 def _rows(sheet: Sheet, distance_mm: float) -> float:
     """A distance on the sheet as steps of dimension lines, to clear what lies between; never negative."""
-    from delta_cad.export.views.sheet import DIMENSION_PIXELS
-
     return max(0.0, distance_mm / (DIMENSION_PIXELS * sheet.mm_per_pixel))

@@ -21,7 +21,6 @@ from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.mechanism import UnreachableError
 from delta_cad.mechanism.placement import LINKS
-from delta_cad.solids.bought import make_foot
 from delta_cad.solids.brackets import make_motor_cheek
 from delta_cad.solids.capstan import capstan_of
 from delta_cad.solids.fasteners import make_cap_screw, make_dowel
@@ -312,12 +311,6 @@ def test_cheeks_too_thin_for_any_dowel_are_refused() -> None:
     thin = variant(drive="direct", motor="maxon-ec45flat-411812", bearing="618-8", arm_thickness_mm=7.5)
     with pytest.raises(DimensionError, match=r"^dowel_3, length: 7\.75 mm are available"):
         assemble(thin)
-
-
-def test_a_foot_that_nothing_can_hold_is_refused(best_dimensions: Dimensions) -> None:
-    loose = replace(best_dimensions.foot, stud_length_mm=None, hole_diameter_mm=None)
-    with pytest.raises(ValueError, match=f"^foot {loose.id}: neither stud nor hole$"):
-        make_foot(replace(best_dimensions, foot=loose))
 
 
 def test_a_failure_of_the_kernel_names_part_feature_and_parameter(best_dimensions: Dimensions) -> None:

@@ -8,17 +8,18 @@ import re
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.catalogue import FAMILIES, CatalogueError, Magnet, MaterialData, Motor, Row, Screw
+from delta_cad.catalogue import FAMILIES, CatalogueError, CatalogueRow, Magnet, MaterialData, Motor, Screw
 from delta_cad.catalogue.reader import read_family
 
 ROOT = Path(catalogue.__file__).parent / "data"
 MOTORS = [catalogue.motor(key) for key in catalogue.family("motor")]
 EACH_MOTOR = pytest.mark.parametrize("motor", MOTORS, ids=lambda motor: motor.id)
-ACCESS: dict[str, Callable[[str], Row]] = {
+ACCESS: dict[str, Callable[[str], CatalogueRow]] = {
     "motor": catalogue.motor,
     "bearing": catalogue.bearing,
     "encoder": catalogue.encoder,
@@ -41,7 +42,7 @@ def test_every_row_is_reached_by_its_id_and_says_its_source(name: str) -> None:
     assert len(rows) >= 2
     for key, row in rows.items():
         assert ACCESS[name](key) is row
-        assert type(row) is FAMILIES[name]
+        assert type(row) is FAMILIES[name].record
         assert row.id == key
         assert row.source
         assert row.description
@@ -62,8 +63,8 @@ def test_an_unknown_family_lists_the_legal_ones() -> None:
 
 
 def test_every_csv_file_is_a_family() -> None:
-    assert {path.name for path in ROOT.glob("*.csv")} == set(catalogue.FILES.values())
-    assert set(catalogue.FILES) == set(FAMILIES) == set(ACCESS)
+    assert {path.name for path in ROOT.glob("*.csv")} == {family.file for family in FAMILIES.values()}
+    assert set(FAMILIES) == set(ACCESS)
 
 
 def test_records_are_frozen_and_families_read_only() -> None:
@@ -328,7 +329,7 @@ def test_a_row_that_cannot_be_true_is_refused(cells: dict[str, str], words: str,
 def test_a_cell_that_is_not_what_its_field_says_is_refused(
     name: str, column: str, cell: str, words: str, tmp_path: Path
 ) -> None:
-    family = next(key for key, file in catalogue.FILES.items() if file == name)
+    family = next(family for family in FAMILIES.values() if family.file == name)
     with (ROOT / name).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     rows[0][column] = cell
@@ -338,7 +339,34 @@ def test_a_cell_that_is_not_what_its_field_says_is_refused(
         writer.writeheader()
         writer.writerows(rows)
     with pytest.raises(CatalogueError, match=words):
-        read_family(path, FAMILIES[family])
+        read_family(path, family.record)
+
+
+@pytest.mark.parametrize(
+    ("family", "cells", "words"),
+    [
+        ("motor", {"drives": "capstan;belt"}, "drives = capstan;belt"),
+        ("motor", {"shaft_diameter_mm": 100.0}, "shaft_diameter_mm < pilot_diameter_mm"),
+        ("bearing", {"outer_mm": 9.0}, "outer_ring_inner_mm < outer_mm"),
+        ("encoder", {"air_gap_min_mm": 9.0}, "air_gap_min_mm < air_gap_max_mm"),
+        ("encoder", {"board_width_mm": 99.0}, "board_width_mm <= board_length_mm"),
+        ("tube", {"inner_mm": 99.0}, "inner_mm < outer_mm"),
+        ("foot", {"stud_length_mm": "", "hole_diameter_mm": ""}, "either stud_length_mm or hole_diameter_mm"),
+        ("foot", {"stud_length_mm": 5.0, "hole_diameter_mm": 4.0}, "either stud_length_mm or hole_diameter_mm"),
+    ],
+)
+def test_fields_that_contradict_each_other_are_refused(
+    family: str, cells: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    path = tmp_path / FAMILIES[family].file
+    with (ROOT / path.name).open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerow(rows[0] | cells)
+    with pytest.raises(CatalogueError, match=rf"{path.name} line 2: .*{words}"):
+        read_family(path, FAMILIES[family].record)
 
 
 def test_a_file_with_other_columns_or_cells_is_refused(tmp_path: Path) -> None:

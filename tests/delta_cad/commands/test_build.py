@@ -14,15 +14,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad import catalogue
+from delta_cad import catalogue, pipeline
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.report import CheckResult
-from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
-from delta_cad.commands.pipeline import Machine, Outcome, check_limits, check_machine, make_machine
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
+from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, Outcome, check_limits, check_machine
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST, Built
 
@@ -31,8 +33,10 @@ BAD = CheckResult("clearance", False, 0.7, 2.0, "mm", (1.0, 2.0, 90.0), ("upper_
 
 
 @pytest.fixture(scope="module")
-def machine(best: Design) -> Machine:
-    return make_machine(best)
+def machine(best_dimensions: Dimensions, best_assembly: Assembly) -> BuiltMachine:
+    """The committed design as `make_machine` makes it, of the solids that all tests share."""
+    meshes = MeshLibrary(best_assembly.parts, LINEAR_MM, ANGULAR_RAD)
+    return BuiltMachine(best_dimensions, best_assembly, meshes, mass_report(best_assembly))
 
 
 @contextmanager
@@ -41,11 +45,11 @@ def no_pictures(*_: object) -> Iterator[None]:
 
 
 @pytest.fixture
-def quick(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> Callable[[list[CheckResult]], None]:
+def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[list[CheckResult]], None]:
     """The pipeline with a machine that is there already, given results, and two files."""
     small = next(part for part in machine.assembly.parts if part.number == "dowel_4x10")
 
-    def write(_: Machine, outcome: Outcome, folder: Path, *__: object) -> None:
+    def write(_: BuiltMachine, outcome: Outcome, folder: Path, *__: object) -> None:
         write_part_step(small, folder / "assembly.step")
         (folder / "checks.json").write_text(json.dumps(outcome.record()))
 
@@ -182,7 +186,7 @@ def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
 
 
-def test_progress_tells_every_phase(machine: Machine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_tells_every_phase(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pipeline, "run_checks", lambda _a, _l, _m, progress: [progress("clearance"), GOOD][1:])
     told: list[str] = []
     assert pipeline.check(best, told.append).passed
@@ -193,7 +197,9 @@ def test_progress_tells_every_phase(machine: Machine, best: Design, monkeypatch:
     assert sum(phase.startswith("solid ") for phase in told) == len(machine.assembly.parts)
 
 
-def test_bought_parts_whose_data_are_not_all_verified_are_named(quick: Quick, machine: Machine, best: Design) -> None:
+def test_bought_parts_whose_data_are_not_all_verified_are_named(
+    quick: Quick, machine: BuiltMachine, best: Design
+) -> None:
     """The oracle is the catalogue: a part's source is that of one row, word for word."""
     rows = [row for family in catalogue.FAMILIES for row in catalogue.family(family).values()]
     known = {f"{row.source}; verified: {row.verified}": row.verified.partition(":")[0] == "yes" for row in rows}
@@ -245,7 +251,7 @@ def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions) -> Non
     assert free.lean_max_rad == best_dimensions.forearm.tilt_limit_rad  # without a wish, what the ball joints allow
 
 
-def own_checks(machine: Machine, design: Design, monkeypatch: pytest.MonkeyPatch) -> dict[str, CheckResult]:
+def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.MonkeyPatch) -> dict[str, CheckResult]:
     """What `check_machine` adds to the geometry's checks."""
     monkeypatch.setattr(pipeline, "run_checks", lambda *_: [GOOD])
     results = check_machine(replace(machine, dimensions=replace(machine.dimensions, design=design)))
@@ -253,7 +259,7 @@ def own_checks(machine: Machine, design: Design, monkeypatch: pytest.MonkeyPatch
 
 
 def test_torque_drive_and_conditioning_are_checked(
-    machine: Machine, best: Design, monkeypatch: pytest.MonkeyPatch
+    machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "conditioning" not in own_checks(machine, asked(kappa_max=None), monkeypatch)
     found = own_checks(machine, best, monkeypatch)
@@ -270,7 +276,7 @@ def test_torque_drive_and_conditioning_are_checked(
 
 
 def test_a_drive_that_reaches_the_torque_as_a_peak_only_passes_and_says_so(
-    machine: Machine, monkeypatch: pytest.MonkeyPatch
+    machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     peak = own_checks(machine, asked(joint_torque_N_m=1.2), monkeypatch)["drive torque"]
     assert peak.passed
@@ -282,7 +288,9 @@ def test_a_drive_that_reaches_the_torque_as_a_peak_only_passes_and_says_so(
     assert not own_checks(machine, asked(joint_torque_N_m=0.33), monkeypatch)["torque with gravity"].passed
 
 
-def test_tilted_gravity_changes_the_torque(machine: Machine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tilted_gravity_changes_the_torque(
+    machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch
+) -> None:
     none = own_checks(machine, asked(gravity_m_s2=[0.0, 0.0, 0.0]), monkeypatch)["torque with gravity"]
     down = own_checks(machine, best, monkeypatch)["torque with gravity"]
     side = own_checks(machine, asked(gravity_m_s2=[9.81, 0.0, 0.0]), monkeypatch)["torque with gravity"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from delta_cad.commands import cli
+from delta_cad.commands import build, check
 from delta_cad.commands.cli import main
 from delta_cad.commands.inspection import inspection
 from delta_cad.design import Design, design_schema, load_design
@@ -254,7 +254,8 @@ def test_a_folder_that_cannot_be_used_is_refused_before_the_work(
     def worked(*_: object) -> None:
         raise AssertionError("the work was begun")
 
-    monkeypatch.setattr(cli, "_run", worked)
+    monkeypatch.setattr(build, "_built", worked)
+    monkeypatch.setattr(check, "_checked", worked)
     taken = tmp_path / "taken"
     taken.write_text("a file")
     for out in (taken, taken / "below"):
@@ -272,7 +273,7 @@ def test_a_folder_that_must_not_be_written_is_refused(
     def forbidden(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(cli, "_run", forbidden)
+    monkeypatch.setattr(check, "_checked", forbidden)
     line = refused(capsys, ["check", "--design", str(BEST), "--out", str(tmp_path)])
     assert line == f"--out {tmp_path}: Permission denied; a folder that can be written\n"
 
@@ -283,6 +284,6 @@ def test_ctrl_c_ends_with_130_in_one_line(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "_run", interrupted)
+    monkeypatch.setattr(check, "_checked", interrupted)
     line = refused(capsys, ["check", "--design", str(BEST), "--out", str(tmp_path)], code=130)
     assert "interrupted" in line

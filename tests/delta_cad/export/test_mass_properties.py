@@ -12,8 +12,8 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.mass_properties import (
-    MassError,
     MassProperties,
+    MassPropertiesError,
     combined,
     link_mass_properties,
     mass_report,
@@ -150,15 +150,15 @@ def test_an_inside_out_solid_is_refused() -> None:
 
     part = box()
     inside_out = cq.Shape.cast(part.solid.wrapped.Reversed())
-    with pytest.raises(MassError, match="box has a volume of -30000 mm\\^3"):
+    with pytest.raises(MassPropertiesError, match="box has a volume of -30000 mm\\^3"):
         part_mass_properties(replace(part, solid=inside_out))  # type: ignore[arg-type]
 
 
 def test_a_part_without_mass_is_refused() -> None:
-    with pytest.raises(MassError, match="box has a mass of 0 kg"):
+    with pytest.raises(MassPropertiesError, match="box has a mass of 0 kg"):
         part_mass_properties(replace(box(), mass_g=0.0))
 
 
 def test_nothing_cannot_be_combined() -> None:
-    with pytest.raises(MassError, match="no body"):
+    with pytest.raises(MassPropertiesError, match="no body"):
         combined([])

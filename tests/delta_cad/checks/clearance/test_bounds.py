@@ -5,20 +5,21 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
-from delta_cad.checks.clearance import pairing, spaces
+from delta_cad.checks.clearance import configuration_spaces as spaces
+from delta_cad.checks.clearance import pairing
 from delta_cad.checks.clearance.bodies import DistanceEngine, body
-from delta_cad.checks.clearance.continuum import Bounds, prove
-from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap, rectangles_gap
-from delta_cad.checks.clearance.joint_ranges import domains
+from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
+from delta_cad.checks.clearance.continuum import BoxBounds, prove
+from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
+from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
-from delta_cad.checks.clearance.segments import above, cut, near, pieces_of
-from delta_cad.checks.clearance.spaces import Pairs, Space
+from delta_cad.checks.clearance.segments import above, cut, near, segments_of
 from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, machine, part, rod
 
 MACHINE = machine()
 MESHES = MeshLibrary(MACHINE.parts, 0.2, 0.6)
-DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+DOMAINS = joint_ranges(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
 RNG = np.random.default_rng(11)
 
 
@@ -34,7 +35,7 @@ def random_frame(spread: float) -> np.ndarray:
     return frame
 
 
-def space_named(start: str) -> Space:
+def space_named(start: str) -> ConfigurationSpace:
     pairs = held_apart(MACHINE, LIMITS, MESHES)
     (found,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS) if s.name.startswith(start)]
     return found
@@ -52,7 +53,7 @@ def test_profiles_are_never_farther_apart_than_the_bodies_at_any_angle() -> None
     for _ in range(60):
         i, j = RNG.integers(len(meshes), size=2)
         one, other = random_frame(3.0), random_frame(25.0)
-        gap = meridian_gap(Meridian(meshes[i], one), Meridian(meshes[j], other))
+        gap = profile_gap(HalfPlaneProfile(meshes[i], one), HalfPlaneProfile(meshes[j], other))
         a, b = body("a", f"a{i}", "", meshes[i], one), body("b", f"b{j}", "", meshes[j], other)
         found = [engine.distance(a, b, one, turned_about_y(t) @ other) for t in np.linspace(0, 2 * np.pi, 73)]
         assert gap <= min(found) + 1e-9
@@ -71,15 +72,15 @@ def test_profiles_of_discs_and_rings_are_exact() -> None:
     ):
         other = tessellate(shape.Solids()[0], 0.01, 0.1)
         for angle in (0.0, 0.3):
-            gap = meridian_gap(Meridian(disc, np.eye(4)), Meridian(other, turned_about_y(angle)))
+            gap = profile_gap(HalfPlaneProfile(disc, np.eye(4)), HalfPlaneProfile(other, turned_about_y(angle)))
             assert gap == pytest.approx(exact, abs=disc.deviation_mm + other.deviation_mm)
 
 
 def test_a_triangle_around_the_axis_reaches_it() -> None:
     around = Mesh(np.array([[5.0, 0, -4], [-5, 0, -4], [0, 0, 6]]), np.array([[0, 1, 2]]), 0.0)
-    assert Meridian(around, np.eye(4)).rectangles[0, 0] == 0.0
+    assert HalfPlaneProfile(around, np.eye(4)).rectangles[0, 0] == 0.0
     beside = Mesh(around.vertices + np.array([20.0, 0, 0]), around.faces, 0.0)
-    low = Meridian(beside, np.eye(4)).rectangles[0, 0]
+    low = HalfPlaneProfile(beside, np.eye(4)).rectangles[0, 0]
     u = RNG.dirichlet(np.ones(3), 20000) @ beside.vertices
     assert low <= np.hypot(u[:, 0], u[:, 2]).min() <= low + 0.2
 
@@ -138,7 +139,7 @@ def test_pieces_are_the_whole_surface_and_their_levers_are_near_their_distances(
     mesh = tessellate(rod(2.5, (12, 0, 0), (100, 0, 0)), 0.05, 0.3)
     frame = at(L_B, 0, 0) @ np.diag([-1.0, -1.0, 1.0, 1.0])
     tube = body("tube", "tube", "rod_0", mesh, frame)
-    pieces = pieces_of(tube, 0.0)
+    pieces = segments_of(tube, 0.0)
     assert len(pieces) > 4
     assert sum(p.mesh.area_mm2 for p in pieces) == pytest.approx(mesh.area_mm2, rel=1e-9)
     for p in pieces:
@@ -153,7 +154,7 @@ def test_pieces_are_the_whole_surface_and_their_levers_are_near_their_distances(
 
 def test_short_bodies_are_not_cut() -> None:
     b = body("ball", "ball", "rod_0", tessellate(ball(3), 0.1, 0.5), np.eye(4))
-    assert pieces_of(b, 0.0) == [b]
+    assert segments_of(b, 0.0) == [b]
     assert len(cut(b.mesh, np.eye(3)[0], np.array([-9.0, 9.0]))) == 1  # empty slabs are left out
 
 
@@ -181,7 +182,7 @@ def test_the_gap_of_hulls_is_never_above_the_distance_and_is_it_between_convex_b
     bodies = [body(f"{k}", f"{k}", "fixed", tessellate(s, 0.1, 0.5), random_frame(2.0)) for k, s in enumerate(shapes)]
     index = np.arange(3)
     pairs = Pairs(bodies, index[:1], index[1:2], np.ones(1), [("0", "1")])
-    bounds = Bounds(spaces.Fixed("test", pairs, ("fixed",)))
+    bounds = BoxBounds(spaces.Fixed("test", pairs, ("fixed",)))
     engine = DistanceEngine()
     for _ in range(200):
         i, j = RNG.integers(3, size=2)

@@ -13,7 +13,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
 from delta_cad.checks.clearance.clearance import check_clearance, exact_distance
 from delta_cad.checks.clearance.continuum import prove
-from delta_cad.checks.clearance.joint_ranges import domains
+from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.checks.limits import CheckLimits
@@ -38,7 +38,7 @@ from tests.delta_cad.checks.machines import (
 
 MACHINE = machine()
 MESHES = MeshLibrary(MACHINE.parts, 0.1, 0.5)
-DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+DOMAINS = joint_ranges(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
 
 
 def assembly(*occurrences: tuple[str, Part, str, np.ndarray], fits: tuple[Fit, ...] = ()) -> Assembly:

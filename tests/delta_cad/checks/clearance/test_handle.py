@@ -9,16 +9,16 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance import continuum
-from delta_cad.checks.clearance.bodies import Body, DistanceEngine
-from delta_cad.checks.clearance.continuum import Bounds, prove
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine
+from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.handle import Handle
-from delta_cad.checks.clearance.joint_ranges import domains
+from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, machine, part, rod
 
-DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+DOMAINS = joint_ranges(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
 RNG = np.random.default_rng(11)
 CUBE = LIMITS.centre_mm[None], np.full((1, 3), LIMITS.half_side_mm)
 
@@ -108,7 +108,7 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
     assembly = machine()
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     for space in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS):
-        bounds, pair = Bounds(space), RNG.integers(len(space.pairs.limit), size=40)
+        bounds, pair = BoxBounds(space), RNG.integers(len(space.pairs.limit), size=40)
         middle, half = space.root()
         halves = np.repeat(half, 40, axis=0) * RNG.uniform(0.02, 0.4, (40, 1))
         centres = middle + RNG.uniform(-1, 1, halves.shape) * (half - halves)
@@ -124,7 +124,7 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
         assert (gaps[0] - np.min(gaps, axis=0) <= fall + 1e-6).all(), space.name
 
 
-def straying(b: Body, deviation_mm: float) -> Body:
+def straying(b: CollisionBody, deviation_mm: float) -> CollisionBody:
     return replace(b, mesh=replace(b.mesh, deviation_mm=deviation_mm))
 
 

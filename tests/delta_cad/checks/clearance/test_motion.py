@@ -9,7 +9,7 @@ import pytest
 from delta_cad.assembly.tessellation import MeshLibrary, tessellate
 from delta_cad.checks.clearance.bodies import DistanceEngine, body, boxes_gap, revolved_about_y
 from delta_cad.checks.clearance.containment import winding_number
-from delta_cad.checks.clearance.joint_ranges import FoldError, Raster, domains
+from delta_cad.checks.clearance.joint_ranges import FoldError, Raster, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
@@ -20,7 +20,7 @@ from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, at, ball, box, mac
 
 MACHINE = machine()
 MESHES = MeshLibrary(MACHINE.parts, 0.2, 0.6)
-DOMAINS = domains(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+DOMAINS = joint_ranges(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
 RNG = np.random.default_rng(7)
 
 
@@ -125,7 +125,7 @@ def test_raster_says_no_only_outside() -> None:
 
 def test_a_cube_with_a_fold_is_refused() -> None:
     with pytest.raises(FoldError, match="may fold"):
-        domains(GEOMETRY, LIMITS.centre_mm, 80.0)
+        joint_ranges(GEOMETRY, LIMITS.centre_mm, 80.0)
 
 
 @pytest.mark.parametrize("ratio", [9.5, 1.0])

@@ -7,7 +7,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import Body, bodies_of
+from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.checks.outline.envelope import DIRECTIONS, shoulder_range, swept_outline
@@ -35,13 +35,13 @@ MESHES = MeshLibrary(MACHINE.parts, 0.05, 0.35)
 BODIES = bodies_of(MACHINE.occurrences, MESHES)
 
 
-def reach(body: Body, p: np.ndarray, d: np.ndarray) -> np.ndarray:
+def reach(body: CollisionBody, p: np.ndarray, d: np.ndarray) -> np.ndarray:
     """(n,) reach of a body's mesh at handle positions (n, 3), straight from the placement."""
     frame = PLACEMENT(p)[body.link]
     return ((frame[:, :3, :3] @ body.vertices.T + frame[:, :3, 3:]).transpose(0, 2, 1) @ d).max(axis=1)
 
 
-def polished(body: Body, limits: CheckLimits, d: np.ndarray) -> float:
+def polished(body: CollisionBody, limits: CheckLimits, d: np.ndarray) -> float:
     """The extreme over the cube from below: random positions, then ever closer about the best of them."""
     rng, low = np.random.default_rng(5), limits.centre_mm - limits.half_side_mm
     best, value, scale = limits.centre_mm, -np.inf, 2.0 * limits.half_side_mm

@@ -17,8 +17,11 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, run_checks
 from delta_cad.checks.clearance.joint_ranges import FoldError
 from delta_cad.checks.outline.envelope import swept_outline
+from delta_cad.checks.range.conditioning import check_conditioning
+from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.drive import drive_torque
@@ -32,9 +35,7 @@ from delta_cad.export.mjcf import twin, write_twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
-from delta_cad.mechanism import conditioning
 
-MM_PER_M = 1000.0
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
 
@@ -44,7 +45,7 @@ def quiet(_: str) -> None:
 
 
 @dataclass(frozen=True)
-class Machine:
+class BuiltMachine:
     """A design made solid.
 
     Attributes:
@@ -98,7 +99,7 @@ class Outcome:
         }
 
 
-def make_machine(design: Design, progress: Progress = quiet) -> Machine:
+def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
     """Solids, placement, meshes and masses of a design.
 
     Args:
@@ -119,31 +120,31 @@ def make_machine(design: Design, progress: Progress = quiet) -> Machine:
     for part in assembly.parts:
         progress(f"mesh {part.number}")
         meshes[part.number]
-    return Machine(d, assembly, meshes, masses)
+    return BuiltMachine(d, assembly, meshes, masses)
 
 
 def check_limits(d: Dimensions) -> CheckLimits:
     """What the design's requirements and hardware ask of the machine."""
-    cube, asked = d.design.cube, d.design.requirements
+    cube, required = d.design.cube, d.design.requirements
     stops = d.stops_rad
-    lowest = stops[0] if asked.shoulder_min_deg is None else max(stops[0], radians(asked.shoulder_min_deg))
-    highest = stops[1] if asked.shoulder_max_deg is None else min(stops[1], radians(asked.shoulder_max_deg))
+    lowest = stops[0] if required.shoulder_min_deg is None else max(stops[0], radians(required.shoulder_min_deg))
+    highest = stops[1] if required.shoulder_max_deg is None else min(stops[1], radians(required.shoulder_max_deg))
     return CheckLimits(
         bottom_height_mm=cube.bottom_height_mm,
         half_side_mm=cube.half_side_mm,
-        envelope_width_mm=asked.envelope_width_mm,
-        envelope_depth_mm=asked.envelope_depth_mm,
-        clearance_min_mm=asked.clearance_min_mm,
-        lean_max_rad=d.forearm.tilt_limit_rad if asked.lean_max_deg is None else radians(asked.lean_max_deg),
+        envelope_width_mm=required.envelope_width_mm,
+        envelope_depth_mm=required.envelope_depth_mm,
+        clearance_min_mm=required.clearance_min_mm,
+        lean_max_rad=d.forearm.tilt_limit_rad if required.lean_max_deg is None else radians(required.lean_max_deg),
         shoulder_range_rad=(lowest, highest),
-        force_N=asked.force_N,
-        joint_torque_N_m=asked.joint_torque_N_m,
+        force_N=required.force_N,
+        joint_torque_N_m=required.joint_torque_N_m,
     )
 
 
-def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckResult]:
+def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
     """All checks of a machine: the geometry's, then torque with gravity, drive and conditioning."""
-    d, asked = machine.dimensions, machine.dimensions.design.requirements
+    d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d)
     results = run_checks(machine.assembly, limits, machine.meshes, progress)
     bodies = {
@@ -152,39 +153,12 @@ def check_machine(machine: Machine, progress: Progress = quiet) -> list[CheckRes
         if link != "base"
     }
     progress("torque with gravity")
-    gravity = np.array(asked.gravity_m_s2)
-    results.append(check_holding(machine.assembly, limits, bodies, gravity, asked.joint_torque_N_m))
-    results.append(_drive(d.design))
-    if asked.kappa_max is not None:
-        results.append(_conditioning(d, limits, asked.kappa_max))
+    gravity = np.array(required.gravity_m_s2)
+    results.append(check_holding(machine.assembly, limits, bodies, gravity, required.joint_torque_N_m))
+    results.append(check_drive(drive_torque(d.design)))
+    if required.kappa_max is not None:
+        results.append(check_conditioning(d.design.geometry, limits, required.kappa_max))
     return results
-
-
-def _drive(design: Design) -> CheckResult:
-    drive = drive_torque(design)
-    detail = (
-        f"{drive.motor}, {drive.drive} {drive.ratio:g}:1, {drive.verdict}: "
-        f"{drive.continuous_torque_N_m:.3f} N m for ever, "
-        f"{drive.peak_torque_N_m:.3f} N m for {drive.peak_time_s:g} s"
-    )
-    if drive.cable is not None:
-        detail += (
-            f"; cable safety {drive.cable_safety_factor:.1f} at the peak, bend ratio {drive.bend_ratio:.1f} "
-            f"(makers advise {drive.bend_ratio_recommended:g} for long life)"
-        )
-    value = drive.continuous_torque_N_m if drive.verdict == "continuous" else drive.peak_torque_N_m
-    passed = drive.verdict != "insufficient"
-    return CheckResult("drive torque", passed, value, drive.required_torque_N_m, "N m", detail=detail)
-
-
-def _conditioning(d: Dimensions, limits: CheckLimits, largest: float) -> CheckResult:
-    poses = limits.poses_mm()
-    kappa = conditioning(d.design.geometry, poses / MM_PER_M)
-    worst = int(np.argmax(np.where(np.isnan(kappa), np.inf, kappa)))
-    x, y, z = poses[worst].tolist()
-    value = float(kappa[worst])
-    detail = f"condition number of the Jacobian, largest of {len(poses)} positions"
-    return CheckResult("conditioning", value <= largest, value, largest, "", (x, y, z), detail=detail)
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
@@ -193,7 +167,7 @@ def check(design: Design, progress: Progress = quiet) -> Outcome:
     return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
 
 
-def _unverified(machine: Machine) -> tuple[str, ...]:
+def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
     return tuple(p.number for p in machine.assembly.parts if p.source and "verified: yes" not in p.source)
 
 
@@ -224,7 +198,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
     return outcome
 
 
-def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
+def write_files(machine: BuiltMachine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
     """Writes what a machine and its checks come to into a folder, all but pictures and manifest."""
     assembly, meshes = machine.assembly, machine.meshes
     progress("assembly.step")
@@ -254,17 +228,17 @@ def write_files(machine: Machine, outcome: Outcome, folder: Path, progress: Prog
     (folder / "checks.json").write_text(text, encoding="utf-8")
 
 
-def _stage(machine: Machine) -> Stage:
+def _stage(machine: BuiltMachine) -> Stage:
     """The outline the way round in which it fits best, around the swept machine, and the cube."""
     d = machine.dimensions
-    cube, asked = d.design.cube, d.design.requirements
-    wanted = (asked.envelope_width_mm, asked.envelope_depth_mm)
-    turned = (asked.envelope_depth_mm, asked.envelope_width_mm)
+    cube, required = d.design.cube, d.design.requirements
+    upright = (required.envelope_width_mm, required.envelope_depth_mm)
+    turned = (required.envelope_depth_mm, required.envelope_width_mm)
     try:
         reach = swept_outline(machine.assembly, check_limits(d), machine.meshes).reach_mm
     except FoldError:  # a rejected design: its outline has no bound
         reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
     size = reach[0::2] + reach[1::2]
     x, y = (reach[0::2] - reach[1::2]) / 2
-    fits = min((wanted, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
+    fits = min((upright, turned), key=lambda sides: max(size[0] - sides[0], size[1] - sides[1]))
     return Stage(fits, (float(x), float(y)), cube.bottom_height_mm, cube.half_side_mm)

@@ -1,4 +1,5 @@
-"""The few variables on which the relative position of two links depends, each as a space that can be subdivided.
+"""The few variables on which the relative position of two links depends, each as a space that can be
+subdivided (configuration spaces).
 
 | links | variables | why |
 |---|---|---|
@@ -22,9 +23,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.checks.clearance.bodies import Body, DistanceEngine, body, revolved_about_y
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, body, revolved_about_y
 from delta_cad.checks.clearance.containment import holds
-from delta_cad.checks.clearance.half_plane import Meridian, meridian_gap, rectangles_gap
+from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
 from delta_cad.checks.links import turn_about_z
 from delta_cad.mechanism.placement import frames
@@ -46,14 +47,14 @@ class Pairs:
             that of another chain.
     """
 
-    bodies: Sequence[Body]
+    bodies: Sequence[CollisionBody]
     first: np.ndarray
     second: np.ndarray
     limit: np.ndarray
     names: Sequence[tuple[str, str]]
 
 
-class Space(ABC):
+class ConfigurationSpace(ABC):
     """Variables, their range, and the motion of the links over a box of them.
 
     Attributes:
@@ -114,7 +115,7 @@ class Space(ABC):
         return np.ones(len(centres), dtype=bool)
 
 
-class Fixed(Space):
+class Fixed(ConfigurationSpace):
     """Links that do not move against each other."""
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
@@ -130,7 +131,7 @@ class Fixed(Space):
         return [np.zeros((len(centres), len(self.pairs.bodies)))]
 
 
-class Swing(Space):
+class Swing(ConfigurationSpace):
     """A fixed link and an upper arm, in the frame of the arm's chain: theta."""
 
     def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, theta: tuple[float, float]) -> None:
@@ -157,17 +158,17 @@ class Swing(Space):
         to_axis = np.eye(4)
         to_axis[0, 3] = -self._radius
         bodies, pairs = self.pairs.bodies, self.pairs
-        profiles = [Meridian(b.mesh, b.placement if b.link == "arm" else to_axis @ b.placement) for b in bodies]
+        profiles = [HalfPlaneProfile(b.mesh, b.placement if b.link == "arm" else to_axis @ b.placement) for b in bodies]
         deviation = np.array([b.mesh.deviation_mm for b in bodies])
         bounds = np.array([p.bounds for p in profiles])
         strays = deviation[pairs.first] + deviation[pairs.second]
         gap = rectangles_gap(bounds[pairs.first], bounds[pairs.second]) - strays
         for k in np.flatnonzero(gap < pairs.limit + GUARD_MM):
-            gap[k] = meridian_gap(profiles[pairs.first[k]], profiles[pairs.second[k]]) - strays[k]
+            gap[k] = profile_gap(profiles[pairs.first[k]], profiles[pairs.second[k]]) - strays[k]
         return gap
 
 
-class TwoSwings(Space):
+class TwoSwings(ConfigurationSpace):
     """The upper arms of chains i and i + 1 in the frame of chain i: theta_i, theta_(i + 1)."""
 
     def __init__(self, name: str, pairs: Pairs, base_radius_mm: float, rasters: Sequence[Raster]) -> None:
@@ -214,7 +215,7 @@ class TwoSwings(Space):
         return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
 
 
-class ParallelRods(Space):
+class ParallelRods(ConfigurationSpace):
     """The two rods of a chain in the frame of rod 0: the lean."""
 
     def __init__(self, name: str, pairs: Pairs, width_mm: float, lean: tuple[float, float]) -> None:
@@ -239,7 +240,7 @@ class ParallelRods(Space):
         return [self._width * halves * self._moves]
 
 
-class RodAtJoint(Space):
+class RodAtJoint(ConfigurationSpace):
     """A rod against the link that holds one of its balls, in that link's frame turned to the chain.
 
     The variables are the direction of the forearm: its angle in the chain's plane and its lean. A change of the angle

@@ -1,0 +1,51 @@
+"""Deep groove ball bearings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.row import CatalogueRow
+
+
+@dataclass(frozen=True)
+class Bearing(CatalogueRow):
+    """A deep groove ball bearing.
+
+    Attributes:
+        bore_mm: Bore of the inner ring.
+        outer_mm: Outside diameter.
+        width_mm: Width.
+        inner_ring_outer_mm: Outside diameter of the inner ring's shoulder: a washer that touches only the inner ring
+            stays below it.
+        outer_ring_inner_mm: Inside diameter of the outer ring's shoulder.
+        shaft_shoulder_min_mm: Smallest diameter of the shaft's abutment.
+        housing_shoulder_max_mm: Largest bore of the housing's abutment.
+        fillet_max_mm: Largest fillet of shaft and housing at the seat.
+        mass_g: Mass.
+        static_load_N: Basic static load rating C0.
+        dynamic_load_N: Basic dynamic load rating C.
+    """
+
+    bore_mm: float
+    outer_mm: float
+    width_mm: float
+    inner_ring_outer_mm: float
+    outer_ring_inner_mm: float
+    shaft_shoulder_min_mm: float
+    housing_shoulder_max_mm: float
+    fillet_max_mm: float
+    mass_g: float
+    static_load_N: float
+    dynamic_load_N: float
+
+    def fault(self) -> str:
+        """Says that the rings do not lie within each other."""
+        rings = (self.bore_mm, self.inner_ring_outer_mm, self.outer_ring_inner_mm, self.outer_mm)
+        if not all(a < b for a, b in pairwise(rings)):
+            return "must have bore_mm < inner_ring_outer_mm < outer_ring_inner_mm < outer_mm"
+        return ""
+
+
+bearing = Family("bearing", "bearings.csv", Bearing)

@@ -1,0 +1,54 @@
+"""Magnetic angle sensors on a board."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.row import CatalogueRow
+
+
+@dataclass(frozen=True)
+class Encoder(CatalogueRow):
+    """A magnetic angle sensor on a small board; the chip sits in the board's centre, over the shaft's magnet.
+
+    Attributes:
+        board_length_mm: Longer side of the board.
+        board_width_mm: Shorter side.
+        board_thickness_mm: Thickness of the bare board.
+        chip_height_mm: Height of the chip over the board.
+        hole_diameter_mm: Mounting hole.
+        hole_spacing_length_mm: Hole pattern along the longer side.
+        hole_spacing_width_mm: Hole pattern along the shorter side.
+        hole_count: Number of mounting holes.
+        magnet: Id of the magnet it is meant for.
+        air_gap_min_mm: Smallest distance from chip to magnet.
+        air_gap_max_mm: Largest distance.
+        centring_mm: Largest offset of the magnet's axis from the chip's centre.
+        counts_per_turn: Resolution.
+        mass_g: Mass.
+    """
+
+    board_length_mm: float
+    board_width_mm: float
+    board_thickness_mm: float
+    chip_height_mm: float
+    hole_diameter_mm: float
+    hole_spacing_length_mm: float
+    hole_spacing_width_mm: float
+    hole_count: int
+    magnet: str
+    air_gap_min_mm: float
+    air_gap_max_mm: float
+    centring_mm: float
+    counts_per_turn: int
+    mass_g: float
+
+    def fault(self) -> str:
+        """Says that the air gap has no width or the board is turned."""
+        if not self.air_gap_min_mm < self.air_gap_max_mm:
+            return "must have air_gap_min_mm < air_gap_max_mm"
+        return "" if self.board_width_mm <= self.board_length_mm else "must have board_width_mm <= board_length_mm"
+
+
+encoder = Family("encoder", "encoders.csv", Encoder)

@@ -1,0 +1,38 @@
+"""Materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.row import CatalogueRow
+
+
+@dataclass(frozen=True)
+class MaterialData(CatalogueRow):
+    """A material.
+
+    Attributes:
+        density_kg_m3: Density.
+        red: Display colour, sRGB 0..1.
+        green: Display colour, sRGB 0..1.
+        blue: Display colour, sRGB 0..1.
+        youngs_modulus_Pa: Young's modulus (along the fibre for CFRP).
+        yield_strength_Pa: Yield or 0.2 % proof strength; strength for materials that do not yield; None when it has no
+            use in design (magnets, electronics).
+    """
+
+    density_kg_m3: float
+    red: float
+    green: float
+    blue: float
+    youngs_modulus_Pa: float
+    yield_strength_Pa: float | None
+
+    @property
+    def colour(self) -> tuple[float, float, float]:
+        """Display colour, sRGB 0..1."""
+        return (self.red, self.green, self.blue)
+
+
+material = Family("material", "materials.csv", MaterialData)

@@ -1,0 +1,78 @@
+"""Motors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.row import CatalogueRow
+
+
+@dataclass(frozen=True)
+class Motor(CatalogueRow):
+    """A motor with its mounting face at the front.
+
+    Attributes:
+        drives: Drive kinds it may be used with: "capstan", "direct".
+        commutation: "brushed" or "brushless".
+        diameter_mm: Body diameter.
+        length_mm: Body length behind the mounting face.
+        shaft_diameter_mm: Shaft diameter.
+        shaft_length_mm: Shaft length in front of the mounting face.
+        pilot_diameter_mm: Centring spigot diameter.
+        pilot_height_mm: Centring spigot height.
+        mount_thread: Thread of the mounting holes ("M3"), a size of the screws family.
+        mount_circle_mm: Pitch circle diameter of the mounting holes.
+        mount_count: Number of mounting holes, equally spaced.
+        mass_g: Mass.
+        nominal_voltage_V: Voltage of the stall and no-load figures.
+        nominal_torque_N_m: Torque it can hold for ever at 25 C ambient (thermal limit).
+        stall_torque_N_m: Torque at standstill on the nominal voltage; seconds only.
+        peak_torque_N_m: Torque we allow for a short time; see `peak_reason`.
+        peak_time_s: How long the peak may last.
+        peak_reason: Why the peak is allowed.
+        rotor_inertia_kg_m2: Rotor inertia.
+        torque_constant_N_m_A: Torque per ampere (between phases for brushless motors).
+        resistance_ohm: Terminal resistance (between phases for brushless motors) at 25 C.
+        thermal_resistance_winding_housing_K_W: Or None when unknown.
+        thermal_resistance_housing_ambient_K_W: Or None when unknown.
+        thermal_time_constant_winding_s: Or None when unknown.
+        max_winding_temperature_C: Or None when unknown.
+    """
+
+    drives: tuple[str, ...]
+    commutation: str
+    diameter_mm: float
+    length_mm: float
+    shaft_diameter_mm: float
+    shaft_length_mm: float
+    pilot_diameter_mm: float
+    pilot_height_mm: float
+    mount_thread: str
+    mount_circle_mm: float
+    mount_count: int
+    mass_g: float
+    nominal_voltage_V: float
+    nominal_torque_N_m: float
+    stall_torque_N_m: float
+    peak_torque_N_m: float
+    peak_time_s: float
+    peak_reason: str
+    rotor_inertia_kg_m2: float
+    torque_constant_N_m_A: float
+    resistance_ohm: float
+    thermal_resistance_winding_housing_K_W: float | None
+    thermal_resistance_housing_ambient_K_W: float | None
+    thermal_time_constant_winding_s: float | None
+    max_winding_temperature_C: float | None
+
+    def fault(self) -> str:
+        """Says which shaft, pilot or mounting circle cannot be, or that a drive is not known."""
+        if not set(self.drives) <= {"capstan", "direct"}:
+            return f"drives = {';'.join(self.drives)}: must be capstan, direct or both"
+        if not self.shaft_diameter_mm < self.pilot_diameter_mm < self.mount_circle_mm < self.diameter_mm:
+            return "must have shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
+        return ""
+
+
+motor = Family("motor", "motors.csv", Motor)

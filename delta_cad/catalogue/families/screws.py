@@ -1,0 +1,82 @@
+"""Metric screws and nuts: cap screws, hexagon screws, thin hexagon nuts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.row import CatalogueRow
+
+
+@dataclass(frozen=True)
+class Screw(CatalogueRow):
+    """A hexagon socket head cap screw, with the holes that go with it.
+
+    Attributes:
+        diameter_mm: Thread diameter.
+        pitch_mm: Coarse pitch.
+        head_diameter_mm: Plain head, nominal (largest of a plain head).
+        head_height_mm: Head height.
+        socket_mm: Key size across flats.
+        socket_depth_mm: Least depth of the socket.
+        clearance_hole_mm: ISO 273 medium.
+        counterbore_diameter_mm: Counterbore for the head.
+        counterbore_depth_mm: Depth that buries the head.
+        tap_drill_mm: Drill for the thread.
+        lengths_mm: Stock lengths, ascending.
+    """
+
+    diameter_mm: float
+    pitch_mm: float
+    head_diameter_mm: float
+    head_height_mm: float
+    socket_mm: float
+    socket_depth_mm: float
+    clearance_hole_mm: float
+    counterbore_diameter_mm: float
+    counterbore_depth_mm: float
+    tap_drill_mm: float
+    lengths_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class HexScrew(CatalogueRow):
+    """A hexagon head screw threaded to the head.
+
+    Attributes:
+        diameter_mm: Thread diameter.
+        pitch_mm: Coarse pitch.
+        across_flats_mm: Width across flats of the head.
+        head_height_mm: Head height.
+        tap_drill_mm: Drill for the thread.
+        lengths_mm: Stock lengths, ascending.
+    """
+
+    diameter_mm: float
+    pitch_mm: float
+    across_flats_mm: float
+    head_height_mm: float
+    tap_drill_mm: float
+    lengths_mm: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class HexNut(CatalogueRow):
+    """A hexagon nut.
+
+    Attributes:
+        diameter_mm: Thread diameter.
+        across_flats_mm: Width across flats.
+        height_mm: Height.
+        tap_drill_mm: Core diameter of its thread.
+    """
+
+    diameter_mm: float
+    across_flats_mm: float
+    height_mm: float
+    tap_drill_mm: float
+
+
+screw = Family("screw", "screws.csv", Screw)
+hex_screw = Family("hex_screw", "hexscrews.csv", HexScrew)
+hex_nut = Family("hex_nut", "hexnuts.csv", HexNut)

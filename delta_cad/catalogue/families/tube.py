@@ -1,0 +1,30 @@
+"""Tubes, of which the rods are cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.row import CatalogueRow
+
+
+@dataclass(frozen=True)
+class Tube(CatalogueRow):
+    """A round tube, cut to length.
+
+    Attributes:
+        outer_mm: Outside diameter.
+        inner_mm: Inside diameter.
+        material: Id of its material.
+    """
+
+    outer_mm: float
+    inner_mm: float
+    material: str
+
+    def fault(self) -> str:
+        """Says that the tube has no wall."""
+        return "" if self.inner_mm < self.outer_mm else "must have inner_mm < outer_mm"
+
+
+tube = Family("tube", "tubes.csv", Tube)

@@ -1,0 +1,34 @@
+"""`build`: solids, assembly, checks and all files of a design."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from delta_cad.commands.machine import design_arguments, made, out_argument
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+    from delta_cad.pipeline import Outcome
+
+NAME = "build"
+TEXT = "solids, assembly, checks and all files into OUT/NAME (OUT/NAME.rejected if a check fails)"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    design_arguments(command)
+    out_argument(command)
+    command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Builds the design and returns the exit code."""
+    return made(given, _built)
+
+
+def _built(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
+    from delta_cad.pipeline import build
+
+    return build(design, given.out, progress, given.step_schema)

@@ -1,0 +1,37 @@
+"""`check`: the checks of a design, and no other file than their result."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from delta_cad.commands.machine import design_arguments, made, out_argument
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+    from delta_cad.pipeline import Outcome
+
+NAME = "check"
+TEXT = "the checks alone; writes OUT/NAME.checks.json only"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    design_arguments(command)
+    out_argument(command)
+
+
+def run(given: argparse.Namespace) -> int:
+    """Checks the design and returns the exit code."""
+    return made(given, _checked)
+
+
+def _checked(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
+    from delta_cad.common.files import write_whole
+    from delta_cad.pipeline import check
+
+    outcome = check(design, progress)
+    write_whole(given.out / f"{design.name}.checks.json", json.dumps(outcome.record(), indent=1) + "\n")
+    return outcome

@@ -1,0 +1,38 @@
+"""`inspect`: what can be said of a design without any CAD."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from delta_cad.commands.machine import design_arguments
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+
+NAME = "inspect"
+TEXT = "one table: dimensions, reach, torque, conditioning, angles, margins; needs no CAD"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    design_arguments(command)
+
+
+def run(given: argparse.Namespace) -> int:
+    """Prints the table and returns the exit code."""
+    from delta_cad.commands.inspection import inspection
+    from delta_cad.commands.tables import print_inspection
+    from delta_cad.design import DesignError, load_design
+    from delta_cad.mechanism import MechanismError
+
+    try:
+        design = load_design(given.design)
+        rows = inspection(design)
+    except DesignError as error:
+        return refuse(str(error), BAD_INPUT)
+    except MechanismError as error:
+        return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
+    if given.json:
+        print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows]}, indent=1))
+    else:
+        print_inspection(design.name, rows)
+    return DONE if all(row.holds is not False for row in rows) else NOT_MET

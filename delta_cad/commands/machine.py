@@ -1,0 +1,83 @@
+"""What the commands that make a machine share: arguments, what can go wrong, how the result is shown."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+    from delta_cad.pipeline import Outcome
+
+NOT_BUILT = 3
+Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]
+"""Design, what was given, whom to tell what is being done -> what came of it."""
+
+
+def design_arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the design file and the form of the answer."""
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def out_argument(command: argparse.ArgumentParser) -> None:
+    """Adds the folder for what is written."""
+    command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
+
+
+def made(given: argparse.Namespace, work: Work) -> int:
+    """Does a command's work on the design and shows what came of it.
+
+    Args:
+        given: What was typed: design, out, json.
+        work: What the command does with the design.
+
+    Returns:
+        The exit code.
+    """
+    from delta_cad.design import DesignError, load_design
+
+    try:
+        design = load_design(given.design)
+    except DesignError as error:
+        return refuse(str(error), BAD_INPUT)
+    from delta_cad.commands.tables import phases, print_outcome
+    from delta_cad.mechanism import MechanismError
+
+    try:
+        given.out.mkdir(parents=True, exist_ok=True)  # an unusable folder is told before the work, not after
+    except OSError as error:
+        return refuse(f"--out {given.out}: {error.strerror or error}; a folder that can be written", BAD_INPUT)
+    with phases("loading the CAD kernel") as progress:
+        try:
+            outcome = work(design, given, progress)
+        except ModuleNotFoundError as error:
+            return refuse(f"{error.name} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
+        except MechanismError as error:
+            return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
+        except PermissionError as error:
+            return refuse(f"--out {given.out}: {error.strerror}; a folder that can be written", BAD_INPUT)
+        except _geometry_errors() as error:
+            return refuse(f"{given.design.name}: {error}", NOT_BUILT)
+    if given.json:
+        folder = None if outcome.folder is None else str(outcome.folder)
+        print(json.dumps(outcome.record() | {"folder": folder}, indent=1))
+    else:
+        print_outcome(outcome)
+    return DONE if outcome.passed else NOT_MET
+
+
+def _geometry_errors() -> tuple[type[Exception], ...]:
+    from delta_cad.dimensions import DimensionError
+    from delta_cad.export.mass_properties import MassPropertiesError
+    from delta_cad.export.meshes import MeshError
+    from delta_cad.export.step import StepError
+    from delta_cad.export.views.scene import PictureError
+    from delta_cad.solids.primitive import BuildError
+
+    return (DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)

@@ -1,0 +1,121 @@
+"""The records of a design: what was asked for, the chosen dimensions and hardware, with the bounds of every field."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, create_model
+
+from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.limits import LIMITS
+
+SCHEMA = "delta-design/1"
+NAME_PATTERN = r"^[A-Za-z0-9](?:[A-Za-z0-9_-]{0,62}[A-Za-z0-9])?$"
+NAME_RULE = (
+    "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
+    "file name"
+)
+GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+class Mechanism(_Section):
+    """The lengths of the mechanism, mm."""
+
+    base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
+    platform_radius_mm: float = Field(gt=0, le=1000, description="r: platform centre to wrist")
+    upper_arm_length_mm: float = Field(gt=0, le=1000, description="L_A: shoulder to elbow")
+    forearm_length_mm: float = Field(gt=0, le=1000, description="L_B: elbow to wrist")
+    parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
+
+
+class Cube(_Section):
+    """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
+
+    bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
+    half_side_mm: float = Field(gt=0, le=1000, description="L: half the side")
+
+
+Gravity = Annotated[
+    tuple[
+        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
+        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
+        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
+    ],
+    Field(strict=False),  # JSON has lists, not tuples; the numbers inside stay strict
+]
+
+
+class _Task(_Section):
+    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
+    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
+    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
+    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give")
+
+
+def limit_fields() -> dict[str, Any]:
+    """Gives the optional fields of all limits, as pydantic declares fields."""
+    stated = (field for limit in LIMITS for field in limit.fields_)
+    return {f.name: (float | None, Field(default=None, description=f.description, **f.bounds)) for f in stated}
+
+
+_Limited: Any = create_model("_Limited", __base__=_Task, **limit_fields())
+
+
+class Requirements(_Limited):
+    """What the customer asked for; an optional entry that is given is checked and certified."""
+
+    clearance_min_mm: float = Field(default=1.0, ge=0, le=100, description="between bodies that are not neighbours")
+    gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
+
+
+class Hardware(_Section):
+    """The bought parts and the thicknesses of the made ones; every entry has a default."""
+
+    motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
+    drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
+    capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
+    sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
+    cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
+    encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")
+    bearing: str = Field(default="688", description="id in the catalogue of bearings")
+    tube: str = Field(default="cfrp-5x3", description="id in the catalogue of tubes: the rods")
+    knob: str = Field(default="din319-25", description="id in the catalogue of knobs: the handle")
+    foot: str = Field(default="foot-m4-stud-15x8", description="id in the catalogue of feet")
+    magnet: str = Field(default="ndfeb-6x2.5-diametric", description="id in the catalogue of magnets")
+    base_plate_thickness_mm: float = Field(default=8.0, ge=4, le=30, description="base plate")
+    arm_thickness_mm: float = Field(default=8.0, ge=5, le=20, description="upper arm plate")
+    platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
+    ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
+
+
+class Design(_Section):
+    """One design: everything the CAD, the checks, the optimiser and the controller start from."""
+
+    schema_id: Literal["delta-design/1"] = Field(alias="schema", description="version of this format")
+    name: str = Field(pattern=NAME_PATTERN, description="name of the design and of its output directory")
+    mechanism: Mechanism
+    cube: Cube
+    requirements: Requirements
+    hardware: Hardware = Field(default_factory=Hardware)
+    provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
+
+    @property
+    def geometry(self) -> DeltaGeometry:
+        """The mechanism's lengths in metres."""
+        m = self.mechanism
+        return DeltaGeometry(
+            base_radius=m.base_radius_mm / MM_PER_M,
+            platform_radius=m.platform_radius_mm / MM_PER_M,
+            upper_arm_length=m.upper_arm_length_mm / MM_PER_M,
+            forearm_length=m.forearm_length_mm / MM_PER_M,
+        )
+
+
+HARDWARE_FAMILIES = tuple(name for name in Hardware.model_fields if name in catalogue.FAMILIES)
+"""Entries of `hardware` that name a bought part: each is called as its family in the catalogue."""

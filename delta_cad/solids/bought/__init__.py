@@ -1,0 +1,1 @@
+"""Bought parts as their makers draw them from outside, one part a file."""

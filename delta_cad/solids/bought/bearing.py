@@ -1,0 +1,36 @@
+"""The shoulder's ball bearing."""
+
+from __future__ import annotations
+
+from delta_cad.dimensions import Dimensions
+from delta_cad.solids.bought.part import bought_part
+from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import (
+    feature,
+    turned,
+)
+
+
+def make_bearing(d: Dimensions) -> Part:
+    """Bearing along y from 0 to its width: both rings and the shields between them, drawn as one body."""
+    b = d.bearing
+    bore, outer = b.bore_mm / 2, b.outer_mm / 2
+    inner_edge, outer_edge = b.inner_ring_outer_mm / 2, b.outer_ring_inner_mm / 2
+    w, sunk = b.width_mm, 0.4
+    ring = [
+        (bore, 0.0),
+        (inner_edge, 0.0),
+        (inner_edge, sunk),
+        (outer_edge, sunk),
+        (outer_edge, 0.0),
+        (outer, 0.0),
+        (outer, w),
+        (outer_edge, w),
+        (outer_edge, w - sunk),
+        (inner_edge, w - sunk),
+        (inner_edge, w),
+        (bore, w),
+    ]
+    return bought_part(
+        "bearing", b, feature("bearing", "rings", "hardware.bearing", lambda: turned(ring)), "steel", b.mass_g
+    )

@@ -1,0 +1,46 @@
+"""The motor."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.layers import motor_thread_mm
+from delta_cad.solids.bought.part import bought_part
+from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import (
+    THROUGH_MM,
+    bore_y,
+    cut,
+    feature,
+    fuse,
+    turned,
+)
+
+
+def make_motor(d: Dimensions) -> Part:
+    """Motor: mounting face at the origin, body along +y, shaft along -y."""
+    m = d.motor
+    r, tail = m.diameter_mm / 2, min(4.0, m.length_mm / 6)
+    body = turned(
+        [
+            (0.0, -m.pilot_height_mm),
+            (m.pilot_diameter_mm / 2, -m.pilot_height_mm),
+            (m.pilot_diameter_mm / 2, 0.0),
+            (r - 0.5, 0.0),
+            (r, 0.5),
+            (r, m.length_mm - tail),
+            (r - 2.0, m.length_mm - tail),
+            (r - 2.0, m.length_mm),
+            (0.0, m.length_mm),
+        ]
+    )
+    shaft = bore_y(m.shaft_diameter_mm, (0.0, 0.0), (-m.shaft_length_mm, 0.0))
+    drill = catalogue.screw(m.mount_thread).tap_drill_mm
+    tools = []
+    for angle in d.bracket.motor_screw_angles_rad:
+        at = (m.mount_circle_mm / 2 * cos(angle), m.mount_circle_mm / 2 * sin(angle))
+        tools.append(bore_y(drill, at, (-THROUGH_MM, motor_thread_mm(m))))
+    shape = feature("motor", "body", "hardware.motor", lambda: cut(fuse(body, shaft), tools))
+    return bought_part("motor", m, shape, "aluminium-black", m.mass_g)

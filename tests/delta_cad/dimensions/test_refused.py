@@ -1,0 +1,170 @@
+"""What cannot be made is refused, and the bound that the message names is the bound."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from math import radians
+
+import pytest
+
+from delta_cad import catalogue
+from delta_cad.design import Design
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions
+from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
+from delta_cad.dimensions.rules import require
+from delta_cad.mechanism import UnreachableError
+from tests.delta_cad.dimensions.edited import edited
+
+SMALL_CUBE: dict[str, float | str] = {"bottom_height_mm": 70.0, "half_side_mm": 8.0}
+REFUSED = {
+    # what: (changes, field, a value that is refused, part, feature, words before the bound, least or largest)
+    "arm": (SMALL_CUBE, "upper_arm_length_mm", 50.0, "upper_arm", "length", "at least", 1),
+    "cross-bar": (SMALL_CUBE, "parallelogram_width_mm", 30.0, "cross_bar", "length", "at least", 1),
+    "tube": (
+        {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
+        "forearm_length_mm",
+        40.0,
+        "rod_tube",
+        "length",
+        "at least",
+        1,
+    ),
+    "hub": (
+        SMALL_CUBE | {"parallelogram_width_mm": 32.1},
+        "platform_radius_mm",
+        14.0,
+        "platform",
+        "wrist boss",
+        "at least",
+        1,
+    ),
+    "bosses": (
+        SMALL_CUBE | {"platform_thickness_mm": 20.0, "ball_diameter_mm": 6.0, "parallelogram_width_mm": 70.0},
+        "platform_radius_mm",
+        24.5,
+        "platform",
+        "wrist boss",
+        "at least",
+        1,
+    ),
+    "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
+    "slot": ({"capstan_ratio": 6.0}, "sector_radius_mm", 28.0, "sector", "slot", "at least", 1),
+    "clamp": (
+        {"drive": "direct", "motor": "maxon-ec60flat-625858"},
+        "arm_thickness_mm",
+        6.0,
+        "upper_arm",
+        "shaft bore",
+        "at least",
+        1,
+    ),
+    "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
+    "grip": ({}, "arm_thickness_mm", 7.0, "upper_arm", "elbow clamp screw", "at least", 1),
+    "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
+    "neck": ({}, "ball_diameter_mm", 5.0, "ball_stud", "neck", "at least", 1),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: str) -> None:
+    changes, field, value, part, feature, words, sense = REFUSED[what]
+    with pytest.raises(DimensionError) as refused:
+        edited(**(changes | {field: value}))
+    assert (refused.value.part, refused.value.feature) == (part, feature)
+    message = str(refused.value)
+    assert message.startswith(f"{part}, {feature}: ")
+    assert "\n" not in message
+    found = re.search(rf"{re.escape(words)} ([0-9.]+)", message)
+    assert found, message
+    bound = float(found[1])
+    printed = 0.5 * 10.0 ** -len(found[1].partition(".")[2])  # the bound is rounded to its last digit
+    edited(**(changes | {field: bound + sense * printed}))
+    with pytest.raises(DimensionError) as again:
+        edited(**(changes | {field: bound - sense * (printed + 0.01)}))
+    assert (again.value.part, again.value.feature) == (part, feature)
+
+
+def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
+    with pytest.raises(
+        DimensionError, match=r"^shoulder_shaft, magnet seat: .* 8 mm needs .* at least 9\.9 mm, not 8 mm$"
+    ):
+        edited(magnet="ndfeb-8x2.5-diametric")
+
+
+def test_the_least_thicknesses_are_what_the_features_in_them_need() -> None:
+    """By hand: 1 mm on both sides of an M2.5 counterbore; a collar of 5.5 mm inside two bevels; M3's core as neck."""
+    for field, least in (
+        ("arm_thickness_mm", catalogue.screw("M2.5").counterbore_diameter_mm + 2.0),
+        ("platform_thickness_mm", 5.5 + 2 * 1.5),
+        ("ball_diameter_mm", catalogue.screw("M3").tap_drill_mm / 0.425),
+    ):
+        edited(**{field: least * (1 + 1e-12)})  # on the bound, but for its last digit
+        with pytest.raises(DimensionError, match=rf"hardware\.{field} = "):
+            edited(**{field: least * (1 - 1e-9)})
+
+
+def test_a_stop_pin_longer_than_any_in_stock_is_refused(best_dimensions: Dimensions) -> None:
+    """Half a millimetre sunk outside and 3 mm into the sector: a pin of 40 mm spans 36.5 mm between the two faces."""
+    from delta_cad.solids.brackets import stop_pin_length_mm
+
+    layers, longest = best_dimensions.layers, max(catalogue.dowel("4").lengths_mm)
+
+    def pin(outside: float) -> float:
+        moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
+        return stop_pin_length_mm(replace(best_dimensions, layers=moved))
+
+    face = layers.sector_mm[1] + longest - 2.5
+    assert pin(face - 1e-9) == longest
+    with pytest.raises(DimensionError, match=r"^stop_pin, length: .* mm are needed; the longest in stock has 40 mm$"):
+        pin(face + 1e-6)
+
+
+@pytest.mark.parametrize("outside", [18.0, 20.5, 22.4])
+def test_the_stop_pin_is_the_shortest_in_stock_that_reaches_3_mm_deep(
+    best_dimensions: Dimensions, outside: float
+) -> None:
+    from delta_cad.solids.brackets import stop_pin_length_mm
+
+    layers, stock = best_dimensions.layers, catalogue.dowel("4").lengths_mm
+    moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
+    length = stop_pin_length_mm(replace(best_dimensions, layers=moved))
+    deep = [layers.sector_mm[1] - (outside - 0.5 - v) for v in stock]
+    assert length == min(v for v, into in zip(stock, deep, strict=True) if into >= 3.0 - 1e-9)
+
+
+def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.Motor) -> CapstanDimensions:
+    assert d.capstan is not None
+    return capstan_dimensions(40.0, 9.85, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm, 8.0)
+
+
+def test_a_motor_shaft_too_short_for_the_pinion_is_refused(best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    face, pilot = d.layers.motor_cheek_mm[1], d.motor.pilot_height_mm
+    engaged = 5.9
+    shaft = face - (face - pilot - 0.5 - engaged)
+    with pytest.raises(DimensionError, match=r"^pinion, bore: .* engages 5\.9 mm; at least 6$"):
+        made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft))
+    made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft + 0.2))
+
+
+def test_a_sector_of_more_than_250_degrees_is_refused(best_dimensions: Dimensions) -> None:
+    c = made_capstan(best_dimensions, (-1.0, 1.0), best_dimensions.motor)
+    over = c.rim_angles_rad[1] - c.rim_angles_rad[0] - 2.0  # what the sector has beyond the shoulder's range
+    widest = (radians(250.0) - over) / 2
+    made_capstan(best_dimensions, (-widest + 1e-9, widest - 1e-9), best_dimensions.motor)
+    with pytest.raises(DimensionError, match=r"^sector, angle: .*at most 250$"):
+        made_capstan(best_dimensions, (-widest - 1e-6, widest + 1e-6), best_dimensions.motor)
+
+
+def test_an_unreachable_cube_is_refused_before_any_dimension(best: Design) -> None:
+    """The design file's own closed forms stand before it; here they are passed by."""
+    unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 80.0})})
+    with pytest.raises(UnreachableError, match="chain"):
+        dimensions(unchecked)
+
+
+def test_require_says_part_feature_and_message() -> None:
+    require(True, "a", "b", "c")
+    with pytest.raises(DimensionError, match=r"^a, b: c$"):
+        require(False, "a", "b", "c")

@@ -1,0 +1,89 @@
+"""The house's own rules: no circles between modules, folders and files that a person can overlook."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.committed import ROOT
+
+PACKAGES = ("delta_cad", "optimizer", "haptics")
+MOST_ENTRIES, MOST_LINES = 14, 450
+
+
+def modules(package: str) -> dict[str, Path]:
+    """Dotted name -> file of every module of a package."""
+    files = (path.relative_to(ROOT) for path in (ROOT / package).rglob("*.py"))
+    return {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in files}
+
+
+def imported(path: Path, known: dict[str, Path]) -> set[str]:
+    """Modules among the known that a file imports outside its functions, those for type checkers included."""
+    found: set[str] = set()
+    work: list[ast.AST] = [ast.parse((ROOT / path).read_text(encoding="utf-8"))]
+    while work:
+        node = work.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports by its full name"
+            # `from a import b` needs the module a.b where there is one, else a
+            inner = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in known else str(node.module) for name in inner}
+        work.extend(ast.iter_child_nodes(node))
+    return found & known.keys()
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """One circle of a graph, or nothing."""
+    done: set[str] = set()
+    for start in graph:
+        trail: list[str] = []
+        stack = [(start, iter(sorted(graph[start])))]
+        while stack:
+            node, rest = stack[-1]
+            if node not in trail:
+                trail.append(node)
+            below = next((name for name in rest if name not in done), None)
+            if below is None:
+                done.add(node)
+                trail.pop()
+                stack.pop()
+            elif below in trail:
+                return [*trail[trail.index(below) :], below]
+            else:
+                stack.append((below, iter(sorted(graph[below]))))
+    return []
+
+
+def test_a_circle_is_found() -> None:
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
+    assert circle({"a": {"a"}}) == ["a", "a"]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_modules_import_each_other_in_a_circle(package: str) -> None:
+    known = modules(package)
+    assert len(known) > 20
+    assert " -> ".join(circle({name: imported(path, known) for name, path in known.items()})) == ""
+
+
+@pytest.mark.parametrize("top", [*PACKAGES, "tests"])
+def test_folders_and_files_can_be_overlooked(top: str) -> None:
+    folders = [path for path in (ROOT / top, *(ROOT / top).rglob("*")) if path.is_dir() and path.name != "__pycache__"]
+    crowded = {
+        str(folder.relative_to(ROOT)): count
+        for folder in folders
+        if (count := sum(path.name != "__pycache__" for path in folder.iterdir())) > MOST_ENTRIES
+    }
+    long = {
+        str(path.relative_to(ROOT)): count
+        for path in (ROOT / top).rglob("*.py")
+        if (count := len(path.read_text(encoding="utf-8").splitlines())) > MOST_LINES
+    }
+    assert (crowded, long) == ({}, {})
