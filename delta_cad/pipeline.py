@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
@@ -17,7 +17,6 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, run_checks
 from delta_cad.checks.clearance.joint_ranges import FoldError
 from delta_cad.checks.outline.envelope import swept_outline
-from delta_cad.checks.range.conditioning import check_conditioning
 from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
@@ -35,6 +34,8 @@ from delta_cad.export.mjcf import twin, write_twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
+from delta_cad.masses import masses_from_dict
+from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
@@ -123,9 +124,11 @@ def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
     return BuiltMachine(d, assembly, meshes, masses)
 
 
-def check_limits(d: Dimensions) -> CheckLimits:
-    """What the design's requirements and hardware ask of the machine."""
-    cube, required = d.design.cube, d.design.requirements
+def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
+    """What the design's requirements and hardware ask of the machine, with the masses that it has."""
+    design = d.design
+    cube, required, geometry = design.cube, design.requirements, design.geometry
+    inertia = masses_from_dict(masses, geometry.forearm_length, drive_torque(design)).handle_inertia
     stops = d.stops_rad
     lowest = stops[0] if required.shoulder_min_deg is None else max(stops[0], radians(required.shoulder_min_deg))
     highest = stops[1] if required.shoulder_max_deg is None else min(stops[1], radians(required.shoulder_max_deg))
@@ -135,17 +138,18 @@ def check_limits(d: Dimensions) -> CheckLimits:
         envelope_width_mm=required.envelope_width_mm,
         envelope_depth_mm=required.envelope_depth_mm,
         clearance_min_mm=required.clearance_min_mm,
-        lean_max_rad=d.forearm.tilt_limit_rad if required.lean_max_deg is None else radians(required.lean_max_deg),
-        shoulder_range_rad=(lowest, highest),
-        force_N=required.force_N,
-        joint_torque_N_m=required.joint_torque_N_m,
+        pose=Limits.of(
+            Lean(d.forearm.tilt_limit_rad),
+            *Limits.stated(required.model_dump() | {"inertia": inertia}, strict=False),
+            Shoulder(lowest, highest),
+        ),
     )
 
 
 def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """All checks of a machine: the geometry's, then torque with gravity, drive and conditioning."""
+    """All checks of a machine: the geometry's, then torque with gravity and drive."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
-    limits = check_limits(d)
+    limits = check_limits(d, machine.masses)
     results = run_checks(machine.assembly, limits, machine.meshes, progress)
     bodies = {
         link: (body["mass_kg"], np.array(body["centre_m"]) * MM_PER_M)
@@ -154,10 +158,8 @@ def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[Che
     }
     progress("torque with gravity")
     gravity = np.array(required.gravity_m_s2)
-    results.append(check_holding(machine.assembly, limits, bodies, gravity, required.joint_torque_N_m))
+    results.append(check_holding(machine.assembly, limits, bodies, gravity))
     results.append(check_drive(drive_torque(d.design)))
-    if required.kappa_max is not None:
-        results.append(check_conditioning(d.design.geometry, limits, required.kappa_max))
     return results
 
 
@@ -235,7 +237,7 @@ def _stage(machine: BuiltMachine) -> Stage:
     upright = (required.envelope_width_mm, required.envelope_depth_mm)
     turned = (required.envelope_depth_mm, required.envelope_width_mm)
     try:
-        reach = swept_outline(machine.assembly, check_limits(d), machine.meshes).reach_mm
+        reach = swept_outline(machine.assembly, check_limits(d, machine.masses), machine.meshes).reach_mm
     except FoldError:  # a rejected design: its outline has no bound
         reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
     size = reach[0::2] + reach[1::2]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from delta_cad.mechanism.limits import Limits
 
 
 @dataclass(frozen=True)
@@ -17,10 +19,7 @@ class CheckLimits:
         clearance_min_mm: Least distance of bodies on different links.
         envelope_width_mm: One side of the outline rectangle (W).
         envelope_depth_mm: Its other side (D); the machine may lie either way round.
-        lean_max_rad: Largest lean of a rod out of its chain's plane; None: not limited.
-        shoulder_range_rad: Lowest and highest shoulder angle that the stops allow; None: not limited.
-        force_N: Force on the handle in any direction; None: torque is not checked.
-        joint_torque_N_m: Torque available at a shoulder; None: torque is not checked.
+        pose: Limits on every position of the cube, SI units.
         grid: Sampled positions along each edge of the cube.
         clearance_grid: The same where meshes are measured; a proof covers what lies between.
         random_poses: Number of seeded random positions besides the grid.
@@ -32,10 +31,7 @@ class CheckLimits:
     envelope_width_mm: float
     envelope_depth_mm: float
     clearance_min_mm: float = 1.0
-    lean_max_rad: float | None = None
-    shoulder_range_rad: tuple[float, float] | None = None
-    force_N: float | None = None
-    joint_torque_N_m: float | None = None
+    pose: Limits = field(default_factory=Limits.of)
     grid: int = 11
     clearance_grid: int = 7
     random_poses: int = 200

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 
 from delta_cad.commands.machine import design_arguments
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
@@ -15,6 +16,9 @@ TEXT = "one table: dimensions, reach, torque, conditioning, angles, margins; nee
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     design_arguments(command)
+    command.add_argument(
+        "--mass-properties", type=Path, metavar="FILE", help="mass_properties.json of a build, for limits on masses"
+    )
 
 
 def run(given: argparse.Namespace) -> int:
@@ -22,12 +26,19 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.commands.inspection import inspection
     from delta_cad.commands.tables import print_inspection
     from delta_cad.design import DesignError, load_design
+    from delta_cad.drive import drive_torque
+    from delta_cad.masses import MassError, load_masses
     from delta_cad.mechanism import MechanismError
 
     try:
         design = load_design(given.design)
-        rows = inspection(design)
-    except DesignError as error:
+        inertia = None
+        if given.mass_properties is not None:
+            inertia = load_masses(
+                given.mass_properties, design.geometry.forearm_length, drive_torque(design)
+            ).handle_inertia
+        rows = inspection(design, inertia)
+    except (DesignError, MassError) as error:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)

@@ -10,6 +10,8 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism.geometry import SIN_60
+from delta_cad.mechanism.limits import POSE_LIMITS, HandleInertia, Torque
+from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 
@@ -40,18 +42,19 @@ class InspectionRow:
         return asdict(self)
 
 
-def inspection(design: Design) -> list[InspectionRow]:
+def inspection(design: Design, inertia: HandleInertia | None = None) -> list[InspectionRow]:
     """All rows for a design.
 
     Args:
         design: A validated design.
+        inertia: What moves, where a build has said it.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
     """
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
-    return [*_dimensions(design), *_motion(design, extremes), *_force(design, extremes), *_drive(design)]
+    return [*_dimensions(design), *_limits(design, cube, inertia), *_others(extremes), *_drive(design)]
 
 
 def _dimensions(design: Design) -> list[InspectionRow]:
@@ -79,106 +82,47 @@ def _dimensions(design: Design) -> list[InspectionRow]:
     return rows
 
 
-def _motion(design: Design, e: CubeExtremes) -> list[InspectionRow]:
-    required = design.requirements
-    group = "motion over the cube (sampled and polished)"
-    low, high, lean = required.shoulder_min_deg, required.shoulder_max_deg, required.lean_max_deg
-    lowest, highest = degrees(e.shoulder_min.value), degrees(e.shoulder_max.value)
-    leaning = degrees(e.lean_max.value)
+def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[InspectionRow]:
+    """The worst of every figure that a limit bounds; one that needs masses which are not known says so."""
+    group = "limits over the cube (sampled and polished)"
+    values = design.requirements.model_dump() | {"inertia": inertia}
+    known = {kind: values if inertia or not kind.needs_masses else None for kind in POSE_LIMITS}
+    stated = {kind: None if given is None else kind.stated(given) for kind, given in known.items()}
+    rows = []
+    for worst in worst_figures(design.geometry, cube, values):
+        figure, limit = worst.figure, stated[type(worst.limit)]
+        x, y, z = (MM_PER_M * v for v in worst.position)
+        words, value = figure.words, worst.value * figure.scale
+        if isinstance(worst.limit, Torque):
+            words = f"{words} for {worst.limit.force:g} N in the worst direction"
+        if limit is None:
+            rows.append(InspectionRow(group, words, value, figure.unit, at_mm=(x, y, z)))
+            continue
+        bound = limit.bound(figure) * figure.scale
+        holds = value <= bound if figure.upper else (value > bound if limit.strict else value >= bound)
+        rows.append(InspectionRow(group, words, value, figure.unit, f"{figure.sense} {bound:g}", holds, (x, y, z)))
+    for kind, given in known.items():
+        needed = given is None and any(values.get(field.name) is not None for field in kind.fields_)
+        rows += [InspectionRow(group, f.words, "give --mass-properties", "") for f in kind.figures if needed]
+    return rows
 
-    def row(
-        quantity: str, value: float, unit: str, extreme: Any, limit: str = "", holds: bool | None = None
-    ) -> InspectionRow:
+
+def _others(e: CubeExtremes) -> list[InspectionRow]:
+    """What else a designer looks at, over the cube."""
+    table = (
+        ("smallest arm to forearm angle", degrees(e.forearm_angle_min.value), "deg", e.forearm_angle_min),
+        ("largest arm to forearm angle", degrees(e.forearm_angle_max.value), "deg", e.forearm_angle_max),
+        ("lowest elbow", e.elbow_z_min.value * MM_PER_M, "mm", e.elbow_z_min),
+        ("highest elbow", e.elbow_z_max.value * MM_PER_M, "mm", e.elbow_z_max),
+        ("smallest singular value of J", e.singular_value_min.value * MM_PER_M, "mm/rad", e.singular_value_min),
+        ("largest singular value of J", e.singular_value_max.value * MM_PER_M, "mm/rad", e.singular_value_max),
+        ("margin to a fold, w / L_B", e.serial_margin_min.value, "", e.serial_margin_min),
+    )
+    rows = []
+    for quantity, value, unit, extreme in table:
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
-        return InspectionRow(group, quantity, value, unit, limit, holds, (x, y, z))
-
-    return [
-        row(
-            "reach margin w",
-            max(e.closure_margin_min.value, 0.0) ** 0.5 * MM_PER_M,
-            "mm",
-            e.closure_margin_min,
-            "> 0",
-            e.closure_margin_min.value > 0,
-        ),
-        row(
-            "lowest shoulder angle",
-            lowest,
-            "deg",
-            e.shoulder_min,
-            "" if low is None else f">= {low:g}",
-            None if low is None else lowest >= low,
-        ),
-        row(
-            "highest shoulder angle",
-            highest,
-            "deg",
-            e.shoulder_max,
-            "" if high is None else f"<= {high:g}",
-            None if high is None else highest <= high,
-        ),
-        row(
-            "largest lean of a rod",
-            leaning,
-            "deg",
-            e.lean_max,
-            "" if lean is None else f"<= {lean:g}",
-            None if lean is None else leaning <= lean,
-        ),
-        row("smallest arm to forearm angle", degrees(e.forearm_angle_min.value), "deg", e.forearm_angle_min),
-        row("largest arm to forearm angle", degrees(e.forearm_angle_max.value), "deg", e.forearm_angle_max),
-        row("lowest elbow", e.elbow_z_min.value * MM_PER_M, "mm", e.elbow_z_min),
-        row("highest elbow", e.elbow_z_max.value * MM_PER_M, "mm", e.elbow_z_max),
-    ]
-
-
-def _force(design: Design, e: CubeExtremes) -> list[InspectionRow]:
-    required = design.requirements
-    group = "force over the cube (sampled and polished)"
-
-    def row(
-        quantity: str, value: float, unit: str, extreme: Any, limit: str = "", holds: bool | None = None
-    ) -> InspectionRow:
-        x, y, z = (MM_PER_M * float(v) for v in extreme.position)
-        return InspectionRow(group, quantity, value, unit, limit, holds, (x, y, z))
-
-    torque, kappa = e.torque_max.value, e.kappa_max.value
-    return [
-        row(
-            f"joint torque for {required.force_N:g} N in the worst direction",
-            torque,
-            "N m",
-            e.torque_max,
-            f"<= {required.joint_torque_N_m:g}",
-            torque <= required.joint_torque_N_m,
-        ),
-        row(
-            "worst condition number",
-            kappa,
-            "",
-            e.kappa_max,
-            "" if required.kappa_max is None else f"<= {required.kappa_max:g}",
-            None if required.kappa_max is None else kappa <= required.kappa_max,
-        ),
-        row("smallest singular value of J", e.singular_value_min.value * MM_PER_M, "mm/rad", e.singular_value_min),
-        row("largest singular value of J", e.singular_value_max.value * MM_PER_M, "mm/rad", e.singular_value_max),
-        row(
-            "margin to a fold, w / L_B",
-            e.serial_margin_min.value,
-            "",
-            e.serial_margin_min,
-            "> 0",
-            e.serial_margin_min.value > 0,
-        ),
-        row(
-            "margin to a direct singularity, det",
-            e.direct_margin_min.value,
-            "",
-            e.direct_margin_min,
-            "> 0",
-            e.direct_margin_min.value > 0,
-        ),
-    ]
+        rows.append(InspectionRow("over the cube (sampled and polished)", quantity, value, unit, at_mm=(x, y, z)))
+    return rows
 
 
 def _drive(design: Design) -> list[InspectionRow]:

@@ -16,6 +16,7 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian, worst_joint_torque
+from delta_cad.mechanism.limits import Torque
 
 STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third derivative, below 1e-8 of the torque
 
@@ -62,25 +63,26 @@ def check_holding(
     limits: CheckLimits,
     bodies: Mapping[str, tuple[float, np.ndarray]],
     gravity_m_s2: np.ndarray,
-    available_N_m: float,
 ) -> CheckResult:
     """Force in the worst direction plus gravity, against the torque at a joint.
 
     Args:
         assembly: The machine.
-        limits: The cube and the force.
+        limits: The cube, and the limit on the torque.
         bodies: As for `potential_energy`.
         gravity_m_s2: (3,) acceleration of gravity in the base frame.
-        available_N_m: Torque that the design asks for at each joint.
     """
+    asked = limits.pose["torque"]
+    assert isinstance(asked, Torque)
+    force_N, available_N_m = asked.force, asked.torque_max
     poses = limits.poses_mm()
     gravity = holding_torque(assembly, bodies, poses, gravity_m_s2)
-    force = worst_joint_torque(assembly.placement.geometry, poses / MM_PER_M, limits.force_N or 0.0)
+    force = worst_joint_torque(assembly.placement.geometry, poses / MM_PER_M, force_N)
     total = np.abs(gravity) + force
     pose, chain = np.unravel_index(np.argmax(total), total.shape)
     x, y, z = poses[pose].tolist()
     detail = (
-        f"{limits.force_N or 0.0:g} N in the worst direction takes {force[pose, chain]:.4f} N m, gravity "
+        f"{force_N:g} N in the worst direction takes {force[pose, chain]:.4f} N m, gravity "
         f"{abs(gravity[pose, chain]):.4f} N m; gravity alone at most {np.abs(gravity).max():.4f} N m; "
         f"largest of {len(poses)} positions, on chain {chain}"
     )

@@ -1,4 +1,4 @@
-"""Ranges of the mechanism over the sampled cube: reach, lean of the rods, shoulder angles, torque."""
+"""Limits on every position of the cube, held over sampled positions; `optimizer certify` proves them."""
 
 from __future__ import annotations
 
@@ -7,51 +7,39 @@ import numpy as np
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import DeltaGeometry, closure_margin, joint_angles, rod_lean, worst_joint_torque
+from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism.limits import FigureOfMerit, PoseLimit
 
 
 def check_ranges(geometry: DeltaGeometry, limits: CheckLimits) -> list[CheckResult]:
-    """Hold the mechanism's ranges against the limits that are given.
+    """Holds every figure that the limits bound against its threshold.
 
     Args:
         geometry: The mechanism, metres.
         limits: The cube and the limits.
 
     Returns:
-        `reach` always; if it holds, `lean`, `shoulder lowest`, `shoulder highest` and `torque` for the limits that
-        are not None.
+        One for each figure, in the order of the registry; reach alone where it fails, for nothing else has a meaning.
     """
     poses = limits.poses_mm()
-    p = poses / MM_PER_M
-    margin = closure_margin(geometry, p) * MM_PER_M**2
-    reach = _result("reach", margin, 0.0, "mm^2", poses, "closure margin w^2 of the chains", least=True)
-    if not reach.passed:
-        return [reach]
-    results = [reach]
-    if limits.lean_max_rad is not None:
-        lean = np.abs(rod_lean(geometry, p))
-        results.append(_result("lean", lean, limits.lean_max_rad, "rad", poses, "lean of the rods out of their plane"))
-    if limits.shoulder_range_rad is not None:
-        low, high = limits.shoulder_range_rad
-        theta = joint_angles(geometry, p)
-        results.append(_result("shoulder lowest", theta, low, "rad", poses, "shoulder angle, lower stop", least=True))
-        results.append(_result("shoulder highest", theta, high, "rad", poses, "shoulder angle, upper stop"))
-    if limits.force_N is not None and limits.joint_torque_N_m is not None:
-        torque = worst_joint_torque(geometry, p, limits.force_N)
-        detail = f"joint torque for {limits.force_N:g} N in the worst direction, without gravity"
-        results.append(_result("torque", torque, limits.joint_torque_N_m, "N m", poses, detail))
+    results: list[CheckResult] = []
+    for limit in limits.pose:
+        results += [_result(limit, figure, geometry, poses) for figure in limit.figures]
+        if limit.always and not all(result.passed for result in results):
+            break
     return results
 
 
-def _result(
-    name: str, values: np.ndarray, limit: float, unit: str, poses: np.ndarray, detail: str, least: bool = False
-) -> CheckResult:
-    """The largest (or least) of values (n, 3 chains) against an upper (or lower) limit; NaN fails."""
-    sign = -1.0 if least else 1.0
+def _result(limit: PoseLimit, figure: FigureOfMerit, geometry: DeltaGeometry, poses: np.ndarray) -> CheckResult:
+    """The worst chain's figure against its threshold, in people's unit; NaN fails."""
+    sign = 1.0 if figure.upper else -1.0
+    values, bound = figure.values(limit, geometry, poses / MM_PER_M), limit.bound(figure)
     worst = np.where(np.isnan(values), np.inf, sign * values)
     pose, chain = np.unravel_index(np.argmax(worst), worst.shape)
-    value = float(values[pose, chain])
     x, y, z = poses[pose].tolist()
-    detail = f"{detail}; {'least' if least else 'largest'} of {len(poses)} positions, on chain {chain}"
-    passed = bool(worst[pose, chain] <= sign * limit)
-    return CheckResult(name, passed, value, limit, unit, (x, y, z), (f"chain_{chain}",), detail)
+    detail = f"{figure.words}, {'largest' if figure.upper else 'least'} of {len(poses)} positions"
+    chains = () if worst.shape[1] == 1 else (f"chain_{chain}",)
+    passed = bool(worst[pose, chain] < sign * bound if limit.strict else worst[pose, chain] <= sign * bound)
+    value, allowed = float(values[pose, chain]) * figure.scale, bound * figure.scale
+    name = (figure.name or limit.name).replace("_", " ")
+    return CheckResult(name, passed, value, allowed, figure.unit, (x, y, z), chains, detail)

@@ -16,13 +16,15 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import elbow_arm
+from delta_cad.mechanism.inverse import elbow_arm, reach_excess
 from delta_cad.mechanism.limits.limit import MM_PER_M, FigureOfMerit, PoseLimit, Values, require_ranges
 
 
 def _elbow_arms(limit: Reach, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    """The elbow arm; where a chain is open, how far it is out of reach, as a negative number."""
     del limit
-    return elbow_arm(g, p)
+    w = elbow_arm(g, p)
+    return np.where(np.isnan(w), -np.abs(reach_excess(g, p)), w)
 
 
 @compiled

@@ -11,13 +11,14 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, all_passed, run_checks
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, changed, machine
+from tests.delta_cad.mechanism.asked import limits as asked
 
 MACHINE = machine()
 
 
 def test_all_checks_of_a_good_machine_pass_and_report() -> None:
     told: list[str] = []
-    limits = replace(LIMITS, envelope_depth_mm=222.0, lean_max_rad=np.radians(28.0))
+    limits = replace(LIMITS, envelope_depth_mm=222.0, pose=asked(lean_max=np.radians(28.0), singularity=False))
     results = run_checks(MACHINE, limits, MeshLibrary(MACHINE.parts), told.append)
     assert all_passed(results), [r for r in results if not r.passed]
     names = [r.name for r in results]

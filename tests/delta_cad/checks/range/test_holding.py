@@ -14,12 +14,13 @@ from delta_cad.checks.range.holding import check_holding, holding_torque, potent
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism import DeltaGeometry, forward_kinematics, inverse_kinematics, jacobian, worst_joint_torque
 from delta_cad.mechanism.placement import LinkPlacement
+from tests.delta_cad.mechanism.asked import limits as asked
 
 G = np.array([0.0, 0.0, -9.81])
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
 CENTRE = np.array([0.0, 0.0, 94.612])
 POSES = CENTRE + np.random.default_rng(3).uniform(-37, 37, (25, 3))
-LIMITS = CheckLimits(57.112, 37.5, 270.0, 220.0, force_N=3.0, joint_torque_N_m=0.8, grid=5, random_poses=20)
+LIMITS = CheckLimits(57.112, 37.5, 270.0, 220.0, pose=asked(force=3.0, torque_max=0.8), grid=5, random_poses=20)
 NUMERIC_N_M = 2e-9
 """Central differences over 0.01 mm: rounding of an energy of 0.3 J (1e-16 relative) over 2e-5 m, times 0.1 m of
 Jacobian, and h^2 / 6 of its third derivative; both below this."""
@@ -109,7 +110,7 @@ def test_potential_energy_of_known_heights() -> None:
 def test_the_check_adds_gravity_to_the_worst_force_and_says_where() -> None:
     poses = LIMITS.poses_mm()
     total = worst_joint_torque(GEOMETRY, poses / 1e3, 3.0) + np.abs(holding_torque(stand_in(), bodies(), poses, G))
-    result = check_holding(stand_in(), LIMITS, bodies(), G, 0.8)
+    result = check_holding(stand_in(), LIMITS, bodies(), G)
     assert result.passed
     assert result.value == pytest.approx(total.max(), rel=1e-12)
     assert result.limit == 0.8
@@ -117,14 +118,15 @@ def test_the_check_adds_gravity_to_the_worst_force_and_says_where() -> None:
     assert result.worst_pose_mm == pytest.approx(poses[k].tolist())
     assert result.worst_pair == (f"chain_{chain}",)
     value = result.value or 0.0
-    assert check_holding(stand_in(), LIMITS, bodies(), G, value * (1 + 1e-9)).passed
-    assert not check_holding(stand_in(), LIMITS, bodies(), G, value * (1 - 1e-9)).passed
+    for share, holds in ((1 + 1e-9, True), (1 - 1e-9, False)):
+        limits = replace(LIMITS, pose=asked(force=3.0, torque_max=value * share))
+        assert check_holding(stand_in(), limits, bodies(), G).passed == holds
 
 
-def test_the_check_without_a_force_is_gravity_alone() -> None:
-    result = check_holding(stand_in(), replace(LIMITS, force_N=None), bodies(), G, 0.8)
+def test_the_check_of_a_force_near_nothing_is_gravity_alone() -> None:
+    result = check_holding(stand_in(), replace(LIMITS, pose=asked(force=1e-6, torque_max=0.8)), bodies(), G)
     gravity = np.abs(holding_torque(stand_in(), bodies(), LIMITS.poses_mm(), G)).max()
-    assert result.value == pytest.approx(gravity, rel=1e-12)
+    assert result.value == pytest.approx(gravity, rel=1e-5)
 
 
 @pytest.fixture(scope="module")

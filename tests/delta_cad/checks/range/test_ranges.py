@@ -1,22 +1,28 @@
 """Ranges of the mechanism against their limits."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
-from delta_cad.mechanism import inverse_kinematics
+from delta_cad.mechanism import DeltaGeometry, direct_margin, inverse_kinematics
+from delta_cad.mechanism.limits import EffectiveMass, HandleInertia
+from delta_cad.mechanism.limits.effective_mass import effective_mass
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS
+from tests.delta_cad.mechanism.asked import limits as asked
 
-GIVEN = replace(
-    LIMITS,
-    lean_max_rad=np.radians(28.0),
-    shoulder_range_rad=(np.radians(-45.0), np.radians(80.0)),
-    force_N=3.0,
-    joint_torque_N_m=0.8,
-)
+ASKED = {
+    "force": 3.0,
+    "torque_max": 0.8,
+    "lean_max": np.radians(28.0),
+    "shoulder": (np.radians(-45.0), np.radians(80.0)),
+    "kappa_max": 2.3,
+}
+MASSES = HandleInertia(0.1, 0.02, 0.005, 500e-6)
+GIVEN = replace(LIMITS, pose=asked(**ASKED).with_(EffectiveMass(0.6, MASSES)))
 
 
 def by_name(limits) -> dict[str, CheckResult]:
@@ -25,14 +31,24 @@ def by_name(limits) -> dict[str, CheckResult]:
 
 def test_the_design_keeps_its_ranges() -> None:
     found = by_name(GIVEN)
-    assert set(found) == {"reach", "lean", "shoulder lowest", "shoulder highest", "torque"}
+    assert list(found) == [
+        *("reach", "singularity", "torque", "kappa", "lean", "shoulder min", "shoulder max", "effective mass"),
+    ]
     assert all_passed(found.values())
-    # figures of the feasibility study: -39.2..65.5 deg, lean 27.2 deg, 0.316 N m; ours on the grid with corners
-    assert np.degrees([found["shoulder lowest"].value, found["shoulder highest"].value]) == pytest.approx(
-        [-39.2, 65.5], abs=0.1
-    )
-    assert np.degrees(found["lean"].value) == pytest.approx(27.2, abs=0.05)
+    # figures of the feasibility study: -39.2..65.5 deg, lean 27.2 deg, 0.316 N m, kappa 2.268; ours on the grid
+    angles = [found["shoulder min"].value, found["shoulder max"].value]
+    assert angles == pytest.approx([-39.2, 65.5], abs=0.1)
+    assert found["lean"].value == pytest.approx(27.2, abs=0.05)
     assert found["torque"].value == pytest.approx(0.316, abs=0.001)
+    assert found["kappa"].value == pytest.approx(2.268, abs=0.001)
+    assert [found[name].unit for name in ("reach", "lean", "torque", "effective mass")] == ["mm", "deg", "N m", "kg"]
+
+
+def test_the_effective_mass_is_that_of_its_worst_position() -> None:
+    found = by_name(GIVEN)["effective mass"]
+    poses = GIVEN.poses_mm() / 1000.0
+    assert found.value == effective_mass(GEOMETRY, poses, MASSES).max()
+    assert effective_mass(GEOMETRY, np.array(found.worst_pose_mm) / 1000.0, MASSES) == pytest.approx(found.value)
 
 
 def test_only_what_is_given_is_checked() -> None:
@@ -42,21 +58,32 @@ def test_only_what_is_given_is_checked() -> None:
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
-        ("lean", {"lean_max_rad": np.radians(27.0)}),
-        ("shoulder lowest", {"shoulder_range_rad": (np.radians(-39.0), 1.4)}),
-        ("shoulder highest", {"shoulder_range_rad": (-0.8, np.radians(65.0))}),
-        ("torque", {"joint_torque_N_m": 0.315}),
+        ("lean", {"lean_max": np.radians(27.0)}),
+        ("shoulder min", {"shoulder": (np.radians(-39.0), 1.4)}),
+        ("shoulder max", {"shoulder": (-0.8, np.radians(65.0))}),
+        ("torque", {"torque_max": 0.315}),
+        ("kappa", {"kappa_max": 2.26}),
     ],
 )
-def test_what_exceeds_its_limit_is_refused(name: str, changes: dict[str, object]) -> None:
-    failed = [r for r in by_name(replace(GIVEN, **changes)).values() if not r.passed]
+def test_what_exceeds_its_limit_is_refused(name: str, changes: dict[str, Any]) -> None:
+    failed = [r for r in by_name(replace(GIVEN, pose=asked(**ASKED | changes))).values() if not r.passed]
     assert [r.name for r in failed] == [name]
     pose = np.array(failed[0].worst_pose_mm)
     assert (np.abs(pose - LIMITS.centre_mm) <= LIMITS.half_side_mm + 1e-9).all()
     assert np.isfinite(inverse_kinematics(GEOMETRY, pose / 1000.0)).all()
 
 
+def test_a_platform_below_the_elbows_is_a_singular_machine() -> None:
+    # the mirror image below the base plane's elbows: det S has the other sign there
+    below = DeltaGeometry(0.082, 0.030, 0.060, 0.0605)
+    limits = replace(LIMITS, bottom_height_mm=20.0, half_side_mm=1.0, pose=asked())
+    found = {r.name: r for r in check_ranges(below, limits)}
+    assert found["reach"].passed
+    assert found["singularity"].passed == (direct_margin(below, limits.poses_mm() / 1000.0).min() > 0.0)
+
+
 def test_an_unreachable_cube_ends_the_ranges() -> None:
     found = by_name(replace(GIVEN, half_side_mm=80.0))
     assert set(found) == {"reach"}
     assert not found["reach"].passed
+    assert found["reach"].value < 0.0  # how far it is out of reach
