@@ -173,6 +173,19 @@ def test_one_late_tick_is_told_many_are_a_fault() -> None:
     recovers(rig)
 
 
+def test_late_ticks_from_before_enabling_do_not_count_afterwards() -> None:
+    rig = Rig()
+    few = round(LIMITS.late_ticks) - 1
+    for _ in range(few):
+        rig.tick(dt=3e-3)
+    rig.supervisor.enable()
+    rig.tick()
+    for _ in range(few):
+        rig.tick(dt=3e-3)
+    assert rig.supervisor.latched == ()
+    assert rig.supervisor.state is State.RAMPING
+
+
 def test_one_tick_that_comes_far_too_late_is_a_fault() -> None:
     rig = Rig().ready()
     rig.tick(PULL, HOLD, dt=0.025)
@@ -406,6 +419,17 @@ def test_the_strictest_of_several_reactions_counts() -> None:
     np.testing.assert_allclose(rig.ticks(GLIDE, PULL, HOLD), HOLD, atol=1e-12)
     rig.supervisor.signal(FaultCode.EMERGENCY_STOP)
     assert np.all(rig.ticks(GLIDE, PULL, HOLD) == 0.0)
+
+
+def test_a_fault_that_brakes_takes_gravity_from_one_that_holds() -> None:
+    """At a singularity the pose is known too badly to hold the device, whatever else has latched."""
+    rig = Rig().ready()
+    rig.tick(PULL, HOLD, dt=0.03)
+    np.testing.assert_allclose(rig.ticks(GLIDE, PULL, HOLD), HOLD, atol=1e-12)
+    rig.tick(PULL, HOLD, margins=(NAN, NAN))
+    assert set(rig.supervisor.latched) == {FaultCode.DEADLINE_MISSED, FaultCode.SINGULAR}
+    out = rig.ticks(GLIDE, PULL, HOLD)
+    np.testing.assert_allclose(out, 0.0, atol=1e-3)  # the brake of a trembling handle, as in `fails`
 
 
 def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:
