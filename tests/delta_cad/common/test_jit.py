@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.jit import PACKAGES, ROOT, UNUSED_MAX_S
+from delta_cad.common.machine_code import PACKAGES, ROOT, UNUSED_MAX_S
 
 CALLER = """
-from delta_cad.mechanism.proof.enclosure import scalar
-one = ((1.0, 0.0, 0.0, 0.0, 0.0),) * 3
-print(scalar(one, one)[0], sum(scalar.stats.cache_hits.values()))
+from delta_cad.mechanism.enclosure.pose import scalar, table
+pose = table()
+pose[:, 0], pose[:, 1:] = 1.0, 0.0
+print(scalar(pose, 0, 1)[0], sum(scalar.stats.cache_hits.values()))
 """
 """`scalar` stands in another file than the sum of forms that it calls."""
 TRIAL = """
@@ -62,7 +63,7 @@ def test_a_changed_callee_is_seen_through_a_caller_that_did_not_change(copy: Pat
     before = times(tmp_path / ".cache")
     assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
     assert times(tmp_path / ".cache") == before
-    edit(copy / "delta_cad/mechanism/proof/affine_form.py", "c, x, y, z = a[0] + b[0],", "c, x, y, z = a[0] - b[0],")
+    edit(copy / "delta_cad/mechanism/enclosure/affine_form.py", "s4 = a[0] + b[0],", "s4 = a[0] - b[0],")
     assert told(run(copy, HOME=tmp_path)) == [-1.0, 0.0]
 
 
@@ -77,7 +78,7 @@ def test_a_changed_constant_of_a_file_without_compiled_code_is_seen(copy: Path, 
 def test_a_file_that_hides_its_decorator_is_refused(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="optimizer.globalopt.cutting_points"))
     (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 1.0\n")
-    process = run(copy, "import optimizer.trial", HOME=tmp_path)
+    process = run(copy, "from optimizer.trial import product; product(1.5)", HOME=tmp_path)
     assert "optimizer/trial.py is to import its decorator from" in process.stderr
 
 
