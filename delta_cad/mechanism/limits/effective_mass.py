@@ -85,12 +85,12 @@ def handle_inertia(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
     """
     cos, sin = arm_direction(g, p)
     elbow = -sin[..., None] * RADIAL + cos[..., None] * VERTICAL
-    with np.errstate(divide="ignore", invalid="ignore"):
-        n = forearm_vectors(g, p) / elbow_arm(g, p)[..., None]
-    mixed = np.einsum("...ia,...ib->...ab", n, elbow)
     at_elbow = masses.elbow_mass + masses.joint_inertia / g.upper_arm_length**2
-    rows = at_elbow * np.einsum("...ia,...ib->...ab", n, n)
-    return masses.carried_mass * np.eye(3) + rows + masses.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
+    with np.errstate(divide="ignore", invalid="ignore"):  # at a fold
+        n = forearm_vectors(g, p) / elbow_arm(g, p)[..., None]
+        mixed = np.einsum("...ia,...ib->...ab", n, elbow)
+        rows = at_elbow * np.einsum("...ia,...ib->...ab", n, n)
+        return masses.carried_mass * np.eye(3) + rows + masses.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
 
 
 def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np.ndarray:
@@ -180,11 +180,10 @@ def _enclose(pose, k, n, work, out, row):
 
 @compiled
 def _cut(pose, k, n, work, cuts, count):
-    """Adds that u . M u is allowed, times L_A^2 V with V = w1^2 w2^2 w3^2: no division by w.
+    """Adds that `u . M u` is allowed for the two heaviest directions u at the box's middle, README (42).
 
-    For a feasible design and any unit vector u, here the two heaviest directions at the box's middle,
-    `(m - c) L_A^2 V - sum_i V_i [(m_uu L_A^2 + I) (s_i.u)^2 + 2 m_uv L_A (s_i.u) (L_A e_i.u) w_i]` is not negative,
-    c being the carried mass and V_i = V / w_i^2.
+    Times `L_A^2 V` with `V = (w_1 w_2 w_3)^2`, so that nothing is divided by w: `(m - m_c) L_A^2 V - sum_i (V / w_i^2)
+    [(m_uu L_A^2 + I) (s_i.u)^2 + 2 m_uv L_A (s_i.u) (L_A e_i.u) w_i]` is not negative for a feasible design.
     """
     la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
     v = (at(pose, forms.W2), at(pose, forms.W2 + 1), at(pose, forms.W2 + 2))
