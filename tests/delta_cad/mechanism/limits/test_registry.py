@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from delta_cad.mechanism import Cube, GeometryError
-from delta_cad.mechanism.enclosure import pose as P
+from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleInertia, Limits
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
@@ -59,7 +59,7 @@ def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
     rows = [row for kind in POSE_LIMITS for row in range(FIRST[kind], FIRST[kind] + kind.rows)]
     assert rows == list(range(MARGINS))
     taken = [place for kind in POSE_LIMITS for place in range(START[kind], START[kind] + kind.size)]
-    assert taken == list(range(P.NUMBERS, SIZE))
+    assert taken == list(range(forms.NUMBERS, SIZE))
     assert sum(BITS.values()) == (1 << MARGINS) - 1
     for kind in POSE_LIMITS:
         assert [row for row in range(MARGINS) if (BITS[kind] >> row) & 1] == list(
@@ -74,7 +74,7 @@ def test_its_numbers_are_as_many_as_it_says_and_stand_where_it_reads_them(kind):
     assert len(own) == len(limit.numbers(None, -1.0)) == kind.size
     gathered = numbers(PUBLISHED, Limits.of(limit), -1.0)
     np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.size], own)
-    np.testing.assert_array_equal(gathered[: P.NUMBERS], P.lengths(PUBLISHED))
+    np.testing.assert_array_equal(gathered[: forms.NUMBERS], forms.lengths(PUBLISHED))
 
 
 @EACH
