@@ -25,6 +25,17 @@ from optimizer.constant_of_trial import FACTOR
 def product(x):
     return FACTOR * x
 """
+TURN = """
+from delta_cad.common.jit import compiled, in_turn
+@compiled
+def one(a, k, out):
+    out[k] += a
+@compiled
+def other(a, k, out):
+    out[k] *= a
+first = in_turn("a, out", [(one, 0), (other, 1), (one, 1)], "{0}(a, {1}, out)")
+second = in_turn("a, out", [(other, 0), (one, 1)], "{0}(a, {1}, out)", last="return out[0] - out[1]")
+"""
 
 
 @pytest.fixture
@@ -122,3 +133,35 @@ def test_folders_that_nobody_used_for_long_are_thrown_away(copy: Path, tmp_path:
         os.utime(folder, (time.time() - age,) * 2)
     run(copy, HOME=tmp_path)
     assert (old.exists(), young.exists()) == (False, True)
+
+
+def test_nothing_is_loaded_before_the_first_call(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = "import sys; from optimizer.trial import first; print(int('numba' in sys.modules), first.__name__ != '')"
+    assert run(copy, code, HOME=tmp_path).stdout == "0 True\n"
+
+
+def test_calls_in_turn_are_made_as_if_written_by_hand_and_kept_apart(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = """
+import numpy as np
+from optimizer.trial import first, second
+out = np.array([1.0, 2.0])
+first(3.0, out)
+hits = sum(first.stats.cache_hits.values())
+print(*out, second(3.0, out), hits + sum(second.stats.cache_hits.values()))
+"""
+    # (1 + 3, 2 * 3 + 3), then (4 * 3) - (9 + 3)
+    assert told(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 0.0]
+    assert told(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 2.0]
+
+
+def test_a_number_that_is_written_out_compiles_nothing_anew(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = """
+import numpy as np
+from optimizer.trial import first, one
+first(3.0, np.array([1.0, 2.0]))
+print(len(one.signatures))
+"""
+    assert told(run(copy, code, HOME=tmp_path)) == [1.0]

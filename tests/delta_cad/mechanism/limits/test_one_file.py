@@ -40,8 +40,8 @@ from optimizer.problem.requirements import LimitTable
 FIELD = "elbow_height_max_mm"
 g, cube = DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375)
 worst = next(w for w in worst_figures(g, cube, {"force_N": 3.0}) if w.figure.name == "elbow_height")
-out = {"worst": worst.value, "fields": [FIELD in table.model_fields for table in (LimitTable, Requirements)], "said": []}
-out["searched"] = []
+out = {"worst": worst.value, "searched": [], "said": []}
+out["fields"] = [FIELD in table.model_fields for table in (LimitTable, Requirements)]
 middle = np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 place = (np.array([worst.position]) - middle) / cube.half_side
 seen = figures_numpy(np.array([[0.082, 0.112079, 0.040, 0.030, cube.bottom_height, cube.half_side]]), place)

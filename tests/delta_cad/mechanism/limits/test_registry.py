@@ -11,6 +11,7 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleInertia, Limits
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
+from delta_cad.mechanism.proof.prove import prove
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 
 VALUES = {"force_N": 3.0, "inertia": HandleInertia(0.06, 0.01, 0.004, 2e-4)}
@@ -107,6 +108,12 @@ def test_what_only_measures_bounds_nothing(kind):
         assert limit.bound(figure) == pytest.approx(end, rel=1e-15)
         with pytest.raises(GeometryError):
             beside(replace(limit, **{figure.threshold: end}), figure, laxer(figure))
+
+
+def test_limits_that_only_measure_are_proved_together():
+    asked = Limits.of(*(kind.measured(VALUES) for kind in POSE_LIMITS))
+    assert asked.asked == tuple(kind.name for kind in POSE_LIMITS)
+    assert {finding.verdict for finding in prove(PUBLISHED, CUBE, asked).findings} == {"proved"}
 
 
 def test_an_effective_mass_is_measured_only_where_the_masses_are_known():
