@@ -1,9 +1,8 @@
 """Reach, torque and conditioning of many positions at once, compiled; what a search calls millions of times.
 
-Importing this module loads numba; nothing else in the package imports it. The formulas are those of README (1)-(7)
-and (12)-(16); kappa is taken from the three invariants of the Gram matrix, each a sum of squares, so that no digit is
-lost near a singularity, and from a discriminant that is a sum of squares too, so that none is lost on the cube's axis,
-where two eigenvalues meet: README (23)-(26).
+The formulas are those of README (1)-(7), (12)-(16); kappa is taken from the three invariants of the Gram matrix, each
+a sum of squares, so that no digit is lost near a singularity, and from a discriminant that is a sum of squares too, so
+that none is lost on the cube's axis, where two eigenvalues meet: README (23)-(26).
 """
 
 from __future__ import annotations

@@ -1,14 +1,4 @@
-r"""Effective mass: what the handle's inertia is at most, in its heaviest direction.
-
-With n_i = s_i / w_i the elbow of chain i moves with `(n_i . v) e_i` and its joint turns with `n_i . v / L_A`, e_i being
-the direction in which the elbow moves. A rod whose ends move with u (elbow) and v (wrist) has the kinetic energy
-`(m_uu |u|^2 + 2 m_uv u.v + m_vv |v|^2) / 2`. So the handle's inertia is
-
-    M = (m_p + 3 m_vv) 1 + sum_i [ (m_uu + I / L_A^2) n_i n_i^T + m_uv (n_i e_i^T + e_i n_i^T) ],
-
-I being arm, rotor and pinion at the joint. The limit is that `m - M` is positive semidefinite. M grows without bound
-towards a fold, where w_i vanishes.
-"""
+"""Effective mass: what the handle's inertia is at most, in its heaviest direction, README (37)-(42)."""
 
 from __future__ import annotations
 
@@ -73,7 +63,7 @@ class HandleInertia:
 
 
 def handle_inertia(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np.ndarray:
-    """Computes the handle's inertia.
+    """Computes the handle's inertia, README (39).
 
     Args:
         g: The mechanism.
@@ -85,16 +75,16 @@ def handle_inertia(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np
     """
     cos, sin = arm_direction(g, p)
     elbow = -sin[..., None] * RADIAL + cos[..., None] * VERTICAL
-    with np.errstate(divide="ignore", invalid="ignore"):
-        n = forearm_vectors(g, p) / elbow_arm(g, p)[..., None]
-    mixed = np.einsum("...ia,...ib->...ab", n, elbow)
     at_elbow = masses.elbow_mass + masses.joint_inertia / g.upper_arm_length**2
-    rows = at_elbow * np.einsum("...ia,...ib->...ab", n, n)
-    return masses.carried_mass * np.eye(3) + rows + masses.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
+    with np.errstate(divide="ignore", invalid="ignore"):  # at a fold
+        n = forearm_vectors(g, p) / elbow_arm(g, p)[..., None]
+        mixed = np.einsum("...ia,...ib->...ab", n, elbow)
+        rows = at_elbow * np.einsum("...ia,...ib->...ab", n, n)
+        return masses.carried_mass * np.eye(3) + rows + masses.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
 
 
 def effective_mass(g: DeltaGeometry, p: np.ndarray, masses: HandleInertia) -> np.ndarray:
-    """Computes the largest effective mass over all directions.
+    """Computes the largest effective mass over all directions, README (40).
 
     Args:
         g: The mechanism.
@@ -150,7 +140,7 @@ def _entry(k, n, rows, elbows, a, b):
 
 @compiled
 def _enclose(pose, k, n, work, out, row):
-    """Computes the mass allowed less the largest eigenvalue of M, bounded as for kappa, README (33)."""
+    """Computes the mass allowed less the largest eigenvalue of M, README (33), (40)."""
     out[row, :] = math.nan
     rows, elbows = work[6:15], work[15:24]
     for i in range(3):
@@ -180,11 +170,10 @@ def _enclose(pose, k, n, work, out, row):
 
 @compiled
 def _cut(pose, k, n, work, cuts, count):
-    """Adds that u . M u is allowed, times L_A^2 V with V = w1^2 w2^2 w3^2: no division by w.
+    """Adds that `u . M u` is allowed for the two heaviest directions u at the box's middle, README (42).
 
-    For a feasible design and any unit vector u, here the two heaviest directions at the box's middle,
-    `(m - c) L_A^2 V - sum_i V_i [(m_uu L_A^2 + I) (s_i.u)^2 + 2 m_uv L_A (s_i.u) (L_A e_i.u) w_i]` is not negative,
-    c being the carried mass and V_i = V / w_i^2.
+    Times `L_A^2 V` with `V = (w_1 w_2 w_3)^2`, so that nothing is divided by w: `(m - m_c) L_A^2 V - sum_i (V / w_i^2)
+    [(m_uu L_A^2 + I) (s_i.u)^2 + 2 m_uv L_A (s_i.u) (L_A e_i.u) w_i]` is not negative for a feasible design.
     """
     la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
     v = (at(pose, forms.W2), at(pose, forms.W2 + 1), at(pose, forms.W2 + 2))
@@ -339,7 +328,7 @@ class EffectiveMass(PoseLimit):
         return congruent_slopes(m, v), v
 
     def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
-        """Proves that the mass allowed less M is positive definite, turned by a regular matrix."""
+        """Proves that the mass allowed less M is positive definite, turned by a regular matrix, README (41)."""
         del sign
         turned, _ = self._turned(pose, exact, -1.0)
         return definite({key: form.box for key, form in turned.items()}, (2, 1, 0))

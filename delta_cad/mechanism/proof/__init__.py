@@ -1,1 +1,1 @@
-"""Proof over the continuum of a cube: affine forms, enclosures of every figure, branch and bound."""
+"""Proof over the continuum of a cube: the margins of all limits, branch and bound."""

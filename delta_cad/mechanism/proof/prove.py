@@ -4,7 +4,7 @@ What is proved is about the doubles given, taken as exact numbers: lengths in me
 with z_max the double `cube.upper[2]`, and limits in SI units. The half y >= 0 is searched; the other half is its mirror
 image, in which chains 1 and 2 change places.
 
-Importing this module loads numba; the first proof compiles for some seconds, later runs read the cache.
+The first proof compiles for some seconds; later runs read what was compiled.
 """
 
 from __future__ import annotations

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.jit import PACKAGES, ROOT, UNUSED_MAX_S
+from delta_cad.common.machine_code import PACKAGES, ROOT, UNUSED_MAX_S
 
 CALLER = """
-from delta_cad.mechanism.proof.enclosure import scalar
-one = ((1.0, 0.0, 0.0, 0.0, 0.0),) * 3
-print(scalar(one, one)[0], sum(scalar.stats.cache_hits.values()))
+from delta_cad.mechanism.enclosure.pose import scalar, table
+pose = table()
+pose[:, 0], pose[:, 1:] = 1.0, 0.0
+print(scalar(pose, 0, 1)[0], sum(scalar.stats.cache_hits.values()))
 """
 """`scalar` stands in another file than the sum of forms that it calls."""
 TRIAL = """
@@ -23,6 +24,17 @@ from optimizer.constant_of_trial import FACTOR
 @compiled
 def product(x):
     return FACTOR * x
+"""
+TURN = """
+from delta_cad.common.jit import compiled, in_turn
+@compiled
+def one(a, k, out):
+    out[k] += a
+@compiled
+def other(a, k, out):
+    out[k] *= a
+first = in_turn("a, out", [(one, 0), (other, 1), (one, 1)], "{0}(a, {1}, out)")
+second = in_turn("a, out", [(other, 0), (one, 1)], "{0}(a, {1}, out)", last="return out[0] - out[1]")
 """
 
 
@@ -62,7 +74,7 @@ def test_a_changed_callee_is_seen_through_a_caller_that_did_not_change(copy: Pat
     before = times(tmp_path / ".cache")
     assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
     assert times(tmp_path / ".cache") == before
-    edit(copy / "delta_cad/mechanism/proof/affine_form.py", "c, x, y, z = a[0] + b[0],", "c, x, y, z = a[0] - b[0],")
+    edit(copy / "delta_cad/mechanism/enclosure/affine_form.py", "s4 = a[0] + b[0],", "s4 = a[0] - b[0],")
     assert told(run(copy, HOME=tmp_path)) == [-1.0, 0.0]
 
 
@@ -77,7 +89,7 @@ def test_a_changed_constant_of_a_file_without_compiled_code_is_seen(copy: Path, 
 def test_a_file_that_hides_its_decorator_is_refused(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="optimizer.globalopt.cutting_points"))
     (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 1.0\n")
-    process = run(copy, "import optimizer.trial", HOME=tmp_path)
+    process = run(copy, "from optimizer.trial import product; product(1.5)", HOME=tmp_path)
     assert "optimizer/trial.py is to import its decorator from" in process.stderr
 
 
@@ -121,3 +133,34 @@ def test_folders_that_nobody_used_for_long_are_thrown_away(copy: Path, tmp_path:
         os.utime(folder, (time.time() - age,) * 2)
     run(copy, HOME=tmp_path)
     assert (old.exists(), young.exists()) == (False, True)
+
+
+def test_nothing_is_loaded_before_the_first_call(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = "import sys; from optimizer.trial import first; print(int('numba' in sys.modules), first.__name__ != '')"
+    assert run(copy, code, HOME=tmp_path).stdout == "0 True\n"
+
+
+def test_calls_in_turn_are_made_as_if_written_by_hand_and_kept_apart(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = """
+import numpy as np
+from optimizer.trial import first, second
+out = np.array([1.0, 2.0])
+first(3.0, out)
+hits = sum(first.stats.cache_hits.values())
+print(*out, second(3.0, out), hits + sum(second.stats.cache_hits.values()))
+"""
+    # (1 + 3, 2 * 3 + 3), then (4 * 3) - (9 + 3)
+    assert told(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 0.0]
+    assert told(run(copy, code, HOME=tmp_path)) == [4.0, 9.0, 0.0, 2.0]
+
+
+def test_a_number_that_is_written_out_compiles_nothing_anew(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = "import numpy as np; from optimizer.trial import first; first(3.0, np.array([1.0, 2.0]))"
+    assert told(run(copy, code, HOME=tmp_path)) == []
+    # one file of machine code a function, though the first one is called with 0 and with 1
+    kept = [path.name.split("-")[0] for path in (tmp_path / ".cache").rglob("trial.*.nbc")]
+    assert sorted(kept)[:2] == ["trial.one", "trial.other"]
+    assert len(kept) == 3

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from delta_cad.mechanism.limits import Kappa, Lean, Limits, Reach, Shoulder, Singularity, Torque
+from delta_cad.mechanism.limits import (
+    EffectiveMass,
+    HandleInertia,
+    Kappa,
+    Lean,
+    Limits,
+    Reach,
+    Shoulder,
+    Singularity,
+    Torque,
+)
 
 
 def limits(
@@ -13,6 +23,8 @@ def limits(
     kappa_max: float | None = None,
     shoulder: tuple[float, float] | None = None,
     lean_max: float | None = None,
+    mass_max: float | None = None,
+    inertia: HandleInertia | None = None,
 ) -> Limits:
     """Limits with these thresholds in SI units; None leaves one out."""
     return Limits.of(
@@ -22,4 +34,5 @@ def limits(
         None if kappa_max is None else Kappa(kappa_max),
         None if lean_max is None else Lean(lean_max),
         None if shoulder is None else Shoulder(*shoulder),
+        None if mass_max is None or inertia is None else EffectiveMass(mass_max, inertia),
     )

@@ -5,9 +5,20 @@ from __future__ import annotations
 from decimal import Decimal, getcontext, localcontext
 
 import numpy as np
-from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism.limits import (
+    EffectiveMass,
+    HandleInertia,
+    Kappa,
+    Lean,
+    Limits,
+    PoseLimit,
+    Reach,
+    Shoulder,
+    Singularity,
+    Torque,
+)
 
 DIGITS = 50
 D = Decimal
@@ -34,12 +45,12 @@ def _dot(a, b):
 
 
 def eigenvalues(m: list[list[Decimal]]) -> tuple[Decimal, Decimal]:
-    """Smallest and largest eigenvalue of a positive symmetric matrix: Newton on the cubic from either outer side."""
+    """Smallest and largest eigenvalue of a symmetric matrix: Newton on the cubic from beyond either end."""
     trace = m[0][0] + m[1][1] + m[2][2]
     minors = sum((m[i][i] * m[j][j] - m[i][j] ** 2 for i, j in ((0, 1), (0, 2), (1, 2))), D(0))
     det = _dot(m[0], _cross(m[1], m[2]))
-    ends = []
-    for x in (D(0), trace):
+    ends, beyond = [], sum((abs(v) for row in m for v in row), D(0))
+    for x in (-beyond, beyond):
         for _ in range(300):  # from outside all roots Newton is monotone; a double root only halves the distance
             slope = 3 * x * x - 2 * trace * x + minors
             step = (((x - trace) * x + minors) * x - det) / slope if slope else D(0)
@@ -50,8 +61,45 @@ def eigenvalues(m: list[list[Decimal]]) -> tuple[Decimal, Decimal]:
     return ends[0], ends[1]
 
 
-def exact_margins(g: DeltaGeometry, limits: Limits, sign: float, p: tuple[float, float, float]) -> list[Decimal | None]:
-    """The 14 margins of README (31) at a position, from the doubles taken as exact; None where they have no value."""
+def exact_inertia(masses: HandleInertia, la: Decimal, forearms: list, directions: list) -> list[list[Decimal]]:
+    """The handle's inertia from the kinetic energy of what moves: energies of three velocities and their sums.
+
+    The elbow moves with u along its direction e; a rod keeps its length, so that s . (v - u e) = 0.
+
+    Args:
+        masses: What moves.
+        la: L_A, m.
+        forearms: s, by chain.
+        directions: e, by chain.
+    """
+    carried, at_elbow, cross, joint = (
+        D(v) for v in (masses.carried_mass, masses.elbow_mass, masses.cross_mass, masses.joint_inertia)
+    )
+
+    def twice_energy(v: list[Decimal]) -> Decimal:
+        total = carried * _dot(v, v)
+        for s, e in zip(forearms, directions, strict=True):
+            speed = _dot(s, v) / _dot(s, e)
+            elbow = [speed * x for x in e]
+            total += at_elbow * _dot(elbow, elbow) + 2 * cross * _dot(elbow, v) + joint * (speed / la) ** 2
+        return total
+
+    unit = [[D(int(i == j)) for j in range(3)] for i in range(3)]
+    alone = [twice_energy(v) for v in unit]
+    both = {
+        (i, j): twice_energy([a + b for a, b in zip(unit[i], unit[j], strict=True)])
+        for i, j in ((0, 1), (0, 2), (1, 2))
+    }
+    return [
+        [alone[i] if i == j else (both[min(i, j), max(i, j)] - alone[i] - alone[j]) / 2 for j in range(3)]
+        for i in range(3)
+    ]
+
+
+def exact_margins(
+    g: DeltaGeometry, limits: Limits, sign: float, p: tuple[float, float, float]
+) -> dict[type[PoseLimit], list[Decimal | None]]:
+    """The margins of README (31), (40) at a position, the doubles taken as exact; None where they have no value."""
     with localcontext() as context:
         context.prec = DIGITS + 10
         la, lb = D(g.upper_arm_length), D(g.forearm_length)
@@ -75,29 +123,37 @@ def exact_margins(g: DeltaGeometry, limits: Limits, sign: float, p: tuple[float,
                 both.append((cos, sin))
             cos, sin = max(both)  # elbows outwards: the larger cosine
             elbow = [(a + la * cos) * c, (a + la * cos) * s, la * sin]
-            forearm = [x - elbow[0], y - elbow[1], z - elbow[2]]
+            forearm, direction = [x - elbow[0], y - elbow[1], z - elbow[2]], [-sin * c, -sin * s, cos]
             forearms.append(forearm)
-            arms.append((_dot(forearm, [-sin * c, -sin * s, cos]), cos, sin))
-        out: list[Decimal | None] = [w2 - D(limits.elbow_arm_min) ** 2 for w2 in w2s] + [None] * 11
-        lean = D(limits.lean_max or 1.0)
+            arms.append((_dot(forearm, direction), cos, sin, direction))
+        out: dict[type[PoseLimit], list[Decimal | None]] = {type(limit): [None] * limit.rows for limit in limits}
         half_pi = D("1.57079632679489661923132169163975144209858469968755291")
-        for i, t in enumerate(coordinates):
-            out[11 + i] = lb * cosine(half_pi - lean) - abs(t)
+        if reach := limits.get(Reach):
+            out[Reach] = [w2 - D(reach.elbow_arm_min) ** 2 for w2 in w2s]
+        if lean := limits.get(Lean):
+            out[Lean] = [lb * cosine(half_pi - D(lean.lean_max)) - abs(t) for t in coordinates]
         if len(forearms) < 3 or any(arm[0] == 0 for arm in arms):
             return out
         crosses = [_cross(forearms[i - 2], forearms[i - 1]) for i in range(3)]
         det = _dot(forearms[0], crosses[0])
-        out[3] = D(sign) * det
-        lever = D(limits.force or 1.0) * la / D(limits.torque_max or 1.0)
-        low, high = map(D, limits.shoulder or (-1.0, 1.0))
-        middle, half = (low + high) / 2, (high - low) / 2
-        for i in range(3):
-            out[4 + i] = det * det - lever**2 * arms[i][0] ** 2 * _dot(crosses[i], crosses[i])
-            _, cos, sin = arms[i]
-            out[8 + i] = la * (cos * cosine(middle) + sin * cosine(half_pi - middle) - cosine(half))
-        rows = [[v / arm[0] for v in forearm] for forearm, arm in zip(forearms, arms, strict=True)]
-        smallest, largest = eigenvalues([[_dot(r, s) for s in rows] for r in rows])
-        out[7] = D(limits.kappa_max or 1.0) ** 2 * smallest - largest
+        if limits.get(Singularity):
+            out[Singularity] = [D(sign) * det]
+        if torque := limits.get(Torque):
+            lever = D(torque.force) * la / D(torque.torque_max)
+            out[Torque] = [det * det - (lever * arms[i][0]) ** 2 * _dot(crosses[i], crosses[i]) for i in range(3)]
+        if shoulder := limits.get(Shoulder):
+            low, high = D(shoulder.shoulder_min), D(shoulder.shoulder_max)
+            middle, half = (low + high) / 2, (high - low) / 2
+            out[Shoulder] = [
+                la * (cos * cosine(middle) + sin * cosine(half_pi - middle) - cosine(half)) for _, cos, sin, _ in arms
+            ]
+        if kappa := limits.get(Kappa):
+            rows = [[v / arm[0] for v in forearm] for forearm, arm in zip(forearms, arms, strict=True)]
+            smallest, largest = eigenvalues([[_dot(r, s) for s in rows] for r in rows])
+            out[Kappa] = [D(kappa.kappa_max) ** 2 * smallest - largest]
+        if mass := limits.get(EffectiveMass):
+            m = exact_inertia(mass.inertia, la, forearms, [arm[3] for arm in arms])
+            out[EffectiveMass] = [D(mass.mass_max) - eigenvalues(m)[1]]
         return out
 
 

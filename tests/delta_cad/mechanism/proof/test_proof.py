@@ -4,8 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from delta_cad.mechanism.proof.enclosure import COUNT, FIRST
-from delta_cad.mechanism.proof.limits import CONDITIONS, Limits
 
 from delta_cad.mechanism import (
     Cube,
@@ -19,7 +17,11 @@ from delta_cad.mechanism import (
     joint_angles,
 )
 from delta_cad.mechanism.kernel import angle_margins, figures
+from delta_cad.mechanism.limits import POSE_LIMITS, EffectiveMass, HandleInertia, Kappa, Lean, Reach, Shoulder, Torque
+from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.prove import prove
+from delta_cad.mechanism.workspace import Search
+from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins
 
@@ -27,13 +29,19 @@ CUBE = Cube(BOTTOM, HALF)
 HIDDEN, HIDDEN_CUBE = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266), Cube(0.022648, 0.043363)
 
 
+INERTIA = HandleInertia(carried_mass=0.057, elbow_mass=0.0083, cross_mass=0.0039, joint_inertia=2.3e-4)
+CONDITIONS = tuple(kind.name for kind in POSE_LIMITS)
+
+
 @cache
 def extremes(g=PUBLISHED, cube=CUBE, n=41):
-    return cube_extremes(g, cube, 3.0, n)
+    """What the search finds of every figure, and of the effective mass."""
+    return cube_extremes(g, cube, 3.0, n), Search(cube, n)(lambda p: effective_mass(g, p, INERTIA), -1.0).value
 
 
-def around(e, factor, *names):
+def around(found, factor, *names):
     """Limits that lie beyond the extremes by a factor, or short of them if it is below 1."""
+    e, mass = found
     middle = (e.shoulder_min.value + e.shoulder_max.value) / 2
     low, high = (middle + (v - middle) * factor for v in (e.shoulder_min.value, e.shoulder_max.value))
     every = {
@@ -43,18 +51,18 @@ def around(e, factor, *names):
         "kappa": {"kappa_max": max(1.0, e.kappa_max.value * factor)},
         "shoulder": {"shoulder": (low, high)},
         "lean": {"lean_max": min(e.lean_max.value * factor, 1.57)},
+        "effective_mass": {"mass_max": mass * factor, "inertia": INERTIA},
     }
-    return Limits(**{key: value for name in names or CONDITIONS for key, value in every[name].items()})
+    return limits(**{key: value for name in names or CONDITIONS for key, value in every[name].items()})
 
 
-def really_violates(g, cube, limits, finding, sign=1.0):
+def really_violates(g, cube, asked, finding, sign=1.0):
     """The point lies in the cube, and one of the condition's exact margins there is negative."""
     p = np.array(finding.point)
     assert (p >= cube.lower).all()
     assert (p <= cube.upper).all()
-    exact = exact_margins(g, limits, sign, finding.point)
-    first = FIRST[finding.condition]
-    return any(m < 0 for m in exact[first : first + COUNT[finding.condition]] if m is not None)
+    exact = exact_margins(g, asked, sign, finding.point)
+    return any(m < 0 for m in exact[type(asked[finding.condition])] if m is not None)
 
 
 def test_the_published_design_a_thousandth_above_its_maxima():
@@ -69,23 +77,24 @@ def test_the_published_design_a_thousandth_above_its_maxima():
 @pytest.mark.parametrize("factor", [1 - 1e-3, 1 - 1e-6])
 @pytest.mark.parametrize("name", [n for n in CONDITIONS if n != "singularity"])
 def test_just_below_each_maximum_is_refuted_by_a_point_that_violates(name, factor):
-    limits = around(extremes(), factor, name)
-    proof = prove(PUBLISHED, CUBE, limits)
+    asked = around(extremes(), factor, name)
+    proof = prove(PUBLISHED, CUBE, asked)
     assert proof.verdict == "refuted"
     (finding,) = (f for f in proof.findings if f.verdict == "refuted")
     assert finding.condition == name
-    assert really_violates(PUBLISHED, CUBE, limits, finding)
+    assert really_violates(PUBLISHED, CUBE, asked, finding)
     assert prove(PUBLISHED, CUBE, around(extremes(), 2 - factor, name)).verdict == "proved"
 
 
 def test_value_and_limit_say_by_how_much():
-    e = extremes()
-    proof = prove(PUBLISHED, CUBE, around(e, 0.99, "torque", "kappa", "shoulder", "lean", "singularity"))
+    e, heaviest = extremes()
+    proof = prove(PUBLISHED, CUBE, around((e, heaviest), 0.99, *CONDITIONS[1:]))
     found = {f.condition: f for f in proof.findings}
     assert found["reach"].verdict == found["singularity"].verdict == "proved"
-    for name, extreme in (("torque", e.torque_max), ("kappa", e.kappa_max), ("lean", e.lean_max)):
-        assert found[name].limit == pytest.approx(0.99 * extreme.value)
-        assert found[name].limit < found[name].value <= extreme.value * (1 + 1e-9)
+    largest = {"torque": e.torque_max.value, "kappa": e.kappa_max.value, "lean": e.lean_max.value}
+    for name, extreme in (largest | {"effective_mass": heaviest}).items():
+        assert found[name].limit == pytest.approx(0.99 * extreme)
+        assert found[name].limit < found[name].value <= extreme * (1 + 1e-9)
     low, high = found["shoulder"].limit
     assert not low <= found["shoulder"].value <= high
 
@@ -93,13 +102,13 @@ def test_value_and_limit_say_by_how_much():
 def test_the_planted_singularity_behind_eight_good_corners():
     assert conditioning(HIDDEN, cube_corners(HIDDEN_CUBE)).max() <= 6.04
     assert (direct_margin(HIDDEN, cube_corners(HIDDEN_CUBE)) > 0).all()
-    limits = Limits(force=3.0, torque_max=5.0, kappa_max=7.0)
-    proof = prove(HIDDEN, HIDDEN_CUBE, limits)
+    asked = limits(force=3.0, torque_max=5.0, kappa_max=7.0)
+    proof = prove(HIDDEN, HIDDEN_CUBE, asked)
     found = {f.condition: f for f in proof.findings}
     assert found["reach"].verdict == "proved"
     for name in ("singularity", "torque", "kappa"):
         assert found[name].verdict == "refuted"
-        assert really_violates(HIDDEN, HIDDEN_CUBE, limits, found[name])
+        assert really_violates(HIDDEN, HIDDEN_CUBE, asked, found[name])
     assert found["singularity"].value < 0.0
     assert found["kappa"].value > 7.0
 
@@ -107,19 +116,19 @@ def test_the_planted_singularity_behind_eight_good_corners():
 def test_a_hidden_unreachable_pocket_is_refuted():
     g, cube = DeltaGeometry(0.047, 0.04, 0.082, 0.16), Cube(0.077, 0.047)
     assert np.isfinite(joint_angles(g, cube_corners(cube))).all()
-    limits = Limits()
-    proof = prove(g, cube, limits)
+    asked = limits()
+    proof = prove(g, cube, asked)
     (finding,) = (f for f in proof.findings if f.verdict == "refuted")
     assert finding.condition == "reach"
     assert np.isnan(finding.value)
-    assert really_violates(g, cube, limits, finding)
+    assert really_violates(g, cube, asked, finding)
     assert [f.verdict for f in proof.findings if f.condition != "reach"] == ["undecided"]
 
 
 def test_a_million_points_do_not_violate_a_proved_design():
-    e = extremes()
-    limits = around(e, 1.001)
-    assert prove(PUBLISHED, CUBE, limits).verdict == "proved"
+    e, heaviest = extremes()
+    asked = around((e, heaviest), 1.001)
+    assert prove(PUBLISHED, CUBE, asked).verdict == "proved"
     rng = np.random.default_rng(1)
     unit = rng.uniform(-1.0, 1.0, (1_000_000, 3))
     face = rng.integers(0, 3, 500_000)
@@ -127,13 +136,16 @@ def test_a_million_points_do_not_violate_a_proved_design():
     unit[:100_000] = np.sign(unit[:100_000]) * np.abs(unit[:100_000]) ** 0.01  # and some close to the corners
     p = np.clip(np.array([0.0, 0.0, BOTTOM + HALF]) + HALF * unit, CUBE.lower, CUBE.upper)
     ours = figures(PUBLISHED, p)
-    shoulder, lean = angle_margins(PUBLISHED, p, limits.shoulder or (0.0, 0.0), limits.lean_max or 0.0)
-    assert ours.closure_margin.min() >= limits.elbow_arm_min**2
-    assert 3.0 * ours.torque_arms.max() <= limits.torque_max
-    assert ours.kappa.max() <= limits.kappa_max
+    shoulder, lean = angle_margins(PUBLISHED, p, asked.get(Shoulder).told(), asked.get(Lean).lean_max)
+    assert ours.closure_margin.min() >= asked.get(Reach).elbow_arm_min ** 2
+    assert 3.0 * ours.torque_arms.max() <= asked.get(Torque).torque_max
+    assert ours.kappa.max() <= asked.get(Kappa).kappa_max
     assert shoulder.min() >= 0.0
     assert lean.min() >= 0.0
+    mass = effective_mass(PUBLISHED, p, INERTIA).max()
+    assert mass <= asked.get(EffectiveMass).mass_max
     assert ours.kappa.max() > e.kappa_max.value * 0.99  # the search came near
+    assert mass > heaviest * 0.99
 
 
 def test_random_designs_are_all_decided():
@@ -145,23 +157,23 @@ def test_random_designs_are_all_decided():
         try:
             e = extremes(g, cube, 15)
         except MechanismError:
-            proof = prove(g, cube, Limits())
+            proof = prove(g, cube, limits())
             assert proof.verdict == "refuted"
-            assert really_violates(g, cube, Limits(), proof.findings[0])
+            assert really_violates(g, cube, limits(), proof.findings[0])
             continue
-        if e.kappa_max.value > 20.0:  # what is nearly singular takes seconds; a longer run has it
+        if e[0].kappa_max.value > 20.0:  # what is nearly singular takes seconds; a longer run has it
             continue
         assert prove(g, cube, around(e, 1.001)).verdict == "proved"
-        limits = around(e, 0.99, "torque", "singularity")
-        refuted = [f for f in prove(g, cube, limits).findings if f.verdict == "refuted"]
+        asked = around(e, 0.99, "torque", "singularity")
+        refuted = [f for f in prove(g, cube, asked).findings if f.verdict == "refuted"]
         assert [f.condition for f in refuted] == ["torque"]
-        assert really_violates(g, cube, limits, refuted[0])
+        assert really_violates(g, cube, asked, refuted[0])
         decided += 1
 
 
 def test_the_leaves_cover_half_the_cube_and_contain_what_they_prove():
-    limits = around(extremes(), 1.001)
-    proof = prove(PUBLISHED, CUBE, limits)
+    asked = around(extremes(), 1.001)
+    proof = prove(PUBLISHED, CUBE, asked)
     k = proof.leaves[:, ::2]
     assert (2.0 ** -k.sum(axis=1)).sum() == 1.0  # exact: powers of two
     assert ((proof.leaves[:, 1::2] >= 0) & (proof.leaves[:, 1::2] < 2**k)).all()
@@ -175,10 +187,9 @@ def test_the_leaves_cover_half_the_cube_and_contain_what_they_prove():
 
 
 def test_what_cannot_be_decided_is_said_with_its_box():
-    e = extremes()
-    limits = around(e, 1.0 + 1e-5)
+    asked = around(extremes(), 1.0 + 1e-5)
     seen = []
-    proof = prove(PUBLISHED, CUBE, limits, max_boxes=50, progress=lambda n, share: seen.append((n, share)))
+    proof = prove(PUBLISHED, CUBE, asked, max_boxes=50, progress=lambda n, share: seen.append((n, share)))
     assert proof.verdict == "undecided"
     assert proof.boxes == 50
     assert seen[-1][0] == 50
@@ -193,26 +204,26 @@ def test_a_limit_that_is_met_exactly_is_neither_proved_nor_refuted():
     top = Cube(0.08, 0.0)  # one point
     kappa = float(conditioning(PUBLISHED, [0.0, 0.0, 0.08]))
     # the double nearest to kappa is closer to it than any enclosure in double arithmetic
-    (finding,) = (f for f in prove(PUBLISHED, top, Limits(kappa_max=kappa)).findings if f.condition == "kappa")
+    (finding,) = (f for f in prove(PUBLISHED, top, limits(kappa_max=kappa)).findings if f.condition == "kappa")
     assert finding.verdict == "undecided"
-    assert prove(PUBLISHED, top, Limits(kappa_max=kappa * (1 + 1e-9))).verdict == "proved"
-    assert prove(PUBLISHED, top, Limits(kappa_max=kappa * (1 - 1e-9))).verdict == "refuted"
+    assert prove(PUBLISHED, top, limits(kappa_max=kappa * (1 + 1e-9))).verdict == "proved"
+    assert prove(PUBLISHED, top, limits(kappa_max=kappa * (1 - 1e-9))).verdict == "refuted"
 
 
 def test_a_singular_centre_gives_the_sign_to_a_corner():
     crossing = 0.02484985440601211  # height on the axis at which the determinant of HIDDEN changes sign
     assert abs(direct_margin(HIDDEN, [0.0, 0.0, crossing])) < 1e-15
     cube = Cube(HIDDEN_CUBE.bottom_height, crossing - HIDDEN_CUBE.bottom_height)
-    proof = prove(HIDDEN, cube, Limits())
+    proof = prove(HIDDEN, cube, limits())
     (finding,) = (f for f in proof.findings if f.condition == "singularity")
     assert finding.verdict == "refuted"
     assert proof.reference != (0.0, 0.0, crossing)
     assert proof.sign * direct_margin(HIDDEN, proof.reference) > 0.0
-    assert really_violates(HIDDEN, cube, Limits(), finding, proof.sign)
+    assert really_violates(HIDDEN, cube, limits(), finding, proof.sign)
 
 
 def test_a_singularity_that_is_touched_but_not_crossed_is_undecided():
     g = DeltaGeometry(0.0625, 0.125, 0.0625, 0.125)  # level arms under their wrists: singular at z = 0.125
-    proof = prove(g, Cube(0.125 - 0.0078125, 0.0078125), Limits(), max_boxes=2_000)
+    proof = prove(g, Cube(0.125 - 0.0078125, 0.0078125), limits(), max_boxes=2_000)
     (finding,) = (f for f in proof.findings if f.condition == "singularity")
     assert finding.verdict == "undecided"

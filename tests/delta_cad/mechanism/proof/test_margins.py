@@ -1,25 +1,43 @@
 """Margins over boxes against 50 decimal digits: no sample may lie outside the bounds."""
 
-from dataclasses import replace
 from decimal import Decimal
 
 import numpy as np
 import pytest
-from delta_cad.mechanism.proof.enclosure import HIGH, LOW, MARGINS, constants, margins
-from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
+from delta_cad.mechanism.enclosure.table import HIGH, LOW
+from delta_cad.mechanism.limits import POSE_LIMITS, HandleInertia, Kappa, Lean, Reach
+from delta_cad.mechanism.proof.margins import FIRST, MARGINS, margins, numbers, room
+from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
 
 ALL = (1 << MARGINS) - 1
-LIMITS = Limits(elbow_arm_min=0.011, force=2.9, torque_max=0.31, kappa_max=2.3, shoulder=(-0.7, 1.13), lean_max=0.47)
+INERTIA = HandleInertia(carried_mass=0.057, elbow_mass=0.0083, cross_mass=0.0039, joint_inertia=2.3e-4)
+LIMITS = limits(
+    elbow_arm_min=0.011,
+    force=2.9,
+    torque_max=0.31,
+    kappa_max=2.3,
+    shoulder=(-0.7, 1.13),
+    lean_max=0.47,
+    mass_max=0.31,
+    inertia=INERTIA,
+)
+KAPPA = FIRST[Kappa]
 
 
-def bounds(g, limits, box):
-    out = np.full((MARGINS, 6), np.nan)
-    margins(box, constants(g, limits), -1.0, ALL, np.empty((6, 3)), out)
+def bounds(g, asked, box):
+    pose, work, out = room()
+    margins(box, numbers(g, asked, -1.0), ALL, pose, work, out)
     return out
+
+
+def exact_table(g, asked, point):
+    """Every margin of the list; None where a limit is not asked or has no value there."""
+    found = exact_margins(g, asked, -1.0, tuple(point.tolist()))
+    return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.rows)]
 
 
 def boxes(rng, size, n):
@@ -38,7 +56,7 @@ def check(table, exact):
         low, high = table[k, LOW], table[k, HIGH]
         if value is None or np.isnan(low):
             continue
-        if k == 7 and low == 0.0:  # the second test of kappa proves the sign alone
+        if k == KAPPA and low == 0.0:  # the second test of kappa proves the sign alone
             low = 0.0 if value >= 0 else np.inf
         assert Decimal(low) <= value <= Decimal(high), (k, low, value, high)
 
@@ -51,8 +69,8 @@ def test_boxes_contain_the_exact_margins(size, count, each):
         table = bounds(g, LIMITS, box)
         told += int(np.isfinite(table[:, LOW]).sum())
         for point in samples(box, rng, each):
-            check(table, exact_margins(g, LIMITS, -1.0, tuple(point.tolist())))
-    assert told > (2 if size == 0.01 else 11) * count  # the bounds say something
+            check(table, exact_table(g, LIMITS, point))
+    assert told > (3 if size == 0.01 else 12) * count  # the bounds say something
 
 
 def test_bounds_touch_what_they_bound():
@@ -61,11 +79,11 @@ def test_bounds_touch_what_they_bound():
     rng = np.random.default_rng(3)
     for g, box in boxes(rng, 1e-4, 12):
         table = bounds(g, LIMITS, box)
-        exact = [exact_margins(g, LIMITS, -1.0, tuple(p.tolist())) for p in samples(box, rng, 48)]
+        exact = [exact_table(g, LIMITS, p) for p in samples(box, rng, 48)]
         for k in range(MARGINS):
             values = np.array([float(e[k]) for e in exact])
             width = table[k, HIGH] - table[k, LOW]
-            if np.isnan(width) or (k == 7 and conditioning(g, box[:3]) > 10.0):
+            if np.isnan(width) or (k == KAPPA and conditioning(g, box[:3]) > 10.0):
                 continue
             slack = max(values.min() - table[k, LOW], table[k, HIGH] - values.max())
             # eight corners are among 24 random ones nearly surely; 1e-4 m boxes are linear to a few per cent
@@ -74,22 +92,24 @@ def test_bounds_touch_what_they_bound():
 
 @pytest.mark.parametrize("kappa_max", [1.0, 2.0, 5.0, 30.0])
 def test_kappa_bounds_near_the_axis_and_near_a_singularity(kappa_max):
-    limits = replace(LIMITS, kappa_max=kappa_max)
+    asked = LIMITS.with_(Kappa(kappa_max))
     rng = np.random.default_rng(5)
     hidden = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266)
     for g, centre in ((PUBLISHED, (0.0, 0.0, 0.08)), (PUBLISHED, (1e-7, 0.0, 0.1)), (hidden, (0.0, 0.0, 0.0298))):
         for size in (1e-2, 1e-3, 1e-5, 0.0):
             box = np.array([*centre, size, size, size, 0.0])
-            table = bounds(g, limits, box)
+            table = bounds(g, asked, box)
             for point in samples(box, rng, 12):
-                check(table, exact_margins(g, limits, -1.0, tuple(point.tolist())))
+                check(table, exact_table(g, asked, point))
 
 
 def test_nothing_is_said_where_a_chain_is_open():
     table = bounds(PUBLISHED, LIMITS, np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]))
-    assert (table[:3, HIGH] < 0.0).all()
-    assert np.isnan(table[3:11]).all()
-    assert np.isfinite(table[11:, LOW]).all()
+    known = {kind: slice(FIRST[kind], FIRST[kind] + kind.rows) for kind in POSE_LIMITS}
+    assert (table[known.pop(Reach), HIGH] < 0.0).all()
+    assert np.isfinite(table[known.pop(Lean), LOW]).all()
+    for rows in known.values():
+        assert np.isnan(table[rows]).all()
 
 
 def test_kappa_is_proved_just_above_and_never_just_below_its_value():
@@ -102,9 +122,9 @@ def test_kappa_is_proved_just_above_and_never_just_below_its_value():
         # the NumPy value is good to a rounding times kappa
         for size, near in ((0.0, 1e-10 * kappa), (1e-6, 1e-3), (1e-5, 3e-2)):
             box[3:6] = size
-            below = bounds(g, Limits(kappa_max=kappa * (1 - 1e-12 * kappa)), box)[7, LOW]
+            below = bounds(g, limits(kappa_max=kappa * (1 - 1e-12 * kappa)), box)[KAPPA, LOW]
             assert below < 0.0
-            above = bounds(g, Limits(kappa_max=kappa * (1 + near)), box)[7, LOW]
+            above = bounds(g, limits(kappa_max=kappa * (1 + near)), box)[KAPPA, LOW]
             assert above >= 0.0 or size > 0.0
             by_second += above == 0.0
     assert by_second > 10  # README (34) is at work near direct singularities
@@ -124,5 +144,5 @@ def test_kappa_is_not_proved_below_what_a_sample_of_the_box_has():
             kappa = conditioning(g, samples(box, rng, 200))
             if not np.isfinite(kappa).all() or kappa.max() > 1e4:
                 continue
-            limits = Limits(kappa_max=float(kappa.max() * (1 - 1e-14 * kappa.max())))
-            assert not bounds(g, limits, box)[7, LOW] >= 0.0, (g, box)
+            asked = limits(kappa_max=float(kappa.max() * (1 - 1e-14 * kappa.max())))
+            assert not bounds(g, asked, box)[KAPPA, LOW] >= 0.0, (g, box)

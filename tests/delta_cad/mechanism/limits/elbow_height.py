@@ -1,0 +1,104 @@
+# ruff: noqa: ARG001
+"""Height of the elbows, which a cover above the arms must leave room for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as forms
+from delta_cad.mechanism.enclosure.affine_form import at, constant, subtract
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import arm_direction
+from delta_cad.mechanism.limits.limit import MM_PER_M, Field, FigureOfMerit, PoseLimit, Values, require_ranges
+
+
+def _heights(limit: ElbowHeight, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    return g.upper_arm_length * arm_direction(g, p)[1]
+
+
+@compiled
+def _margin(pose, k, n, i):
+    """Computes the height allowed less that of an elbow: the wrist's less the forearm's part along z."""
+    height = subtract(at(pose, forms.Z), at(pose, forms.VERTICAL + i))
+    return subtract(constant(k[n], 0.0), height)
+
+
+@compiled
+def _enclose(pose, k, n, work, out, row):
+    """Computes the margin of each chain."""
+    for i in range(3):
+        store(out, row + i, _margin(pose, k, n, i))
+
+
+@compiled
+def _cut(pose, k, n, work, cuts, count):
+    """Adds the margin of each chain."""
+    for i in range(3):
+        count = keep(cuts, count, _margin(pose, k, n, i))
+        if count == EXCLUDED:
+            return count
+    return count
+
+
+@dataclass(frozen=True)
+class ElbowHeight(PoseLimit):
+    """Largest height of an elbow's centre above the base plane, m."""
+
+    height_max: float
+
+    name: ClassVar = "elbow_height"
+    evaluates: ClassVar = ("angles",)
+    fields_: ClassVar = (Field("elbow_height_max_mm", "largest height of an elbow above the base plane", gt=0),)
+    keys: ClassVar = {"height_max": "elbow_height_max_m"}
+    figures: ClassVar = (
+        FigureOfMerit("elbow_height", "elbow height", "mm", MM_PER_M, True, True, _heights, "height_max", (1e-6, 10.0)),
+    )
+    tier: ClassVar = forms.CHAINS
+    rows: ClassVar = 3
+    size: ClassVar = 1
+    enclose: ClassVar = staticmethod(_enclose)
+    cut: ClassVar = staticmethod(_cut)
+    cuts: ClassVar = 3
+
+    def __post_init__(self) -> None:
+        require_ranges(self)
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self | None:
+        """Asks for it where it is given."""
+        del strict
+        value = values.get("elbow_height_max_mm")
+        return None if value is None else cls(value / MM_PER_M)
+
+    @classmethod
+    def measured(cls, values: Values) -> Self:
+        """Bounds nothing."""
+        del values
+        return cls(10.0)
+
+    def describe(self, values: Values) -> str:
+        """Says what is asked."""
+        return f"limits.elbow_height_max_mm = {values['elbow_height_max_mm']}"
+
+    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+        """Gives the height allowed, m."""
+        del g, sign
+        return (self.height_max,)
+
+    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+        """Computes the height allowed less L_A sin(theta) of each chain."""
+        del sign
+        return [sin.times(-pose.upper_arm).plus(exact(self.height_max)) for sin in pose.sin]
+
+    def margin(self, f: Any) -> np.ndarray:
+        """Computes the room above the highest elbow as a share of L_A."""
+        lengths = f.designs[:, 0, None]
+        return self.height_max / lengths - np.sin(np.minimum(f.shoulder_max, np.pi / 2.0))
