@@ -105,7 +105,7 @@ class LimitTable(_Limited):
 class InertiaTable(_Record):
     """What moves, as the effective mass at the handle sees it: table `[inertia]`."""
 
-    carried_mass_kg: float = Field(ge=0, le=1000, description="platform and the rods' share that moves with it")
+    carried_mass_kg: float = Field(gt=0, le=1000, description="platform and the rods' share that moves with it")
     elbow_mass_kg: float = Field(ge=0, le=1000, description="one chain's rods, share that moves with the elbow")
     cross_mass_kg: float = Field(ge=-1000, le=1000, description="one chain's rods, share that couples both ends")
     joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")

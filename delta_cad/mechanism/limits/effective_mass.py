@@ -298,7 +298,7 @@ class EffectiveMass(PoseLimit):
     def describe(self, values: Values) -> str:
         """Says what is asked."""
         del values
-        return f"effective_mass_max_kg = {self.mass_max:g}"
+        return f"limits.effective_mass_max_kg = {self.mass_max:g}"
 
     def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
         """Gives the mass allowed beside the carried, m_uu + I / L_A^2, m_uv (by L_A where g is given), m_uu, I."""

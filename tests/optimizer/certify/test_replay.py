@@ -49,7 +49,7 @@ def sampled(g, condition, p):
     lean_max = LIMITS["lean"].told()
     sides = np.stack([np.sin(rod_lean(g, p)), -np.sin(rod_lean(g, p))], axis=-1).reshape(len(p), 6)
     return {
-        "reach": w2 - LIMITS.get(Reach).elbow_arm_min**2,
+        "reach": w2 - LIMITS.get(Reach).elbow_arm_min ** 2,
         "singularity": -det[:, None],
         "torque": (torque_max**2 - torque**2) * (det / (force * la))[:, None] ** 2,
         "shoulder": np.cos(theta - (low + high) / 2) - np.cos((high - low) / 2),
