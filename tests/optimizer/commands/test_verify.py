@@ -105,7 +105,7 @@ def test_a_mass_limit_that_is_missing_laxer_or_of_other_masses_does_not_hold(
     out.write_text(json.dumps(redigested(good | {"limits": good["limits"] | {"effective_mass_max_kg": 49.0}})))
     assert call("verify", out, "--design", path, "--mass-properties", file) == 1
     assert "effective_mass: the limit of its finding is not the one proved" in capsys.readouterr().err
-    heavier = good["limits"] | {"inertia": good["limits"]["inertia"] | {"elbow_mass_kg": 10.0}}
+    heavier = good["limits"] | {"inertia": good["limits"]["inertia"] | {"elbow_mass_kg": 1000.0}}
     out.write_text(json.dumps(redigested(good | {"limits": heavier})))
     assert call("verify", out) == 1
     assert "effective_mass: it could not be proved again in the box" in capsys.readouterr().err

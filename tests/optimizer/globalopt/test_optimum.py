@@ -345,8 +345,16 @@ def test_what_is_certified_is_all_that_is_asked() -> None:
 
 
 def test_what_the_proof_does_not_take_is_not_certified() -> None:
-    given = task(limits={"shoulder_deg": [10.0, 10.0]})
-    assert certified(step_problem(given, 2), np.array([82.0, 112.0, 40.0, 30.0, 57.0, 10.0])) is None
+    """A cube on the fold has an infinite condition number, one just above it 4e6: no limit says either."""
+    problem = step_problem(task((130, 130), (40, 40), half_side_mm=20, torque=50.0), 3)
+    for height, finite in ((48.0, False), (48.0 + 1e-11, True)):
+        design = np.array([82.0, 130.0, 40.0, 40.0, height, 20.0])
+        kappa = 1.0 / max(figures_numpy(design[None] / MM_PER_M, fold_points(design[None])).quality.min(), 1e-300)
+        assert kappa > 1e6
+        assert (kappa < 1e12) == finite
+        assert certified(problem, design) is None
+    without = certified(problem, np.array([82.0, 130.0, 40.0, 40.0, 50.0, 20.0]))
+    assert without is not None
 
 
 def test_designs_of_the_space_meet_outline_and_clearance() -> None:

@@ -148,7 +148,7 @@ def test_a_step_without_a_feasible_design_bounds_nothing(monkeypatch: pytest.Mon
 
 
 def test_a_cube_below_a_micrometre_ends_the_run() -> None:
-    results = run(task((82, 140), (30, 45), limits={"shoulder_deg": (10, 10)}), "sqp", prove=True)
+    results = run(task((82, 140), (30, 45), limits={"shoulder_deg": (10, 10.0001)}), "sqp", prove=True)
     assert [result.problem.step for result in results] == [1, 2]
     assert results[-1].tiny
     assert results[-1].proof is None
