@@ -27,9 +27,10 @@ STATEMENT = (
     "mirror image. Where gravity is not null, force and torque of the limits are those asked, less room for the weight "
     "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
 )
-Point = tuple[float, float, float]
+_Number = Annotated[float, Field(strict=True)]  # neither text nor true
+_Point = tuple[_Number, _Number, _Number]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-_Index = Annotated[int, Field(ge=0, lt=2**60)]  # as fine as `check_tiling` looks; fits 64 bits
+_Index = Annotated[int, Field(ge=0, lt=2**60, strict=True)]  # as fine as `check_tiling` looks; fits 64 bits
 
 
 class _Record(BaseModel):
@@ -37,45 +38,45 @@ class _Record(BaseModel):
 
 
 class _Geometry(_Record):
-    base_radius_m: float
-    platform_radius_m: float
-    upper_arm_length_m: float
-    forearm_length_m: float
+    base_radius_m: _Number
+    platform_radius_m: _Number
+    upper_arm_length_m: _Number
+    forearm_length_m: _Number
 
 
 class _Cube(_Record):
-    bottom_height_m: float
-    half_side_m: float
-    top_height_m: float
+    bottom_height_m: _Number
+    half_side_m: _Number
+    top_height_m: _Number
 
 
 class _Masses(_Record):
-    acceleration_m_s2: Point
-    carried_mass_kg: float
-    arm_moment_kg_m: float
+    acceleration_m_s2: _Point
+    carried_mass_kg: _Number
+    arm_moment_kg_m: _Number
     file_sha256: _Sha256
 
 
 class _Gravity(_Record):
-    force_N: float
-    joint_torque_N_m: float
-    weight_N: float
-    reserve_N_m: float
+    force_N: _Number
+    joint_torque_N_m: _Number
+    weight_N: _Number
+    reserve_N_m: _Number
     masses: _Masses | None
 
 
 class _Finding(_Record):
     condition: str
     verdict: Verdict
-    limit: float | tuple[float, ...]
-    point_m: Point | None = None
-    value: float | None = None
-    box_m: tuple[Point, Point] | None = None
+    limit: _Number | tuple[_Number, ...]
+    point_m: _Point | None = None
+    value: _Number | None = None
+    box_m: tuple[_Point, _Point] | None = None
 
 
 class _Determinant(_Record):
-    sign: float
-    reference_m: Point
+    sign: _Number
+    reference_m: _Point
 
 
 class _File(_Record):
@@ -90,7 +91,7 @@ class _File(_Record):
     gravity: _Gravity | None
     findings: list[_Finding]
     determinant: _Determinant
-    boxes: int = Field(ge=0)
+    boxes: int = Field(ge=0, strict=True)
     leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]]
     digest: _Sha256
 
@@ -181,10 +182,11 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
     """
     try:
         read = _File.model_validate(data)
+        limits = _limits(read.limits)
         content = data if isinstance(data, dict) else {}
         if _digest(content) != read.digest:
             raise CertificateError(f"{file}: its content was changed: the digest is not {read.digest[:12]}")
-        certificate = _certificate(read)
+        certificate = _certificate(read, limits)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(_printable(part) for part in first["loc"]) or "the file"
@@ -206,25 +208,19 @@ def _printable(part: str | int) -> str:
 
 
 def _limits(data: dict[str, Any]) -> Limits:
-    """The limits; every key is a known one and every value a number, or null where a limit is not asked."""
+    """The limits; every key is a known one."""
     known = Limits.keys()
-    for key, value in data.items():
+    for key in data:
         if key not in known:
             raise GeometryError(f"limits.{_printable(key)}: unknown key; known: {', '.join(known)}")
-        if not _in_numbers(value) and not (key == "singularity" and isinstance(value, bool)):
-            raise GeometryError(f"limits.{key}: must be a number, several, or null")
-    return Limits.from_record({key: tuple(v) if isinstance(v, list) else v for key, v in data.items()})
+    try:
+        return Limits.from_record(data)
+    except GeometryError as error:
+        raise GeometryError(f"limits: {error}") from None
 
 
-def _in_numbers(value: object) -> bool:
-    """Whether a value is null, a number, or lists and tables of numbers."""
-    if isinstance(value, dict | list):
-        return all(_in_numbers(v) and v is not None for v in (value.values() if isinstance(value, dict) else value))
-    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
-
-
-def _certificate(read: _File) -> Certificate:
-    g, cube, limits = read.geometry, read.cube, _limits(read.limits)
+def _certificate(read: _File, limits: Limits) -> Certificate:
+    g, cube = read.geometry, read.cube
     order = {limit.name: n for n, limit in enumerate(POSE_LIMITS)}
     unknown = [f.condition for f in read.findings if f.condition not in order]
     if unknown:

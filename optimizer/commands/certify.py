@@ -34,7 +34,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="mass_properties.json of a build: the weight of what moves is taken off the torque",
+        help="mass_properties.json of a build: the weight of what moves is taken off the torque; "
+        "effective_mass_max_kg needs it, too",
     )
     gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
     command.add_argument(
@@ -55,9 +56,9 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design)
-        _require_provable(given.design.name, design)
+        _require_provable(given.design.name, design, given.mass_properties)
         share = share_of(design, given.mass_properties, given.gravity_torque)
-        inertia = None if given.mass_properties is None else inertia_of(design, given.mass_properties)
+        inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
     except (DesignError, GravityError, MassError, _UnprovableError) as error:
         return refuse(str(error), BAD_INPUT)
@@ -65,8 +66,8 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{given.design.name}: {error}", BAD_INPUT)
 
 
-def _require_provable(file: str, design: Design) -> None:
-    """Names the field that the prover would refuse as a limit without one."""
+def _require_provable(file: str, design: Design, masses: Path | None) -> None:
+    """Names the field that the prover would refuse as a limit without one, or that needs masses which are not given."""
     from delta_cad.mechanism.limits.torque import RANGE
 
     low, high = RANGE
@@ -76,6 +77,12 @@ def _require_provable(file: str, design: Design) -> None:
             raise _UnprovableError(
                 f"{file}: requirements.{field} = {value:g}: must be within {low:g} and {high:g} {unit} to be proved"
             )
+    mass = design.requirements.effective_mass_max_kg
+    if mass is not None and masses is None:
+        raise _UnprovableError(
+            f"{file}: requirements.effective_mass_max_kg = {mass:g}: needs the masses of what moves: "
+            "give --mass-properties, the mass_properties.json of a build"
+        )
 
 
 def share_of(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:
@@ -116,6 +123,18 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
     from delta_cad.masses import load_masses
 
     return load_masses(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+
+
+def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
+    """What moves; None where the file says too little of it and no limit needs it."""
+    from delta_cad.masses import MassError
+
+    try:
+        return inertia_of(design, masses)
+    except MassError:
+        if design.requirements.effective_mass_max_kg is not None:
+            raise
+        return None
 
 
 def _certify(

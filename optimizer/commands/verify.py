@@ -29,7 +29,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="file that gravity's share should come from; needs --design",
+        help="file that gravity's share and the effective mass should come from; needs --design",
     )
     gravity.add_argument(
         "--gravity-torque",
@@ -168,6 +168,22 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
         f"{'; '.join(certificate.limits[name].words(rounded) for name in replay.proved)}\n"
         f"{certificate.design}: L_A {L_A:g}, L_B {L_B:g}, R {R:g}, r {r:g}, cube of {side:g} from {low:g} mm up\n"
         f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined"
+        f"{_mass_words(given, certificate)}"
+    )
+
+
+def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
+    """With what masses the effective mass is proved: re-digested ones are proved as well."""
+    from delta_cad.mechanism.limits import EffectiveMass
+
+    mass = certificate.limits.get(EffectiveMass)
+    if mass is None:
+        return ""
+    m = mass.inertia
+    checked = "checked" if given.mass_properties is not None else "AS RECORDED, their file not given: --mass-properties"
+    return (
+        f"\nthe effective mass is that of {m.carried_mass:.4g} kg carried, {m.elbow_mass:.4g} kg at an elbow, "
+        f"{m.cross_mass:.4g} kg between both and {m.joint_inertia:.4g} kg m^2 at a joint, {checked}"
     )
 
 

@@ -86,6 +86,8 @@ def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share:
 
     design = np.array(design_mm, dtype=float)
     level = None if kappa is None else kappa * (1.0 + share)
+    if level == math.inf:  # a chain folds: no limit says that
+        return None
     if level is None:
         half, height = design[SIDE], design[HEIGHT]
         design[SIDE] = max(half * (1.0 - share), problem.lower[SIDE])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
+from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -124,12 +125,10 @@ def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, 
 
 @cache
 def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, bool, np.ndarray], None] | None:
-    try:
-        from optimizer.problem.compiled import figures_compiled
-    except ModuleNotFoundError as error:
-        if error.name != "numba":
-            raise
+    if find_spec("numba") is None:  # compiled functions load it when they are called, not when they are imported
         return None
+    from optimizer.problem.compiled import figures_compiled
+
     return figures_compiled
 
 

@@ -18,7 +18,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
 from delta_cad.design.file import UNITS
 from delta_cad.design.record import limit_fields
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.limits import LIMITS, HandleInertia
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 
@@ -106,7 +107,7 @@ class LimitTable(_Limited):
 class InertiaTable(_Record):
     """What moves, as the effective mass at the handle sees it: table `[inertia]`."""
 
-    carried_mass_kg: float = Field(ge=0, le=1000, description="platform and the rods' share that moves with it")
+    carried_mass_kg: float = Field(gt=0, le=1000, description="platform and the rods' share that moves with it")
     elbow_mass_kg: float = Field(ge=0, le=1000, description="one chain's rods, share that moves with the elbow")
     cross_mass_kg: float = Field(ge=-1000, le=1000, description="one chain's rods, share that couples both ends")
     joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")
@@ -236,6 +237,11 @@ def _check_order(given: Requirements, file: str) -> None:
         value = _text(given.limits.effective_mass_max_kg)
         allowed = f"needs the masses of what moves: table [inertia] with {', '.join(InertiaTable.model_fields)}"
         raise RequirementsError(file, "limits.effective_mass_max_kg", value, allowed)
+    for limit in LIMITS:
+        try:
+            limit.stated(given.values)
+        except GeometryError as error:  # a number that no proof takes, such as a torque below its least
+            raise RequirementsError(file, limit.name, "", str(error)) from None
     side = given.step_3.half_side_mm
     if side is not None and not low <= side <= high:
         allowed = f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"

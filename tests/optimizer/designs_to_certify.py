@@ -33,13 +33,20 @@ def changed(tmp_path: Path, cube: dict[str, float] | None = None, **requirements
     return path
 
 
-def masses(tmp_path: Path, design: Design) -> Path:
+def masses(tmp_path: Path, design: Design, turning: float | None = None) -> Path:
+    """Mass properties; `turning` is every body's moment of inertia in kg m^2, left out if None."""
     home = [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
     bodies = {name: {"mass_kg": 0.01, "centre_m": [0.02, 0.0, 0.0]} for name in KNOWN}
     bodies |= {f"pinion_{i}": {"mass_kg": 0.002, "centre_m": [0.0, 0.01, 0.0]} for i in range(3)}
+    if turning is not None:
+        bodies = {name: body | {"inertia_kg_m2": diagonal(turning)} for name, body in bodies.items()}
     path = tmp_path / "mass_properties.json"
     path.write_text(json.dumps({"schema": "delta-mass-properties/1", "home_mm": home, "bodies": bodies}))
     return path
+
+
+def diagonal(moment: float) -> list[list[float]]:
+    return [[moment * (i == j) for j in range(3)] for i in range(3)]
 
 
 def redigested(data: dict[str, Any]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ def task(
     limits: dict[str, Any] | None = None,
     half_side_mm: float | None = None,
     torque: float = 0.8,
+    inertia: dict[str, float] | None = None,
 ) -> Requirements:
     """270 x 220 mm, 3 N, 0.8 N m, R + L_A <= 122 mm, with the bounds of [RCIM2018] table 3 unless told otherwise."""
     return requirements_from_dict(
@@ -46,7 +47,12 @@ def task(
             "limits": {"outline_radius_max_mm": 122.0} if limits is None else limits,
             "step_3": {} if half_side_mm is None else {"half_side_mm": half_side_mm},
         }
+        | ({} if inertia is None else {"inertia": inertia})
     )
+
+
+INERTIA = {"carried_mass_kg": 0.08, "elbow_mass_kg": 0.02, "cross_mass_kg": 0.004, "joint_inertia_kg_m2": 2.1e-4}
+"""About that of the machine that is built, with 4.3 turns of the pinion a turn of the arm."""
 
 
 class Memory:

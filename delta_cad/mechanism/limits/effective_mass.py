@@ -33,7 +33,7 @@ from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, kee
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import RADIAL, SIN_60, VERTICAL, DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction, elbow_arm, forearm_vectors
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, number, require
 
 RANGE = (1e-6, 1e6)
 """kg: keeps every product of the proof far from underflow and overflow."""
@@ -287,7 +287,7 @@ class EffectiveMass(PoseLimit):
     def describe(self, values: Values) -> str:
         """Says what is asked."""
         del values
-        return f"effective_mass_max_kg = {self.mass_max:g}"
+        return f"limits.effective_mass_max_kg = {self.mass_max:g}"
 
     def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
         """Gives the mass allowed beside the carried, m_uu + I / L_A^2, m_uv (by L_A where g is given), m_uu, I."""
@@ -372,4 +372,5 @@ class EffectiveMass(PoseLimit):
         names = ("carried_mass_kg", "elbow_mass_kg", "cross_mass_kg", "joint_inertia_kg_m2")
         if not isinstance(inertia, dict) or set(inertia) != set(names):
             raise GeometryError(f"inertia must have {', '.join(names)}")
-        return cls(mass, HandleInertia(*(inertia[name] for name in names)))
+        moving = HandleInertia(*(number(f"inertia.{name}", inertia[name]) for name in names))
+        return cls(number("effective_mass_max_kg", mass), moving)

@@ -8,6 +8,7 @@ global optimum, certificates, their replay and their report go through that list
 from __future__ import annotations
 
 import math
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
@@ -330,7 +331,18 @@ class PoseLimit(Limit):
             if len(missing) == len(given):
                 return None
             raise GeometryError(f"{' and '.join(given)} belong together; one of them is missing")
-        return cls(**given)
+        return cls(**{name: number(cls.keys[name], value) for name, value in given.items()})
+
+
+def number(key: str, value: object) -> float:
+    """Reads a number of a certificate; true, false and text are none.
+
+    Raises:
+        GeometryError: It is none, or no double can hold it.
+    """
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    require(key, value, is_number, "a finite number")
+    return float(value)  # type: ignore[arg-type]
 
 
 def require(name: str, value: object, holds: bool, allowed: str) -> None:

@@ -24,6 +24,7 @@ from delta_cad.mechanism.limits.limit import (
     PoseLimit,
     Values,
     cosine_sine,
+    number,
     require,
     strict_radians,
 )
@@ -152,4 +153,8 @@ class Shoulder(PoseLimit):
     def from_record(cls, data: Any) -> Self | None:
         """Reads the pair."""
         pair = data.get("shoulder_rad")
-        return None if pair is None else cls(*pair)
+        if pair is None:
+            return None
+        is_pair = isinstance(pair, list | tuple) and len(pair) == 2
+        require("shoulder_rad", pair, is_pair, "two numbers")
+        return cls(*(number("shoulder_rad", value) for value in pair))

@@ -15,7 +15,7 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require
 from delta_cad.mechanism.statics import direct_margin
 
 
@@ -92,4 +92,6 @@ class Singularity(PoseLimit):
     @classmethod
     def from_record(cls, data: Any) -> Self | None:
         """Reads whether it is asked."""
-        return cls() if data.get("singularity") else None
+        asked = data.get("singularity")
+        require("singularity", asked, asked is None or isinstance(asked, bool), "true, false or null")
+        return cls() if asked else None

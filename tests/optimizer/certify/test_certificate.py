@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
-from delta_cad.mechanism.proof.findings import limit_of
-from optimizer.certify.certificate import CertificateError, UnreadableError, certify, cube_of, laxer, limits_of, verify
+from delta_cad.mechanism.limits import Kappa, Lean, Limits, Reach, Shoulder, Singularity, Torque
+from optimizer.certify.certificate import CertificateError, UnreadableError, asked_of, certify, cube_of, verify
 from optimizer.certify.file import (
     certificate_from_dict,
     certificate_to_dict,
     read_certificate,
     write_certificate,
 )
+from tests.delta_cad.mechanism.asked import limits
 
 PUBLISHED = {
     "schema": "delta-design/1",
@@ -52,7 +52,7 @@ def design():
 def tight(design):
     """All six conditions a thousandth above the extremes."""
     e = cube_extremes(design.geometry, cube_of(design), 3.0)
-    return Limits(
+    return limits(
         elbow_arm_min=float(np.sqrt(e.closure_margin_min.value)) / 1.001,
         force=3.0,
         torque_max=e.torque_max.value * 1.001,
@@ -69,7 +69,7 @@ def proved(design, tight):
 
 @pytest.fixture(scope="module")
 def refuted(design, tight):
-    return certify(design, replace(tight, kappa_max=2.2, torque_max=0.3, lean_max=0.4, shoulder=(-0.5, 1.0)))
+    return certify(design, tight.with_(Kappa(2.2), Torque(3.0, 0.3), Lean(0.4), Shoulder(-0.5, 1.0)))
 
 
 def test_a_proved_certificate_is_proved_again(design, proved, tight):
@@ -84,7 +84,7 @@ def test_a_proved_certificate_is_proved_again(design, proved, tight):
 def test_the_points_of_a_refuted_certificate_are_confirmed(design, refuted):
     assert refuted.verdict == "refuted"
     replay = verify(refuted, design)
-    assert replay.refuted == ("torque", "kappa", "shoulder", "lean")
+    assert replay.refuted == ("torque", "kappa", "lean", "shoulder")
     assert replay.proved == ("reach", "singularity")
     points = {f.condition: f.point for f in refuted.findings if f.point}
     assert conditioning(design.geometry, points["kappa"]) > 2.2
@@ -92,7 +92,7 @@ def test_the_points_of_a_refuted_certificate_are_confirmed(design, refuted):
 
 
 def test_reach_refuted(design, tight):
-    certificate = certify(design, replace(tight, elbow_arm_min=0.06))
+    certificate = certify(design, tight.with_(Reach(0.06)))
     replay = verify(certificate, design)
     assert replay.refuted[0] == "reach"
     assert set(replay.refuted + replay.undecided) == set(tight.asked)
@@ -102,7 +102,7 @@ def test_reach_refuted(design, tight):
 def test_the_hidden_singularity():
     mechanism = {"base_radius_mm": 46.122, "platform_radius_mm": 30.0, "forearm_length_mm": 94.266}
     hidden = design_of(mechanism, {"bottom_height_mm": 22.648, "half_side_mm": 43.363})
-    certificate = certify(hidden, Limits(force=3.0, torque_max=0.8, kappa_max=7.0))
+    certificate = certify(hidden, limits(force=3.0, torque_max=0.8, kappa_max=7.0))
     replay = verify(certificate, hidden)
     assert replay.refuted == ("singularity", "torque", "kappa")
     assert replay.proved == ("reach",)
@@ -122,18 +122,23 @@ def test_undecided_is_neither(design, tight):
 
 
 def test_limits_of_the_requirements(design):
-    assert limits_of(design) == Limits(force=3.0, torque_max=0.8)
+    assert asked_of(design, None) == limits(force=3.0, torque_max=0.8)
     asked = design_of(kappa_max=3.0, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    limits = limits_of(asked)
-    assert limits.kappa_max == 3.0
-    assert np.radians(28.0) * (1 - 1e-15) < limits.lean_max < np.radians(28.0)
-    assert np.radians(-45.0) < limits.shoulder[0] < np.radians(-45.0) * (1 - 1e-15)
-    assert np.radians(80.0) * (1 - 1e-15) < limits.shoulder[1] < np.radians(80.0)
-    assert limits_of(design_of(shoulder_min_deg=-180.0)).shoulder == pytest.approx((-np.pi, np.pi), abs=1e-15)
-    assert limits_of(design_of(shoulder_max_deg=80.0)).shoulder[0] == -np.pi
+    found = asked_of(asked, None)
+    assert found.get(Kappa) == Kappa(3.0)
+    assert np.radians(28.0) * (1 - 1e-15) < found.get(Lean).lean_max < np.radians(28.0)
+    shoulder = found.get(Shoulder)
+    assert np.radians(-45.0) < shoulder.shoulder_min < np.radians(-45.0) * (1 - 1e-15)
+    assert np.radians(80.0) * (1 - 1e-15) < shoulder.shoulder_max < np.radians(80.0)
+    assert range_of(shoulder_min_deg=-180.0) == pytest.approx((-np.pi, np.pi), abs=1e-15)
+    assert range_of(shoulder_max_deg=80.0)[0] == -np.pi
     certificate = certify(asked)
     assert certificate.verdict == "proved"
-    assert verify(certificate, asked).proved == limits.asked
+    assert verify(certificate, asked).proved == found.asked
+
+
+def range_of(**requirements):
+    return asked_of(design_of(**requirements), None)["shoulder"].told()
 
 
 def test_written_and_read_back(tmp_path, design, proved, refuted):
@@ -160,33 +165,33 @@ def _tuples(data):
     return data
 
 
-def about(certificate, limits):
+def about(certificate, changed):
     """A forgery that says it is about other limits, and is consistent in that."""
-    findings = tuple(replace(f, limit=limit_of(limits, f.condition)) for f in certificate.findings)
-    return replace(certificate, limits=limits, findings=findings)
+    findings = tuple(replace(f, limit=changed[f.condition].told()) for f in certificate.findings)
+    return replace(certificate, limits=changed, findings=findings)
 
 
-def test_a_changed_threshold_is_noticed(proved, refuted, tight):
+def test_a_changed_threshold_is_noticed(proved, refuted):
     e = proved.limits
-    for limits, name in (
-        (replace(e, kappa_max=e.kappa_max * 0.997), "kappa"),
-        (replace(e, torque_max=e.torque_max * 0.997), "torque"),
-        (replace(e, lean_max=e.lean_max * 0.997), "lean"),
-        (replace(e, shoulder=(e.shoulder[0], e.shoulder[1] - 0.003)), "shoulder"),
-        (replace(e, elbow_arm_min=e.elbow_arm_min * 1.003), "reach"),
+    shoulder, torque = e.get(Shoulder), e.get(Torque)
+    for changed in (
+        Kappa(e.get(Kappa).kappa_max * 0.997),
+        Torque(torque.force, torque.torque_max * 0.997),
+        Lean(e.get(Lean).lean_max * 0.997),
+        Shoulder(shoulder.shoulder_min, shoulder.shoulder_max - 0.003),
+        Reach(e.get(Reach).elbow_arm_min * 1.003),
     ):
-        with pytest.raises(CertificateError, match=f"{name}: it could not be proved again in the box"):
-            verify(about(proved, limits))
-    for limits, name in (
-        (replace(refuted.limits, kappa_max=2.5), "kappa"),
-        (replace(refuted.limits, torque_max=0.8), "torque"),
-        (replace(refuted.limits, lean_max=0.6), "lean"),
-        (replace(refuted.limits, shoulder=(-1.0, 1.4)), "shoulder"),
-    ):
-        with pytest.raises(CertificateError, match=f"{name}: the point .* does not break it"):
-            verify(about(refuted, limits))
-    with pytest.raises(CertificateError, match="its limits ask reach, singularity, torque, shoulder, lean"):
-        verify(replace(proved, limits=replace(tight, kappa_max=None)))
+        with pytest.raises(CertificateError, match=f"{changed.name}: it could not be proved again in the box"):
+            verify(about(proved, e.with_(changed)))
+    for changed in (Kappa(2.5), Torque(3.0, 0.8), Lean(0.6), Shoulder(-1.0, 1.4)):
+        with pytest.raises(CertificateError, match=f"{changed.name}: the point .* does not break it"):
+            verify(about(refuted, refuted.limits.with_(changed)))
+    with pytest.raises(CertificateError, match="its limits ask reach, singularity, torque, lean, shoulder"):
+        verify(replace(proved, limits=without(e, Kappa)))
+
+
+def without(asked, kind):
+    return Limits(tuple(limit for limit in asked if not isinstance(limit, kind)))
 
 
 def test_missing_overlapping_and_moved_leaves_are_noticed(proved):
@@ -221,28 +226,29 @@ def test_another_design_is_noticed(proved):
 
 def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
     strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    asked = limits_of(strict)
-    verify(certify(strict, replace(asked, kappa_max=2.4, force=6.0, torque_max=1.6)), strict)
+    asked = asked_of(strict, None)
+    verify(certify(strict, asked.with_(Kappa(2.4), Torque(6.0, 1.6))), strict)
+    low, high = asked["shoulder"].told()
     for less, name in (
-        (replace(asked, singularity=False), "singularity"),
-        (replace(asked, force=None, torque_max=None), "torque"),
-        (replace(asked, force=3.0 - 1e-15), "torque"),
-        (replace(asked, torque_max=0.8 + 1e-15), "torque"),
-        (replace(asked, kappa_max=None), "kappa"),
-        (replace(asked, kappa_max=2.5 + 1e-15), "kappa"),
-        (replace(asked, shoulder=None), "shoulder"),
-        (replace(asked, shoulder=(asked.shoulder[0] - 1e-15, asked.shoulder[1])), "shoulder"),
-        (replace(asked, shoulder=(asked.shoulder[0], asked.shoulder[1] + 1e-15)), "shoulder"),
-        (replace(asked, lean_max=None), "lean"),
-        (replace(asked, lean_max=asked.lean_max + 1e-15), "lean"),
+        (without(asked, Singularity), "singularity"),
+        (without(asked, Torque), "torque"),
+        (asked.with_(Torque(3.0 - 1e-15, 0.8)), "torque"),
+        (asked.with_(Torque(3.0, 0.8 + 1e-15)), "torque"),
+        (without(asked, Kappa), "kappa"),
+        (asked.with_(Kappa(2.5 + 1e-15)), "kappa"),
+        (without(asked, Shoulder), "shoulder"),
+        (asked.with_(Shoulder(low - 1e-15, high)), "shoulder"),
+        (asked.with_(Shoulder(low, high + 1e-15)), "shoulder"),
+        (without(asked, Lean), "lean"),
+        (asked.with_(Lean(asked.get(Lean).lean_max + 1e-15)), "lean"),
     ):
         certificate = certify(strict, less)
         assert certificate.verdict == "proved"
         verify(certificate)
         with pytest.raises(CertificateError, match=f'^{name}: design "published" asks for more'):
             verify(certificate, strict)
-    assert laxer(asked, replace(asked, elbow_arm_min=1e-3)) == "reach"
-    assert laxer(replace(asked, elbow_arm_min=1e-3), asked) is None
+    assert asked.laxer(asked.with_(Reach(1e-3))) == "reach"
+    assert asked.with_(Reach(1e-3)).laxer(asked) is None
 
 
 def test_a_wrong_verdict_is_noticed(proved, refuted):
@@ -301,18 +307,18 @@ def redigested(data):
 
 def test_a_forged_file_with_a_fitting_digest_is_read_but_does_not_verify(proved):
     data = json.loads(json.dumps(certificate_to_dict(proved)))
-    limits = data | {"limits": data["limits"] | {"kappa_max": 2.2}}
+    laxer = data | {"limits": data["limits"] | {"kappa_max": 2.2}}
     with pytest.raises(CertificateError, match="kappa: the limit of its finding is not the one proved"):
-        verify(certificate_from_dict(redigested(limits)))
+        verify(certificate_from_dict(redigested(laxer)))
     findings = [f | {"limit": 2.2} if f["condition"] == "kappa" else f for f in data["findings"]]
-    forged = certificate_from_dict(redigested(limits | {"findings": findings}))
+    forged = certificate_from_dict(redigested(laxer | {"findings": findings}))
     with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
         verify(forged)
 
 
 def test_impossible_limits_are_refused(design):
     with pytest.raises(GeometryError, match=r"kappa_max is 0\.5"):
-        certify(design, Limits(kappa_max=0.5))
+        certify(design, limits(kappa_max=0.5))
 
 
 def test_verifying_does_not_load_the_compiler():

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from delta_cad.mechanism.proof.limits import Limits
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.holding import holding_torque
 from delta_cad.design import Design, design_from_dict
 from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, forearm_vectors, jacobian, worst_joint_torque
+from delta_cad.mechanism.limits import Torque
 from delta_cad.mechanism.placement import LinkPlacement
-from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
+from optimizer.certify.certificate import CertificateError, asked_of, certify, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
 from optimizer.certify.gravity import (
     KNOWN,
@@ -27,6 +27,7 @@ from optimizer.certify.gravity import (
     read_masses,
     share_of_masses,
 )
+from tests.delta_cad.mechanism.asked import limits
 
 NUMERIC_N_M = 2e-9
 """Of the oracle: central differences over 0.01 mm of an energy of some 0.3 J, see tests/test_holding.py."""
@@ -171,7 +172,7 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
     low, high = share.reserve + 0.01, 5.0
     for _ in range(25):
         middle = (low + high) / 2.0
-        enough = certify(design, replace(share, torque=middle).limits(limits_of(design))).verdict == "proved"
+        enough = certify(design, replace(share, torque=middle).limits(asked_of(design, None))).verdict == "proved"
         low, high = (low, middle) if enough else (middle, high)
     assert total.max() <= high + NUMERIC_N_M
     assert high <= 2.0 * total.max()  # and no nonsense of a bound either
@@ -185,8 +186,10 @@ def shares() -> tuple[Design, GravityShare]:
 def test_a_share_given_by_hand_is_taken_off_and_replayed() -> None:
     design, share = shares()
     certificate = certify(design, gravity=share)
-    assert certificate.limits.force == pytest.approx(3.0, rel=1e-15)
-    assert 0.69 - 1e-15 < (certificate.limits.torque_max or 0.0) <= 0.69
+    torque = certificate.limits.get(Torque)
+    assert torque is not None
+    assert torque.force == pytest.approx(3.0, rel=1e-15)
+    assert 0.69 - 1e-15 < torque.torque_max <= 0.69
     assert certificate.verdict == "proved"
     assert verify(certificate, design).proved == ("reach", "singularity", "torque")
     data = json.loads(json.dumps(certificate_to_dict(certificate)))
@@ -221,7 +224,7 @@ def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
         verify(replace(certificate, gravity=forged))
         with pytest.raises(CertificateError, match=f"^torque: .*{words}"):
             verify(replace(certificate, gravity=forged), design)
-    without = certify(design, Limits())
+    without = certify(design, limits())
     with pytest.raises(CertificateError, match="no torque is asked"):
         verify(replace(without, gravity=share))
 

@@ -9,7 +9,6 @@ import re
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +16,13 @@ import pytest
 
 from delta_cad.common import console
 from delta_cad.design import design_hash, load_design
-from delta_cad.mechanism import Extreme, conditioning, cube_extremes, reach_excess, rod_lean, worst_joint_torque
+from delta_cad.drive import drive_torque
+from delta_cad.masses import load_masses
+from delta_cad.mechanism import Cube, DeltaGeometry, conditioning, reach_excess, rod_lean, worst_joint_torque
+from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
 from optimizer.certify.bounds import bounds
-from optimizer.certify.certificate import cube_of, limits_of
+from optimizer.certify.certificate import asked_of, cube_of, values_of
 from optimizer.certify.report import rounded
 from tests.optimizer.designs_to_certify import BEST, call, changed, masses, redigested
 from tests.terminal import shown_on_a_terminal
@@ -38,7 +41,7 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert call("verify", out, "--design", BEST) == 0
     told, err = capsys.readouterr()
     assert err == ""
-    proved = "reach, singularity, torque, kappa, shoulder, lean"  # all that best.json asks
+    proved = "reach, singularity, torque, kappa, lean, shoulder"  # all that best.json asks
     assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
     assert "covers all that best.json asks" in told
     torque = load_design(BEST).requirements.joint_torque_N_m
@@ -174,16 +177,90 @@ def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
     assert call("verify", out, "--design", path) == 0
 
 
+def heaviest(path: Path, file: Path) -> float:
+    """The largest effective mass on 61^3 points, by a plain eigenvalue problem, kg."""
+    design = load_design(path)
+    inertia = load_masses(file, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    line, cube = np.linspace(-1.0, 1.0, 61), cube_of(design)
+    grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
+    return float(effective_mass(design.geometry, points, inertia).max())
+
+
+def test_effective_mass_is_proved_or_refuted_and_replayed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "c.json"
+    file = masses(tmp_path, load_design(changed(tmp_path)), turning=2e-6)
+    largest = heaviest(changed(tmp_path), file)
+    path = changed(tmp_path, effective_mass_max_kg=largest * 1.001)
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    row = next(row for row in told["conditions"] if row["condition"] == "effective_mass")
+    assert (row["verdict"], row["unit"], row["limit"]) == ("proved", "kg", largest * 1.001)
+    # the grid misses the extreme by less than a step's square of the curvature, 1e-4
+    assert largest * (1.0 - 1e-12) <= row["attained"] <= row["proved"] <= row["limit"]
+    assert row["proved"] <= largest * (1.0 + 2e-4)
+    data = json.loads(out.read_text())
+    assert data["limits"]["effective_mass_max_kg"] == largest * 1.001
+    assert set(data["limits"]["inertia"]) == {
+        "carried_mass_kg", "elbow_mass_kg", "cross_mass_kg", "joint_inertia_kg_m2",
+    }  # fmt: skip
+    assert call("verify", out, "--design", path, "--mass-properties", file) == 0
+    words = capsys.readouterr().out
+    assert "effective_mass proved again" in words
+    assert words.endswith("kg m^2 at a joint, checked\n")
+    assert call("verify", out, "--design", path) == 0
+    assert "AS RECORDED, their file not given: --mass-properties\n" in capsys.readouterr().out.splitlines(True)[-1]
+
+    path = changed(tmp_path, effective_mass_max_kg=largest * 0.999)
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 1
+    told, err = capsys.readouterr()
+    found = re.match(r"design\.json: effective_mass is refuted: effective mass is (\S+) kg at \(", err)
+    assert found is not None
+    assert largest * (1.0 - 1e-5) <= float(found[1]) <= largest * (1.0 + 2e-4)  # six digits are told
+    assert re.search(r"(?m)^effective mass +refuted +<= ", told)
+    assert call("verify", out, "--design", path, "--mass-properties", file) == 1
+    assert re.search(r"effective_mass is refuted at \(.*, confirmed$", capsys.readouterr().err.strip())
+
+
+def test_an_effective_mass_without_masses_is_refused_with_field_and_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = changed(tmp_path, effective_mass_max_kg=0.4)
+    for more in ((), ("--gravity-torque", "0.1")):
+        assert call("certify", "--design", path, "--out", tmp_path / "c.json", *more) == 2
+        told, err = capsys.readouterr()
+        assert told == ""
+        assert err.startswith("design.json: requirements.effective_mass_max_kg = 0.4: needs the masses of what moves")
+        assert "--mass-properties" in err
+        assert err.count("\n") == 1
+    file = masses(tmp_path, load_design(path))  # enough for gravity, but without moments of inertia
+    assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--mass-properties", file) == 2
+    assert "mass_properties.json: bodies.upper_arm_0: must have" in capsys.readouterr().err
+    assert not (tmp_path / "c.json").exists()
+
+
+def test_known_masses_make_a_row_and_a_tight_limit_though_nothing_asks_for_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    file = masses(tmp_path, load_design(path), turning=2e-6)
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--tight", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    row = next(row for row in told["conditions"] if row["condition"] == "effective_mass")
+    assert (row["verdict"], row["limit"]) == ("not asked", None)
+    assert json.loads(out.read_text())["limits"]["effective_mass_max_kg"] == row["proved"]
+    assert call("verify", out, "--design", path, "--mass-properties", file) == 0
+
+
 @pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])
 def test_a_limit_in_degrees_is_told_as_it_was_given(degrees: float) -> None:
     """It is rounded to its strict side in radians by two doubles at least: never to more than was given."""
     design = load_design(BEST)
     asked = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
-    limits = limits_of(design.model_copy(update={"requirements": asked}))
-    assert limits.lean_max is not None
-    assert limits.shoulder is not None
-    assert rounded(np.degrees(limits.lean_max), True) == f"{degrees:g}"
-    assert rounded(limits.shoulder[0] * 180.0 / np.pi, False) == f"{-degrees:g}"
+    limits = asked_of(design.model_copy(update={"requirements": asked}), None)
+    (lean,), (shoulder_min, _) = (limits[name].figures for name in ("lean", "shoulder"))
+    assert rounded(limits["lean"].bound(lean) * lean.scale, True) == f"{degrees:g}"
+    assert rounded(limits["shoulder"].bound(shoulder_min) * shoulder_min.scale, False) == f"{-degrees:g}"
 
 
 def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,7 +270,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert told["tight"]
     assert call("verify", out, "--design", path, "--json") == 0
     assert json.loads(capsys.readouterr().out)["proved"] == [
-        "reach", "singularity", "torque", "kappa", "shoulder", "lean",
+        "reach", "singularity", "torque", "kappa", "lean", "shoulder",
     ]  # fmt: skip
     limits = json.loads(out.read_text())["limits"]
     assert call("verify", out, "--json") == 0
@@ -202,7 +279,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert again["cube"]["half_side_m"] == 0.0375
     assert call("verify", out) == 0
     words = capsys.readouterr().out
-    assert "; kappa <= 2.26772; shoulder angle -39.241 to 65.5047 deg; lean <= 27.1977 deg\n" in words
+    assert "; kappa <= 2.26772; lean <= 27.1977 deg; shoulder angle -39.241 to 65.5047 deg\n" in words
     assert "dashboard-joystick: L_A 82, L_B 112.079, R 40, r 30, cube of 75 from 57.112 mm up\n" in words
     rows = {row["figure"]: row for row in told["conditions"]}
     assert limits["kappa_max"] == rows["kappa"]["proved"]
@@ -238,7 +315,7 @@ def test_refuted_design_exits_1_with_each_condition_its_excess_and_its_point(
     assert call("verify", out, "--json") == 1
     told = json.loads(capsys.readouterr().out)
     assert told["holds"] is False
-    assert told["refuted"] == ["kappa", "shoulder", "lean"]
+    assert told["refuted"] == ["kappa", "lean", "shoulder"]
 
 
 def test_a_cube_out_of_reach(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -400,36 +477,39 @@ def test_help_and_verify_load_no_compiler(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
 
-def test_a_bound_moves_on_to_the_point_that_refutes_its_extreme(tmp_path: Path) -> None:
-    """Told of too small a kappa, the prover finds points beyond it until none is left that a bound near by excludes."""
+def searched(tmp_path: Path) -> tuple[DeltaGeometry, Cube, dict[str, WorstFigure]]:
     design = load_design(changed(tmp_path))
     g, cube = design.geometry, cube_of(design)
-    e = cube_extremes(g, cube, 3.0)
-    weak = replace(e, kappa_max=Extreme(e.kappa_max.value * 0.9, (0.0, 0.0, 0.0)))
-    found = {b.figure: b for b in bounds(g, cube, 3.0, weak)}["kappa"]
+    return g, cube, {one.figure.name: one for one in worst_figures(g, cube, values_of(design))}
+
+
+def test_a_bound_moves_on_to_the_point_that_refutes_its_extreme(tmp_path: Path) -> None:
+    """Told of too small a kappa, the prover finds points beyond it until none is left that a bound near by excludes."""
+    g, cube, worst = searched(tmp_path)
+    true = worst["kappa"].value
+    (found,) = bounds(g, cube, [worst["kappa"]._replace(value=true * 0.9, position=(0.0, 0.0, 0.0))])
+    assert found.figure.name == "kappa"
     assert float(conditioning(g, np.array(found.point))) == found.attained
     assert found.proved is not None
-    assert found.attained <= e.kappa_max.value * (1.0 + 1e-12)  # the true extreme lies in a corner, which both find
-    assert e.kappa_max.value <= found.proved <= found.attained * (1.0 + 1.001e-5)
+    assert found.attained <= true * (1.0 + 1e-12)  # the true extreme lies in a corner, which both find
+    assert true <= found.proved <= found.attained * (1.0 + 1.001e-5)
 
 
 def test_a_figure_without_bound_has_no_row_of_numbers(tmp_path: Path) -> None:
     """Limits beyond what the prover takes, and figures without an end, are left out."""
-    design = load_design(changed(tmp_path))
-    g, cube = design.geometry, cube_of(design)
-    e = cube_extremes(g, cube, 3.0)
-    odd = replace(
-        e,
-        torque_max=Extreme(2e6, (0.0, 0.0, 0.1)),
-        kappa_max=Extreme(np.inf, (0.0, 0.0, 0.1)),
-        lean_max=Extreme(np.pi / 2.0, (0.0, 0.0, 0.1)),
-        shoulder_min=Extreme(-np.pi, (0.0, 0.0, 0.1)),
-        shoulder_max=Extreme(np.pi, (0.0, 0.0, 0.1)),
-    )
-    found = {b.figure: b.proved for b in bounds(g, cube, 3.0, odd)}
+    g, cube, worst = searched(tmp_path)
+    odd = {
+        "torque": 2e6,
+        "kappa": np.inf,
+        "lean": np.pi / 2.0,
+        "shoulder_min": -np.pi,
+        "shoulder_max": np.pi,
+    }
+    told = [one._replace(value=odd.get(name, one.value), position=(0.0, 0.0, 0.1)) for name, one in worst.items()]
+    found = {b.figure.name: b.proved for b in bounds(g, cube, told) if b.figure.threshold}
     assert "kappa" not in found
     assert [name for name, proved in found.items() if proved is None] == [
-        "torque", "shoulder_min", "shoulder_max", "lean",
+        "torque", "lean", "shoulder_min", "shoulder_max",
     ]  # fmt: skip
 
 

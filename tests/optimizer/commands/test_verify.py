@@ -80,3 +80,115 @@ def test_another_design_exits_1(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert call("certify", "--design", changed(tmp_path), "--out", tmp_path / "c.json") == 0
     assert call("verify", tmp_path / "c.json", "--design", changed(tmp_path, force_N=3.1)) == 1
     assert "it is about the design of hash" in capsys.readouterr().err
+
+
+def test_a_mass_limit_that_is_missing_laxer_or_of_other_masses_does_not_hold(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = changed(tmp_path, effective_mass_max_kg=50.0), tmp_path / "c.json"
+    file = masses(tmp_path, load_design(path), turning=2e-6)
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 0
+    good = json.loads(out.read_text())
+    without = [f for f in good["findings"] if f["condition"] != "effective_mass"]
+    laxer = [f | {"limit": 51.0} if f["condition"] == "effective_mass" else f for f in good["findings"]]
+    light = good["limits"]["inertia"] | {"elbow_mass_kg": 0.0}
+    for change, words in (
+        ({"limits": good["limits"] | {"effective_mass_max_kg": None, "inertia": None}, "findings": without}, "design"),
+        ({"limits": good["limits"] | {"effective_mass_max_kg": 51.0}, "findings": laxer}, "design"),
+        ({"limits": good["limits"] | {"inertia": light}}, "its masses do not come from mass_properties.json"),
+    ):
+        out.write_text(json.dumps(redigested(good | change)))
+        assert call("verify", out, "--design", path, "--mass-properties", file) == 1
+        err = capsys.readouterr().err
+        assert err.startswith(f"c.json: effective_mass: {words}")
+        assert err.endswith("the certificate does not hold\n")
+    out.write_text(json.dumps(redigested(good | {"limits": good["limits"] | {"effective_mass_max_kg": 49.0}})))
+    assert call("verify", out, "--design", path, "--mass-properties", file) == 1
+    assert "effective_mass: the limit of its finding is not the one proved" in capsys.readouterr().err
+    heavier = good["limits"] | {"inertia": good["limits"]["inertia"] | {"elbow_mass_kg": 1000.0}}
+    out.write_text(json.dumps(redigested(good | {"limits": heavier})))
+    assert call("verify", out) == 1
+    assert "effective_mass: it could not be proved again in the box" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("kappa_max", "2.3"),
+        ("kappa_max", True),
+        ("kappa_max", [2.3]),
+        ("kappa_max", float("nan")),
+        ("kappa_max", 10**400),
+        ("elbow_arm_min_m", {"m": 0.0}),
+        ("force_N", False),
+        ("torque_max_N_m", "0.8"),
+        ("lean_max_rad", []),
+        ("shoulder_rad", 1.0),
+        ("shoulder_rad", [1.0]),
+        ("shoulder_rad", [-1.0, 0.0, 1.0]),
+        ("shoulder_rad", [-1.0, "1.0"]),
+        ("shoulder_rad", [False, True]),
+        ("singularity", 1),
+        ("singularity", "true"),
+        ("effective_mass_max_kg", "1.0"),
+        ("effective_mass_max_kg", None),
+        ("inertia", None),
+        ("inertia", 1.0),
+        ("inertia", [1.0, 1.0, 1.0, 1.0]),
+        ("inertia", {"carried_mass_kg": 1.0}),
+        ("inertia.elbow_mass_kg", None),
+        ("inertia.elbow_mass_kg", True),
+        ("inertia.elbow_mass_kg", "0.1"),
+        ("inertia.elbow_mass_kg", -1.0),
+        ("inertia.speed_m_s", 1.0),
+        ("speed_m_s", 1.0),
+    ],
+    ids=str,
+)
+def test_limits_that_are_no_numbers_are_refused_by_their_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], whole: dict[str, Any], key: str, value: Any
+) -> None:
+    data = json.loads(json.dumps(whole))
+    *tables, last = key.split(".")
+    table = data["limits"]
+    for name in tables:
+        table = table[name]
+    table[last] = value
+    (tmp_path / "c.json").write_text(json.dumps(data))
+    assert call("verify", tmp_path / "c.json") == 2
+    told, err = capsys.readouterr()
+    assert told == ""
+    assert err.startswith("c.json: limits")
+    assert last.removesuffix("_kg") in err or err.startswith("c.json: limits: inertia must have carried_mass_kg, ")
+    assert err.count("\n") == 1
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """A certificate about every limit."""
+    folder = tmp_path_factory.mktemp("whole")
+    asked = {"kappa_max": 2.5, "lean_max_deg": 28.0, "shoulder_min_deg": -45.0, "effective_mass_max_kg": 50.0}
+    path = changed(folder, **asked)
+    file = masses(folder, load_design(path), turning=2e-6)
+    assert call("certify", "--design", path, "--out", folder / "c.json", "--mass-properties", file) == 0
+    data = json.loads((folder / "c.json").read_text())
+    assert None not in data["limits"].values()
+    return data
+
+
+@pytest.mark.parametrize("value", ["0.04", True, None])
+@pytest.mark.parametrize(
+    "where", ["geometry.base_radius_m", "determinant.sign", "boxes", "leaves.0", "findings.0.limit"]
+)
+def test_text_and_truth_are_no_numbers_anywhere(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], whole: dict[str, Any], where: str, value: Any
+) -> None:
+    data = json.loads(json.dumps(whole))
+    *path, last = (int(part) if part.isdigit() else part for part in where.split("."))
+    table: Any = data
+    for part in path:
+        table = table[part]
+    table[last] = value
+    (tmp_path / "c.json").write_text(json.dumps(redigested(data)))
+    assert call("verify", tmp_path / "c.json") == 2
+    assert capsys.readouterr().err.startswith(f"c.json: {where}")

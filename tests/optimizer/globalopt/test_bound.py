@@ -152,7 +152,7 @@ def test_a_contradiction_is_named_and_proved(method: str) -> None:
     ) as caught:
         run(IMPOSSIBLE, method, steps=(3,), prove=True)
     assert caught.value.proved
-    assert caught.value.conflict == ("conditioning", "half_side")
+    assert caught.value.conflict == ("kappa", "half_side")
 
 
 def test_a_contradiction_that_is_not_proved_does_not_say_so() -> None:

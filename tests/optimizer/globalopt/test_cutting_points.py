@@ -1,4 +1,4 @@
-"""Rows of witness points against the NumPy figures: the feasible meets every row, the excluded is infeasible."""
+"""Cuts at points against the NumPy figures: the feasible meets every cut, the excluded is infeasible."""
 
 from __future__ import annotations
 
@@ -7,10 +7,22 @@ import math
 import numpy as np
 import pytest
 
-from optimizer.globalopt.branch_and_bound import _contract, _whole_rows
-from optimizer.globalopt.cutting_points import EXCLUDED, KAPPA, NUMBERS, SHOULDER, TORQUE, lengths, witness_rows
-from optimizer.problem.evaluator import figures_numpy
+from delta_cad.mechanism.enclosure.table import EXCLUDED
+from delta_cad.mechanism.limits import (
+    EffectiveMass,
+    HandleInertia,
+    Kappa,
+    Limits,
+    PoseLimit,
+    Shoulder,
+    Singularity,
+    Torque,
+)
+from optimizer.globalopt.branch_and_bound import _contract, _design_cuts
+from optimizer.globalopt.cutting_points import MOST, fill_lengths, numbers, point_cuts, table
+from optimizer.problem.evaluator import Figures, figures_numpy
 
+Kinds = tuple[type[PoseLimit], ...]
 FORCE = 3.0
 LIMIT = 1e-9
 """Figures of 1 in doubles are good to 1e-13 away from a fold, where a root turns that into 1e-7 of w; margins this far
@@ -34,43 +46,38 @@ class Case:
         width = middle * 10.0 ** rng.uniform(-5.0, -0.5) * rng.random(4) * (rng.random(4) < 0.85)
         self.box = np.stack([middle - np.abs(width), middle + np.abs(width)])
         slack = 1.0 + rng.uniform(-1.0, 1.0) * 10.0 ** rng.uniform(-6, -1)
-        self.kappa = max(slack / abs(f.quality[0, 0]), 1.0)
-        self.torque = FORCE * f.moment[0, 0] / f.determinant[0, 0] * slack
-        self.shoulder = (f.shoulder_min[0, 0] - abs(slack - 1.0), f.shoulder_max[0, 0] + (slack - 1.0))
-        if self.shoulder[0] >= self.shoulder[1]:
-            self.shoulder = (self.shoulder[0], self.shoulder[0] + 0.1)
+        low, high = f.shoulder_min[0, 0] - abs(slack - 1.0), f.shoulder_max[0, 0] + (slack - 1.0)
+        # a rod's centre may be beyond its wrist, which couples its ends negatively
+        self.masses = HandleInertia(*rng.uniform([0.03, 0.0, -0.005, 0.0], [0.2, 0.04, 0.02, 1e-3]))
+        self.limits: dict[type[PoseLimit], PoseLimit] = {
+            Torque: Torque(FORCE, FORCE * f.moment[0, 0] / f.determinant[0, 0] * slack),
+            Kappa: Kappa(max(slack / abs(f.quality[0, 0]), 1.0)),
+            Shoulder: Shoulder(low, high if low < high else low + 0.1),
+            EffectiveMass: EffectiveMass(
+                self.masses.carried_mass / f.lightness(self.masses)[0, 0] * slack, self.masses
+            ),
+        }
 
-    def figures(self, points: np.ndarray) -> object:
+    def figures(self, points: np.ndarray) -> Figures:
         """Figures of (D, 4) reduced designs at the point, (D, 1) each."""
         la, lb, a, h = points.T
         designs = np.column_stack([la, lb, a + 0.05, np.full(len(a), 0.05), h, np.full(len(a), self.side)])
         return figures_numpy(designs, self.unit[None])
 
-    def margins(self, points: np.ndarray) -> dict[int, np.ndarray]:
-        """(D,) margins as `Problem.point_margins` has them, by the bit that asks for them; 0 is reach."""
+    def margins(self, points: np.ndarray, kinds: Kinds) -> np.ndarray:
+        """(1 + kinds, D) margins as a search sees them, that of reach first."""
         f = self.figures(points)
-        low, high = self.shoulder
-        return {
-            0: f.closure[:, 0],
-            TORQUE: f.determinant[:, 0] - FORCE / self.torque * f.moment[:, 0],
-            KAPPA: f.quality[:, 0] - 1.0 / self.kappa,
-            SHOULDER: np.minimum(f.shoulder_min[:, 0] - low, high - f.shoulder_max[:, 0]),
-        }
+        return np.stack([f.closure[:, 0], *(self.limits[kind].margin(f)[:, 0] for kind in kinds)])
 
-    def rows(self, box: np.ndarray, bits: int) -> tuple[int, np.ndarray]:
-        """How many rows, and the rows."""
-        numbers, rows = np.zeros(NUMBERS), np.empty((40, 6))
-        middle, half = sum(self.shoulder) / 2.0, (self.shoulder[1] - self.shoulder[0]) / 2.0
-        numbers[:5] = (
-            self.kappa**2,
-            (FORCE / self.torque) ** 2,
-            math.cos(middle),
-            math.sin(middle),
-            math.cos(half),
-        )
-        numbers[5], numbers[6], numbers[7], numbers[8] = 1e-15 * numbers[1], 1e-15, 1e-15 * numbers[0], bits
+    def cuts(self, box: np.ndarray, kinds: Kinds) -> tuple[int, np.ndarray]:
+        """How many cuts, and the cuts."""
+        limits = [self.limits[kind] for kind in kinds]
+        if any(kind.infinite_at_singularity for kind in kinds):  # as `Problem.pose_limits` does
+            limits.append(Singularity())
+        asked, room, pose = numbers(Limits.of(*limits)), np.empty((MOST, 6)), table()
+        fill_lengths(box, pose)
         point = self.unit * self.side + np.array([0.0, 0.0, self.side])
-        return witness_rows(point, lengths(box), numbers, np.empty((6, 3)), rows, 0), rows
+        return point_cuts(point[None], 0, asked, pose, np.empty((24, 6)), room, 0), room
 
     def sample(self, count: int, seed: int) -> np.ndarray:
         """(count, 4) designs of the box, its corners among them."""
@@ -81,78 +88,87 @@ class Case:
 
 
 CASES = 500
-ALL = (0, KAPPA, TORQUE, SHOULDER, KAPPA | TORQUE | SHOULDER)
+ALL: tuple[Kinds, ...] = (
+    (),
+    (Kappa,),
+    (Torque,),
+    (Shoulder,),
+    (EffectiveMass,),
+    (Kappa, Torque, Shoulder),
+    (Kappa, Torque, Shoulder, EffectiveMass),
+)
 
 
-@pytest.mark.parametrize("bits", ALL)
-def test_every_feasible_design_meets_every_row(bits: int) -> None:
-    """120,000 designs for each kind of condition, in boxes at the very edge of what is feasible."""
+def named(kinds: Kinds) -> str:
+    return " ".join(kind.name for kind in kinds) or "reach"
+
+
+@pytest.mark.parametrize("kinds", ALL, ids=named)
+def test_every_feasible_design_meets_every_cut(kinds: Kinds) -> None:
+    """120,000 designs for each kind of limit, in boxes at the very edge of what is feasible."""
     excluded = feasible = 0
     for seed in range(CASES):
         case = Case(seed)
-        n, rows = case.rows(case.box, bits)
+        n, cuts = case.cuts(case.box, kinds)
         u = case.sample(240, seed)
-        points = case.box.mean(axis=0) + u * (case.box[1] - case.box[0]) / 2.0
-        margins = case.margins(points)
-        allowed = margins[0] > 1e-12
-        for bit in (KAPPA, TORQUE, SHOULDER):
-            if bits & bit:
-                allowed &= margins[bit] > LIMIT
+        margins = case.margins(case.box.mean(axis=0) + u * (case.box[1] - case.box[0]) / 2.0, kinds)
+        allowed = (margins[0] > 1e-12) & (margins[1:] > LIMIT).all(axis=0)
         feasible += int(allowed.sum())
         if n == EXCLUDED:
             excluded += 1
             assert not allowed.any()
             continue
-        values = rows[:n, 0, None] + rows[:n, 1:5] @ u[allowed].T + rows[:n, 5, None]
-        assert (values >= -1e-14).all()  # rows have a magnitude of at most 1
+        values = cuts[:n, 0, None] + cuts[:n, 1:5] @ u[allowed].T + cuts[:n, 5, None]
+        assert (values >= -1e-14).all()  # cuts have a magnitude of at most 1
     assert feasible > 15_000
-    assert excluded > 20 or bits == 0
+    assert excluded > 20 or not kinds
 
 
-@pytest.mark.parametrize("bits", ALL)
-def test_a_single_design_is_judged_as_the_figures_judge_it(bits: int) -> None:
+@pytest.mark.parametrize("kinds", ALL, ids=named)
+def test_a_single_design_is_judged_as_the_figures_judge_it(kinds: Kinds) -> None:
     """Same thresholds, same meaning: a box of no size is excluded exactly where the margins say so."""
     sides = [0, 0]
     for seed in range(CASES):
         case = Case(seed)
         for u in case.sample(20, seed)[-4:]:
             point = case.box.mean(axis=0) + u * (case.box[1] - case.box[0]) / 2.0
-            margins = case.margins(point[None])
-            asked = [margins[0][0]] + [margins[bit][0] for bit in (KAPPA, TORQUE, SHOULDER) if bits & bit]
-            if margins[0][0] < 1e-12 or min(abs(m) for m in asked) < LIMIT:
+            margins = case.margins(point[None], kinds)[:, 0]
+            if margins[0] < 1e-12 or np.abs(margins).min() < LIMIT:
                 continue
-            refused = case.rows(np.stack([point, point]), bits)[0] == EXCLUDED
-            assert refused == (min(asked) < 0.0)
+            refused = case.cuts(np.stack([point, point]), kinds)[0] == EXCLUDED
+            assert refused == (margins.min() < 0.0)
             sides[refused] += 1
     assert sides[0] > 100
-    assert sides[1] > 100 or bits == 0
+    assert sides[1] > 100 or not kinds
 
 
 def test_a_point_out_of_reach_excludes() -> None:
     case = Case(1)
     point = np.array([0.05, 0.06, 0.0, 0.3])
-    assert case.rows(np.stack([point, point]), 0)[0] == EXCLUDED
+    assert case.cuts(np.stack([point, point]), ())[0] == EXCLUDED
 
 
-def test_rows_close_in_on_the_margin_with_the_square_of_the_width() -> None:
-    """The error of a row falls to a quarter when the box is halved: what makes a gap of 1e-5 cheap."""
+@pytest.mark.parametrize("kinds", [(Kappa, Torque), (EffectiveMass,)], ids=named)
+def test_cuts_close_in_on_the_margin_with_the_square_of_the_width(kinds: Kinds) -> None:
+    """The error of a cut falls to a quarter when the box is halved: what makes a gap of 1e-5 cheap."""
     case = Case(7)
     middle, errors = case.box.mean(axis=0), []
     for width in (1e-3, 5e-4):
-        n, rows = case.rows(np.stack([middle - width, middle + width]), KAPPA | TORQUE)
+        n, cuts = case.cuts(np.stack([middle - width, middle + width]), kinds)
         assert n > 0
-        errors.append(np.median(rows[:n, 5] / np.abs(rows[:n, 1:5]).sum(axis=1)))
+        errors.append(np.median(cuts[:n, 5] / np.abs(cuts[:n, 1:5]).sum(axis=1)))
     assert errors[1] < 0.6 * errors[0]  # relative to slopes that themselves halve
 
 
-def test_whole_rows_are_outline_lean_and_the_fold() -> None:
+def test_design_cuts_are_outline_lean_and_the_fold() -> None:
     rng, kinds = np.random.default_rng(3), [0, 0]
     for _ in range(2_000):
         la, lb, a, h, side = rng.uniform([0.05, 0.06, -0.03, 0.02, 0.01], [0.1, 0.2, 0.03, 0.1, 0.05])
         sum_max, lean = rng.uniform(0.05, 0.12), rng.uniform(0.0, 0.15)
         box = np.array([[la, lb, a, h]] * 2)
-        rows = np.empty((8, 6))
-        found = _whole_rows(lengths(box), box, np.array([side, sum_max, lean]), rows, 0)
+        pose = table()
+        fill_lengths(box, pose)
+        found = _design_cuts(pose, box, np.array([side, sum_max, lean]), np.empty((8, 6)), 0)
         # fold: the point of the bottom face above the shoulder of chain 0, or of chain 1, must be reached
         over = []
         for u in ([a / side, 0.0], [-a / side / 2.0, a / side * math.sqrt(0.75)]):
@@ -170,20 +186,20 @@ def test_whole_rows_are_outline_lean_and_the_fold() -> None:
     assert min(kinds) > 200
 
 
-def test_contraction_never_cuts_off_what_meets_all_rows() -> None:
+def test_contraction_never_cuts_off_what_meets_all_cuts() -> None:
     rng, cut = np.random.default_rng(4), 0
     for _ in range(300):
         n = int(rng.integers(1, 6))
-        rows = rng.normal(size=(n, 6))
-        rows[:, 5] = np.abs(rows[:, 5]) * 0.05
-        rows /= np.abs(rows).sum(axis=1, keepdims=True) * 1.01
+        cuts = rng.normal(size=(n, 6))
+        cuts[:, 5] = np.abs(cuts[:, 5]) * 0.05
+        cuts /= np.abs(cuts).sum(axis=1, keepdims=True) * 1.01
         low = rng.uniform(0.01, 0.1, 4)
         box = np.stack([low, low + rng.uniform(0.0, 0.05, 4) * (rng.random(4) < 0.8)])
         before = box.copy()
-        share = _contract(rows, n, box)
+        share = _contract(cuts, n, box)
         u = rng.uniform(-1.0, 1.0, (3_000, 4))
         u[:1_000] = np.sign(u[:1_000])
-        kept = (rows[:, 0, None] + rows[:, 5, None] + rows[:, 1:5] @ u.T >= 0.0).all(axis=0)
+        kept = (cuts[:, 0, None] + cuts[:, 5, None] + cuts[:, 1:5] @ u.T >= 0.0).all(axis=0)
         points = (before.sum(axis=0) + u * (before[1] - before[0])) / 2.0
         if share == 0.0:
             assert not kept.any()

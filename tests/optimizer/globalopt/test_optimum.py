@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.mechanism.limits import Torque
 from optimizer.globalopt import optimum as proven
-from optimizer.globalopt.design_box import design_of, space_of
-from optimizer.globalopt.incumbent import YIELDS, certified, limits_of
+from optimizer.globalopt.design_box import design_box, design_of
+from optimizer.globalopt.incumbent import YIELDS, certified
 from optimizer.globalopt.optimum import Now, Proven, prove_optimum
 from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
 from optimizer.problem.extremes import worst_points
@@ -262,7 +263,7 @@ def test_an_incumbent_is_improved_and_a_bad_one_does_no_harm() -> None:
 
 
 def test_the_search_itself_finds_what_sqp_did_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without any start the designs that the witnesses allow lead to the optimum."""
+    """Without any start the designs that the cutting points allow lead to the optimum."""
     monkeypatch.setattr(proven, "STARTS", 0)
     monkeypatch.setattr(sqp, "start_points", lambda *_: np.empty((0, 3)))
     for name in ("table 10, step 2", "table 11, step 3"):
@@ -285,13 +286,13 @@ def test_the_largest_cube_may_be_the_bound_itself() -> None:
     assert (found.objective, found.bound, found.gap, found.status) == (20.0, 20.0, 0.0, "proved")
 
 
-def test_more_witnesses_than_there_is_room_for_take_the_place_of_the_least_useful(
+def test_more_cutting_points_than_there_is_room_for_take_the_place_of_the_least_useful(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(proven, "MOST", 20)
     found = prove_optimum(TASKS["table 11, step 3"], gap=1e-4)
     assert found.status == "proved"
-    assert found.witnesses == 20
+    assert found.cutting_points == 20
 
 
 @pytest.mark.parametrize("gap", [0.0, -1.0, math.inf, math.nan])
@@ -328,28 +329,38 @@ def test_gravity_takes_its_share_of_the_torque() -> None:
     problem = TASKS["gravity, step 2"]
     f = figures_numpy(np.array(found.design_mm)[None] / MM_PER_M, half_surface(41))
     assert (3.0 * f.moment / f.determinant).max() == pytest.approx(0.3, rel=1e-3)
-    assert limits_of(problem, None).torque_max == pytest.approx(0.3, rel=1e-12)
+    assert problem.pose_limits()["torque"].told() == pytest.approx(0.3, rel=1e-12)
 
 
 def test_what_is_certified_is_all_that_is_asked() -> None:
-    limits = limits_of(TASKS["all limits, step 3"], 2.0)
-    assert (limits.force, limits.kappa_max, limits.singularity) == (3.0, 2.0, True)
-    assert limits.torque_max == pytest.approx(0.7, rel=1e-12)
-    assert limits.shoulder == pytest.approx((math.radians(-40), math.radians(75)), rel=1e-15)
-    assert limits_of(TASKS["all limits, step 3"], 3.0).kappa_max == 2.5
-    first = limits_of(TASKS["table 4, step 1"], None)
-    assert first.asked == ("reach",)
+    limits = TASKS["all limits, step 3"].pose_limits(2.0)
+    assert limits.asked == ("reach", "singularity", "torque", "kappa", "shoulder")
+    torque, shoulder = limits.get(Torque), limits["shoulder"].told()
+    assert torque is not None
+    assert (torque.force, limits["kappa"].told()) == (3.0, 2.0)
+    assert torque.torque_max == pytest.approx(0.7, rel=1e-12)
+    assert shoulder == pytest.approx((math.radians(-40), math.radians(75)), rel=1e-15)
+    assert TASKS["all limits, step 3"].pose_limits(3.0)["kappa"].told() == 2.5
+    assert TASKS["table 4, step 1"].pose_limits().asked == ("reach",)
 
 
 def test_what_the_proof_does_not_take_is_not_certified() -> None:
-    given = task(limits={"shoulder_deg": [10.0, 10.0]})
-    assert certified(step_problem(given, 2), np.array([82.0, 112.0, 40.0, 30.0, 57.0, 10.0])) is None
+    """A cube on the fold has an infinite condition number, one just above it 4e6: no limit says either."""
+    problem = step_problem(task((130, 130), (40, 40), half_side_mm=20, torque=50.0), 3)
+    for height, finite in ((48.0, False), (48.0 + 1e-11, True)):
+        design = np.array([82.0, 130.0, 40.0, 40.0, height, 20.0])
+        kappa = 1.0 / max(figures_numpy(design[None] / MM_PER_M, fold_points(design[None])).quality.min(), 1e-300)
+        assert kappa > 1e6
+        assert (kappa < 1e12) == finite
+        assert certified(problem, design) is None
+    without = certified(problem, np.array([82.0, 130.0, 40.0, 40.0, 50.0, 20.0]))
+    assert without is not None
 
 
 def test_designs_of_the_space_meet_outline_and_clearance() -> None:
     problem = TASKS["all limits, step 2"]
     free = replace(problem, lower=(60.0, *problem.lower[1:]), upper=(100.0, *problem.upper[1:]))
-    space = space_of(free)
+    space = design_box(free)
     assert space is not None
     rng = np.random.default_rng(0)
     for u in rng.random((500, 4)):
@@ -365,7 +376,7 @@ def test_designs_of_the_space_meet_outline_and_clearance() -> None:
 def test_every_design_that_meets_outline_lean_and_clearance_is_in_the_space() -> None:
     for name in TASKS:
         problem = TASKS[name]
-        space = space_of(problem)
+        space = design_box(problem)
         assert space is not None
         designs = problem.designs(np.random.default_rng(1).random((5_000, len(problem.free))))
         margins = problem.design_margins(designs)
@@ -374,7 +385,7 @@ def test_every_design_that_meets_outline_lean_and_clearance_is_in_the_space() ->
         points = np.column_stack([la, lb, R - r, h])
         assert ((points >= space.box[0]) & (points <= space.box[1])).all()
         assert (la + R - r <= space.sum_max).all()
-        assert (lb >= space.lean_share * side).all()
+        assert (lb >= space.forearm_per_half_side_min * side).all()
 
 
 def test_slack_of_the_search_is_below_the_smallest_gap() -> None:

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes, rod_lean
+from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.workspace import Search
 from optimizer.problem.evaluator import VARIABLES, half_surface, sample_points
 from optimizer.problem.extremes import design_worst, worst_points
-from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_margin, step_problem
-from tests.optimizer.tasks import task
+from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_of, step_problem
+from tests.optimizer.tasks import INERTIA, task
 
 PUBLISHED = np.array([82, 112.079, 40, 30, 57.112, 35])
 
@@ -38,8 +41,9 @@ def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None
         "lean_max_deg": 28,
         "shoulder_deg": [-45, 80],
         "clearance_min_mm": 2,
+        "effective_mass_max_kg": 0.4,
     }
-    given = task(limits=limits, half_side=(10, 100))
+    given = task(limits=limits, half_side=(10, 100), inertia=INERTIA)
     assert step_problem(given, 1).constraints == ("outline", "reach", "half_side")
     assert step_problem(given, 2).constraints == CONSTRAINTS
     assert step_problem(task(), 2).constraints == ("outline", "reach", "torque")
@@ -88,14 +92,17 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
         "clearance_min_mm": math.sqrt(3.0) * 30.0 - 24.0 - 8.0,
         "gravity_torque_N_m": 0.1,
     }
-    problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1), 2)
+    masses = HandleInertia(*INERTIA.values())
+    heaviest = Search(cube)(lambda p: effective_mass(g, p, masses), -1.0).value
+    limits["effective_mass_max_kg"] = heaviest
+    problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1, inertia=INERTIA), 2)
     found = margins_at(problem, PUBLISHED)
     # the grid misses an extreme between its points by (step / 2)^2 of the curvature: 0.1 %
-    for name in ("torque", "conditioning", "lean", "shoulder", "clearance", "outline"):
+    for name in ("torque", "kappa", "lean", "shoulder", "effective_mass", "clearance", "outline"):
         assert abs(found[name]) < 1e-3, name
     found = design_worst(problem, PUBLISHED / 1000.0, 9)
     # polished to 1e-5 of L; `cube_extremes` to 2^-22 of its step
-    for name in ("torque", "conditioning", "shoulder"):
+    for name in ("torque", "kappa", "shoulder", "effective_mass"):
         assert abs(found[name].values[0]) < 1e-8, name
 
 
@@ -110,15 +117,16 @@ def test_lean_in_closed_form_is_that_of_the_corners() -> None:
 def test_outline_of_the_paper_is_exact_in_both_readings() -> None:
     """W = 270, D = 220 with L_c = 85.4 mm, or turned with L_c = 17.4 mm, allows R + L_A = 122 and no more."""
     straight = task(limits={"parallelogram_width_mm": 85.4})
-    margin, turned = outline_margin(straight, np.array([121.9, 122.1]))
+    margin, turned = outline_of(straight).room(np.array([121.9, 122.1]))
     assert margin[0] > 0 > margin[1]
     assert not turned[0]
     # 35 mm more along the depth forbid the straight reading: 17.4 / 2 + sqrt(3) 122 = 220.01 decides
     turned_only = task(limits={"parallelogram_width_mm": 17.4, "outline_overhead_mm": [0.0, 35.0]})
-    margin, turned = outline_margin(turned_only, np.array([121.9, 122.1]))
+    margin, turned = outline_of(turned_only).room(np.array([121.9, 122.1]))
     assert turned.all()
     assert margin[0] > 0 > margin[1]
-    half = outline_margin(task(limits={"parallelogram_width_mm": 54, "outline_overhead_mm": [11, 11]}), np.array([122]))
+    half = task(limits={"parallelogram_width_mm": 54, "outline_overhead_mm": [11, 11]})
+    half = outline_of(half).room(np.array([122]))
     assert half[0][0] == pytest.approx((220 - (54 * math.sqrt(3) / 4 + 183 + 11)) / 220, rel=1e-14)
 
 
@@ -130,11 +138,11 @@ def test_a_singularity_hidden_behind_good_corners_is_caught() -> None:
     problem = step_problem(task(limits={"kappa_max": 7.0}, torque=50.0), 2)
     designs = HIDDEN[None] / 1000.0
     corners = problem.point_margins(problem.figures(designs, half_surface(2)))
-    assert corners["conditioning"].min() > 0
+    assert corners["kappa"].min() > 0
     assert corners["torque"].min() > 0
     found = margins_at(problem, HIDDEN, 5)
     assert found["torque"] < 0
-    assert found["conditioning"] < 0
+    assert found["kappa"] < 0
 
 
 def test_a_platform_below_its_elbows_is_refused_though_it_is_well_conditioned() -> None:
@@ -171,12 +179,14 @@ def test_every_constraint_is_described_with_its_field() -> None:
         "shoulder_deg": [-45, 80],
         "clearance_min_mm": 2,
         "gravity_torque_N_m": 0.1,
+        "effective_mass_max_kg": 0.4,
     }
-    problem = step_problem(task(limits=limits, half_side=(10, 100)), 2)
+    problem = step_problem(task(limits=limits, half_side=(10, 100), inertia=INERTIA), 2)
     words = {name: problem.describe(name) for name in problem.constraints}
     assert words["outline"] == "outline 270 x 220 mm (requirements.envelope_*_mm)"
     assert words["torque"] == "0.7 N m for 3 N (requirements.joint_torque_N_m)"
-    assert words["conditioning"] == "limits.kappa_max = 3.0"
+    assert words["kappa"] == "limits.kappa_max = 3.0"
+    assert words["effective_mass"] == "limits.effective_mass_max_kg = 0.4"
     assert words["shoulder"] == "limits.shoulder_deg = [-45, 80]"
     assert words["half_side"] == "bounds_mm.half_side >= 10 mm"
     assert step_problem(task(half_side_mm=35), 3).describe("half_side") == "step_3.half_side_mm = 35 mm"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from delta_cad.mechanism.limits import HandleInertia
 from optimizer.problem.requirements import (
     Bounds,
     RequirementsError,
@@ -19,6 +21,7 @@ from optimizer.problem.requirements import (
     requirements_from_dict,
     requirements_hash,
 )
+from tests.optimizer.tasks import INERTIA
 
 JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
 MISSING = object()
@@ -72,6 +75,28 @@ def test_hash_sees_every_number_but_not_the_spelling_of_defaults() -> None:
     assert requirements_hash(requirements_from_dict(other)) != requirements_hash(given)
 
 
+def test_hash_leaves_out_what_is_not_stated_and_sees_each_number_of_the_masses() -> None:
+    """A limit that is added to the program changes no hash."""
+    asked = contract() | {"limits": {"effective_mass_max_kg": 0.4}, "inertia": INERTIA}
+    hashes = {requirements_hash(requirements_from_dict(data)) for data in (contract(), asked)}
+    for name in INERTIA:
+        changed = asked | {"inertia": INERTIA | {name: 0.0123}}
+        hashes.add(requirements_hash(requirements_from_dict(changed)))
+    assert len(hashes) == 2 + len(INERTIA)
+    text = json.dumps(requirements_from_dict(contract()).model_dump(mode="json", exclude_none=True))
+    assert "null" not in text
+    assert "inertia" not in text
+    assert "effective_mass" not in text
+
+
+def test_an_effective_mass_is_asked_with_its_masses() -> None:
+    given = requirements_from_dict(contract() | {"limits": {"effective_mass_max_kg": 0.4}, "inertia": INERTIA})
+    assert given.limits.effective_mass_max_kg == 0.4
+    assert given.values["inertia"] == HandleInertia(*INERTIA.values())
+    assert requirements_from_dict(contract() | {"inertia": INERTIA}).limits.effective_mass_max_kg is None
+    assert requirements_from_dict(contract()).values["inertia"] is None
+
+
 REFUSED = [
     ("name", "../up", 'name = "../up": must be 1 to 64 letters'),
     ("name", MISSING, "name: is missing; must be 1 to 64 letters"),
@@ -98,6 +123,36 @@ REFUSED = [
     ("limits.gravity_m_s2", [0, 0], "limits.gravity_m_s2[2] = [0, 0]: must be a list of 3 numbers"),
     ("limits.outline_overhead_mm", [-1, 0], "limits.outline_overhead_mm[0] = -1: must be [along W, along D]"),
     ("limits.gravity_torque_N_m", 0.8, "limits.gravity_torque_N_m = 0.8: must be < requirements.joint_torque_N_m"),
+    ("limits.shoulder_deg", [10, 10], "shoulder: shoulder is (0.1745"),
+    (
+        "limits.effective_mass_max_kg",
+        0.4,
+        "limits.effective_mass_max_kg = 0.4: needs the masses of what moves: table ",
+    ),
+    ("limits.effective_mass_max_kg", 0, "limits.effective_mass_max_kg = 0: must be a number > 0 and <= 1000 kg"),
+    ("limits.effective_mass_max_kg", 1001, "limits.effective_mass_max_kg = 1001: must be a number > 0 and <= 1000 kg"),
+    ("limits.effective_mass_max_kg", True, "limits.effective_mass_max_kg = true: must be a number"),
+    ("inertia", INERTIA | {"carried_mass_kg": 0}, "inertia.carried_mass_kg = 0: must be a number > 0 and <= 1000 kg"),
+    (
+        "inertia",
+        INERTIA | {"elbow_mass_kg": -1e-9},
+        "inertia.elbow_mass_kg = -1e-09: must be a number >= 0 and <= 1000",
+    ),
+    (
+        "inertia",
+        INERTIA | {"cross_mass_kg": -1001},
+        "inertia.cross_mass_kg = -1001: must be a number >= -1000 and",
+    ),
+    (
+        "inertia",
+        INERTIA | {"joint_inertia_kg_m2": 2000},
+        "inertia.joint_inertia_kg_m2 = 2000: must be a number >= 0",
+    ),
+    ("inertia", {"carried_mass_kg": 0.1}, "inertia.elbow_mass_kg: is missing; must be a number >= 0 and <= 1000 kg"),
+    ("inertia", INERTIA | {"speed": 1}, "inertia.speed = 1: unknown key; known here: carried_mass_kg, elbow_mass_kg"),
+    ("inertia", 3, "inertia = 3: must be a table"),
+    ("requirements.force_N", 1e-9, "torque: force is 1e-09; it must be within 1e-06 and 1e+06 N"),
+    ("requirements.joint_torque_N_m", 1e-9, "torque: torque_max is 1e-09; it must be within 1e-06 and 1e+06 N m"),
     ("step_3.half_side_mm", 120, "step_3.half_side_mm = 120.0: must be within bounds_mm.half_side = [0, 100] mm"),
     ("step_3.half_side_mm", 0, "step_3.half_side_mm = 0: must be a number > 0 and <= 1000 mm"),
 ]

@@ -128,7 +128,7 @@ def test_every_limit_binds_where_it_is_asked() -> None:
     worst = {name: w.values[0] for name, w in design_worst(problem, design[0], 41).items()}
     worst |= {name: margin[0] for name, margin in problem.design_margins(design).items()}
     assert min(worst.values()) >= -1e-9
-    assert min(worst["conditioning"], worst["lean"]) < 1e-6
+    assert min(worst["kappa"], worst["lean"]) < 1e-6
 
 
 @pytest.mark.parametrize("kind", ["half_side", "quality", "feasibility"])
@@ -136,7 +136,7 @@ def test_gradients_are_those_of_a_higher_order_formula(kind: str) -> None:
     step = 3 if kind == "quality" else 2
     problem = step_problem(task((90, 130), limits={"kappa_max": 4, "lean_max_deg": 30}, half_side_mm=35), step, 60.0)
     program = Program(problem, kind)
-    names = ("reach", "torque", "conditioning", *(("quality",) if step == 3 else ()))
+    names = ("reach", "torque", "kappa", *(("quality",) if step == 3 else ()))
     program.add([Active(name, point) for name in names for point in ((1.0, 1.0, 1.0), (0.2, 0.3, -1.0))])
     x = np.array([0.55, 0.4, 0.4, 0.35][: len(problem.free)])
     unknowns = np.append(x, 0.1) if program.has_level else x

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from optimizer.certify.interval import Interval, coordinates, exactly
+
+from delta_cad.mechanism.enclosure.interval import Interval, coordinates, exactly
 
 PROPERTY = settings(deadline=None, derandomize=True, max_examples=200)
 NUMBER = st.one_of(st.floats(-4.0, 4.0, allow_subnormal=False), st.sampled_from([0.0, 0.1, -0.3, 1e-8]))
