@@ -24,6 +24,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.drive import drive_torque
+from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
 from delta_cad.export.folder import output_folder
 from delta_cad.export.glb import write_glb
@@ -34,7 +35,6 @@ from delta_cad.export.mjcf import twin, write_twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
-from delta_cad.masses import masses_from_dict
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn

@@ -75,12 +75,13 @@ def test_no_modules_import_each_other_in_a_circle(package: str) -> None:
 
 @pytest.mark.parametrize("top", [*PACKAGES, "tests"])
 def test_folders_and_files_can_be_overlooked(top: str) -> None:
-    folders = [path for path in (ROOT / top, *(ROOT / top).rglob("*")) if path.is_dir() and path.name != "__pycache__"]
-    crowded = {
-        str(folder.relative_to(ROOT)): count
-        for folder in folders
-        if (count := sum(path.name != "__pycache__" for path in folder.iterdir())) > MOST_ENTRIES
-    }
+    files = [path for path in (ROOT / top).rglob("*") if path.is_file() and path.parent.name != "__pycache__"]
+    entries: dict[Path, set[str]] = {}
+    for path in files:
+        for folder in (path.parent, *path.parent.parents):
+            if folder.is_relative_to(ROOT / top):
+                entries.setdefault(folder, set()).add(path.relative_to(folder).parts[0])
+    crowded = {str(folder.relative_to(ROOT)): len(one) for folder, one in entries.items() if len(one) > MOST_ENTRIES}
     long = {
         str(path.relative_to(ROOT)): count
         for path in (ROOT / top).rglob("*.py")

@@ -27,7 +27,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.commands.tables import print_inspection
     from delta_cad.design import DesignError, load_design
     from delta_cad.drive import drive_torque
-    from delta_cad.masses import MassError, load_masses
+    from delta_cad.drive.masses import MassError, load_masses
     from delta_cad.mechanism import MechanismError
 
     try:

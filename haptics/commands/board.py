@@ -31,7 +31,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from haptics.devices.server import listen, serve
 
     try:

@@ -28,7 +28,7 @@ def run(given: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import whole_folder
     from delta_cad.design import DesignError
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import QUANTITIES, feel

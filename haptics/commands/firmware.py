@@ -23,7 +23,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from haptics.model.machine import load_machine
 
     try:

@@ -36,7 +36,7 @@ def run(given: argparse.Namespace) -> int:
     if given.design is None:
         return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
     from delta_cad.design import DesignError
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from delta_cad.mechanism import MechanismError
 
     try:
@@ -61,7 +61,7 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
 
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
-    from delta_cad.masses import PointMasses
+    from delta_cad.drive.masses import PointMasses
     from haptics.gravity import gravity_torque
     from haptics.model.machine import load_machine
 

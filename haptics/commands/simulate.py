@@ -46,7 +46,7 @@ def run(given: argparse.Namespace) -> int:
     if given.plot:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
     from delta_cad.design import DesignError
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from haptics.model.machine import load_machine
 
     try:

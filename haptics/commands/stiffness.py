@@ -32,7 +32,7 @@ def run(given: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import write_whole
     from delta_cad.design import DesignError
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from haptics.model.machine import load_machine
     from haptics.stability.page import stiffness_facts, stiffness_text
     from haptics.stability.stiffness import largest_walls

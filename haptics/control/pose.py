@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from delta_cad.common.jit import compiled
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from haptics.control.pose_margins import singularity_margins
 

@@ -28,7 +28,7 @@ from delta_cad.mechanism import inverse_jacobian, inverse_kinematics, jacobian
 from haptics.gravity import arm_directions, gravity_torque
 
 if TYPE_CHECKING:
-    from delta_cad.masses import Masses
+    from delta_cad.drive.masses import Masses
     from delta_cad.mechanism import DeltaGeometry
     from haptics.model.machine import MachineModel
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.masses import PointMasses
+from delta_cad.drive.masses import PointMasses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
 

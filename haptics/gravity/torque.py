@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from delta_cad.masses import Masses, PointMasses
+from delta_cad.drive.masses import Masses, PointMasses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL
 

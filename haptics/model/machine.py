@@ -11,7 +11,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
-from delta_cad.masses import MassError, Masses, load_masses
+from delta_cad.drive.masses import MassError, Masses, load_masses
 from delta_cad.mechanism import DeltaGeometry
 
 FILE = "mass_properties.json"

@@ -26,7 +26,7 @@ import math
 from typing import NamedTuple
 
 from delta_cad.common.jit import compiled
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.kernel import chain_closure
 

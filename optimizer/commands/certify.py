@@ -50,7 +50,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from delta_cad.mechanism import GeometryError
     from optimizer.certify.gravity import GravityError
 
@@ -120,14 +120,14 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
         MassError: The file is refused.
     """
     from delta_cad.drive import drive_torque
-    from delta_cad.masses import load_masses
+    from delta_cad.drive.masses import load_masses
 
     return load_masses(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
 
 
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
     """What moves; None where the file says too little of it and no limit needs it."""
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
 
     try:
         return inertia_of(design, masses)

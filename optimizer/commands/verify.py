@@ -43,7 +43,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
-    from delta_cad.masses import MassError
+    from delta_cad.drive.masses import MassError
     from optimizer.certify.certificate import CertificateError, UnreadableError, verify
     from optimizer.certify.file import read_certificate
     from optimizer.certify.gravity import GravityError

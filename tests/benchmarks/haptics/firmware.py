@@ -76,7 +76,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     Raises:
         RuntimeError: There is no C compiler.
     """
-    from delta_cad.masses import Masses
+    from delta_cad.drive.masses import Masses
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
     from haptics.model.machine import MachineModel

@@ -125,7 +125,7 @@ def _told(grown: tuple[list[int], list[float]]) -> str:
 def _machine() -> Any:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
-    from delta_cad.masses import Masses
+    from delta_cad.drive.masses import Masses
     from haptics.model.machine import MachineModel
 
     design = load_design(ROOT / "best.json")
@@ -236,7 +236,7 @@ def beside() -> None:
 
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
-    from delta_cad.masses import masses_from_dict
+    from delta_cad.drive.masses import masses_from_dict
     from haptics.model.plant import FREE, STATES, advance, plant
 
     folder, machine, design = Path(sys.argv[1]), _machine(), load_design(ROOT / "best.json")

@@ -53,7 +53,7 @@ def measured() -> None:
     """Measures in this process and prints the times as JSON."""
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
-    from delta_cad.masses import Masses
+    from delta_cad.drive.masses import Masses
     from haptics.model.hands import HANDS
     from haptics.model.machine import MachineModel
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls

@@ -18,9 +18,9 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
+from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.mjcf import twin, write_twin
-from delta_cad.masses import masses_from_dict
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LINKS
 from haptics.gravity import gravity_torque

@@ -11,7 +11,7 @@ import pytest
 
 from delta_cad.common.console import with_negatives
 from delta_cad.design import Design, load_design
-from delta_cad.masses import MassError, load_masses
+from delta_cad.drive.masses import MassError, load_masses
 from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import (
     DeltaGeometry,
     closure_margin,

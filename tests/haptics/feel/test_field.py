@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import (
     DeltaGeometry,
     forward_kinematics,

@@ -13,7 +13,7 @@ import pytest
 import haptics.feel.sheet
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import SingularError
 from haptics.commands.cli import main
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values

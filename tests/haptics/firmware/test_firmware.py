@@ -17,7 +17,7 @@ from numba import float64, int64, typeof
 from delta_cad.common import jit
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import Controller, fresh, tick

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.holding import holding_torque
+from delta_cad.drive.masses import Masses, PointMasses, masses_from_dict
 from delta_cad.export.mass_properties import link_mass_properties, mass_report
-from delta_cad.masses import Masses, PointMasses, masses_from_dict
 from delta_cad.mechanism import DeltaGeometry, UnreachableError, forward_kinematics, inverse_kinematics, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from haptics.gravity import gravity_torque, potential_energy

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinematics, jacobian
 from haptics.gravity import arm_directions, gravity_torque, potential_energy
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, bristle, derivative, energy, motion, plant

@@ -10,7 +10,7 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import FACTOR, FORCE, VELOCITY, Controller, fresh, tick
 from haptics.control.filters import backward_difference

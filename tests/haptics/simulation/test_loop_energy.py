@@ -7,7 +7,7 @@ import pytest
 
 from delta_cad.design import load_design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import jacobian
 from haptics.control.filters import backward_difference
 from haptics.model.machine import MachineModel

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinematics, jacobian
 from haptics.control.filters import backward_difference, low_pass
 from haptics.gravity import gravity_torque

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.control.filters import backward_difference, foaw
 from haptics.model.hands import HAND_MODELS, HANDS

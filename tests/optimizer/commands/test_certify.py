@@ -17,7 +17,7 @@ import pytest
 from delta_cad.common import console
 from delta_cad.design import design_hash, load_design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import load_masses
+from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism import Cube, DeltaGeometry, conditioning, reach_excess, rod_lean, worst_joint_torque
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.design import load_design
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor.limits import SafetyLimits, safety_limits

@@ -7,7 +7,7 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import Masses
+from delta_cad.drive.masses import Masses
 from haptics.control.supervisor.faults import LATCHING, FaultCode
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from delta_cad.design import load_design
 from delta_cad.drive import drive_torque
-from delta_cad.masses import MassError, Masses, PointMasses, load_masses, masses_from_dict, rod_masses
+from delta_cad.drive.masses import MassError, Masses, PointMasses, load_masses, masses_from_dict, rod_masses
 from tests.committed import BEST
 
 LENGTH = 0.112

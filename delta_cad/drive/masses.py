@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.drive import DriveReport
+from delta_cad.drive.report import DriveReport
 from delta_cad.mechanism.limits import HandleInertia
 
 SCHEMA = "delta-mass-properties/1"

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict, design_to_dict, load_design
-from delta_cad.drive import CAPSTAN_EFFICIENCY, SLACK_RESERVE, drive_torque
+from delta_cad.drive.report import CAPSTAN_EFFICIENCY, SLACK_RESERVE, drive_torque
 
 BEST = load_design(Path(__file__).parents[2] / "best.json")
 
