@@ -95,7 +95,7 @@ def test_a_cube_that_may_fold_a_chain_is_tested_at_any_angle(monkeypatch: pytest
     def folds(*_: object) -> None:
         raise FoldError("a chain may fold")
 
-    monkeypatch.setattr(contacts, "domains", folds)
+    monkeypatch.setattr(contacts, "joint_ranges", folds)
     contact = replace(machine(), fits=(Fit("arm_0", "bracket_0", "contact"),))
     angles = [np.arctan2(c.b_in_a[2, 0], c.b_in_a[0, 0]) for c in contact_positions(contact, LIMITS)]
     assert np.ptp(angles) > 6.0
