@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 
 if TYPE_CHECKING:
-    from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
+    from delta_cad.pipeline import Outcome
 
 NOT_BUILT = 3
 Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]

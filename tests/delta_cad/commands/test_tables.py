@@ -9,8 +9,8 @@ from rich.console import Console
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import tables
-from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
+from delta_cad.pipeline import Outcome
 
 
 def test_phases_are_shown_on_a_terminal_only(
