@@ -228,8 +228,8 @@ def test_data_nested_too_deep_is_refused() -> None:
 # What it costs
 
 
-def test_importing_the_design_loads_no_cad_and_no_numerics() -> None:
-    """Cheap to import: the command line's --help must stay under half a second."""
+def test_importing_the_design_loads_neither_cad_nor_compiler() -> None:
+    """What asks for a design, asks for its limits, which are numbers of NumPy; `--help` asks for neither."""
     code = "import sys, delta_cad.design, delta_cad.drive; print(*sorted(set(m.split('.')[0] for m in sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"cadquery", "OCP", "trimesh", "fcl", "numpy", "scipy", "matplotlib"} & set(loaded)
+    assert not {"cadquery", "OCP", "trimesh", "fcl", "scipy", "matplotlib", "numba", "llvmlite"} & set(loaded)
