@@ -113,7 +113,7 @@ def random_designs(problem: Problem, found: Proven, count: int) -> np.ndarray:
 
 
 def beaten(problem: Problem, designs: np.ndarray, kappa: float) -> bool:
-    """Whether one of the designs meets everything: all else on grids and at the folds, the mass by the mechanism's own search."""
+    """Whether one of the designs meets everything: all else on grids and at the folds, the mass by another search."""
     others = step_problem(problem.requirements, problem.step, without=WITHOUT)
     kept = np.ones(len(designs), dtype=bool)
     for margin in others.design_margins(designs).values():
@@ -173,6 +173,7 @@ def test_synthesis_finds_the_same_optimum(method: str) -> None:
     assert result.objective == pytest.approx(solved(0.4).objective, rel=1e-4)
     assert result.violations["effective_mass"] <= ROUNDING
     assert heaviest(result.design_mm) <= 0.4 * (1.0 + ROUNDING)
+    assert result.max_effective_mass == pytest.approx(0.4, rel=1e-6)
 
 
 @pytest.mark.parametrize("method", ["proven", "sqp"])
