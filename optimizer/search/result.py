@@ -149,6 +149,20 @@ class Result:
         return -self._extremes["torque"] * self.problem.requirements.requirements.force_N
 
     @cached_property
+    def max_effective_mass(self) -> float | None:
+        """Largest effective mass over the cube, kg, infinite at a fold; None where the masses are not stated."""
+        inertia = self.problem.requirements.values["inertia"]
+        if inertia is None:
+            return None
+        row = np.array(self.design_mm)[None] / 1000.0
+
+        def lightness(points: np.ndarray) -> dict[str, np.ndarray]:
+            return {"lightness": figures(row, points, False, False).lightness(inertia)[0]}
+
+        least = float(worst_points(lightness, FINE_GRID)["lightness"].values[0])
+        return inertia.carried_mass / least if least > 0.0 else math.inf
+
+    @cached_property
     def _extremes(self) -> dict[str, float]:
         row = np.array(self.design_mm)[None] / 1000.0
 
