@@ -155,7 +155,7 @@ def test_the_worst_figure_is_that_of_the_worst_chain(kind, figure):
     assert each.shape[:-1] == (3,)
     worst = figure.worst(limit, PUBLISHED, p)
     np.testing.assert_array_equal(worst, np.max(each, axis=-1) if figure.upper else np.min(each, axis=-1))
-    assert np.isnan(worst[2])
+    assert np.isnan(worst[2]) or worst[2] < 0.0  # open: no value, or for the reach one by how much
     assert figure.stricter(1.0, 2.0) == (1.0 if figure.upper else 2.0)
     assert figure.sense == ("<=" if figure.upper else ">=")
 

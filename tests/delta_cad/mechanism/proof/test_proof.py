@@ -120,7 +120,9 @@ def test_a_hidden_unreachable_pocket_is_refuted():
     proof = prove(g, cube, asked)
     (finding,) = (f for f in proof.findings if f.verdict == "refuted")
     assert finding.condition == "reach"
-    assert np.isnan(finding.value)
+    # too near on the axis: the forearm is longer than the upper arm and the way from shoulder to wrist
+    assert finding.point == pytest.approx((0.0, 0.0, 0.077), abs=1e-12)
+    assert finding.value == pytest.approx(np.hypot(0.007, 0.077) + 0.082 - 0.16, rel=1e-9)
     assert really_violates(g, cube, asked, finding)
     assert [f.verdict for f in proof.findings if f.condition != "reach"] == ["undecided"]
 
