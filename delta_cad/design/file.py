@@ -28,7 +28,7 @@ from delta_cad.design.record import (
 )
 from delta_cad.design.sums import impossible_sum
 
-UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2"}
+UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2", "_kg": "kg", "_kg_m2": "kg m^2"}
 
 
 class DesignError(ValueError):
