@@ -16,10 +16,7 @@ import pytest
 
 from delta_cad.common import console
 from delta_cad.design import design_hash, load_design
-from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism import Cube, DeltaGeometry, conditioning, reach_excess, rod_lean, worst_joint_torque
-from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
 from optimizer.certify.bounds import bounds
 from optimizer.certify.certificate import asked_of, cube_of, values_of
@@ -175,81 +172,6 @@ def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
         assert rows[figure]["verdict"] == "proved"
         assert rows[figure]["proved"] == rows[figure]["limit"], figure
     assert call("verify", out, "--design", path) == 0
-
-
-def heaviest(path: Path, file: Path) -> float:
-    """The largest effective mass on 61^3 points, by a plain eigenvalue problem, kg."""
-    design = load_design(path)
-    inertia = load_masses(file, design.geometry.forearm_length, drive_torque(design)).handle_inertia
-    line, cube = np.linspace(-1.0, 1.0, 61), cube_of(design)
-    grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
-    return float(effective_mass(design.geometry, points, inertia).max())
-
-
-def test_effective_mass_is_proved_or_refuted_and_replayed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "c.json"
-    file = masses(tmp_path, load_design(changed(tmp_path)), turning=2e-6)
-    largest = heaviest(changed(tmp_path), file)
-    path = changed(tmp_path, effective_mass_max_kg=largest * 1.001)
-    assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    row = next(row for row in told["conditions"] if row["condition"] == "effective_mass")
-    assert (row["verdict"], row["unit"], row["limit"]) == ("proved", "kg", largest * 1.001)
-    # the grid misses the extreme by less than a step's square of the curvature, 1e-4
-    assert largest * (1.0 - 1e-12) <= row["attained"] <= row["proved"] <= row["limit"]
-    assert row["proved"] <= largest * (1.0 + 2e-4)
-    data = json.loads(out.read_text())
-    assert data["limits"]["effective_mass_max_kg"] == largest * 1.001
-    assert set(data["limits"]["inertia"]) == {
-        "carried_mass_kg", "elbow_mass_kg", "cross_mass_kg", "joint_inertia_kg_m2",
-    }  # fmt: skip
-    assert call("verify", out, "--design", path, "--mass-properties", file) == 0
-    words = capsys.readouterr().out
-    assert "effective_mass proved again" in words
-    assert words.endswith("kg m^2 at a joint, checked\n")
-    assert call("verify", out, "--design", path) == 0
-    assert "AS RECORDED, their file not given: --mass-properties\n" in capsys.readouterr().out.splitlines(True)[-1]
-
-    path = changed(tmp_path, effective_mass_max_kg=largest * 0.999)
-    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 1
-    told, err = capsys.readouterr()
-    found = re.match(r"design\.json: effective_mass is refuted: effective mass is (\S+) kg at \(", err)
-    assert found is not None
-    assert largest * (1.0 - 1e-5) <= float(found[1]) <= largest * (1.0 + 2e-4)  # six digits are told
-    assert re.search(r"(?m)^effective mass +refuted +<= ", told)
-    assert call("verify", out, "--design", path, "--mass-properties", file) == 1
-    assert re.search(r"effective_mass is refuted at \(.*, confirmed$", capsys.readouterr().err.strip())
-
-
-def test_an_effective_mass_without_masses_is_refused_with_field_and_option(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = changed(tmp_path, effective_mass_max_kg=0.4)
-    for more in ((), ("--gravity-torque", "0.1")):
-        assert call("certify", "--design", path, "--out", tmp_path / "c.json", *more) == 2
-        told, err = capsys.readouterr()
-        assert told == ""
-        assert err.startswith("design.json: requirements.effective_mass_max_kg = 0.4: needs the masses of what moves")
-        assert "--mass-properties" in err
-        assert err.count("\n") == 1
-    file = masses(tmp_path, load_design(path))  # enough for gravity, but without moments of inertia
-    assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--mass-properties", file) == 2
-    assert "mass_properties.json: bodies.upper_arm_0: must have" in capsys.readouterr().err
-    assert not (tmp_path / "c.json").exists()
-
-
-def test_known_masses_make_a_row_and_a_tight_limit_though_nothing_asks_for_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path, out = changed(tmp_path), tmp_path / "c.json"
-    file = masses(tmp_path, load_design(path), turning=2e-6)
-    assert call("certify", "--design", path, "--out", out, "--mass-properties", file, "--tight", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    row = next(row for row in told["conditions"] if row["condition"] == "effective_mass")
-    assert (row["verdict"], row["limit"]) == ("not asked", None)
-    assert json.loads(out.read_text())["limits"]["effective_mass_max_kg"] == row["proved"]
-    assert call("verify", out, "--design", path, "--mass-properties", file) == 0
 
 
 @pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])

@@ -5,17 +5,12 @@ import pytest
 
 from delta_cad.mechanism import inverse_kinematics
 from haptics.control.supervisor import memory as m
-from haptics.control.supervisor import supervisor as compiled
 from haptics.control.supervisor.faults import (
-    EXTERNAL,
-    LATCHING,
     TABLE,
     FaultCode,
     Reaction,
     Severity,
     State,
-    findings,
-    mask,
 )
 from tests.haptics.control.supervisor.rig import GEOMETRY, HOME, LIMITS, Rig
 
@@ -430,26 +425,3 @@ def test_a_fault_that_brakes_takes_gravity_from_one_that_holds() -> None:
     assert set(rig.supervisor.latched) == {FaultCode.DEADLINE_MISSED, FaultCode.SINGULAR}
     out = rig.ticks(GLIDE, PULL, HOLD)
     np.testing.assert_allclose(out, 0.0, atol=1e-3)  # the brake of a trembling handle, as in `fails`
-
-
-def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:
-    """Logs, boards and the C header keep the numbers: a new code gets a new one, wherever it stands in the list."""
-    numbers = (
-        "ANGLE_INVALID ANGLE_JUMP ANGLE_FROZEN FROZEN_SUSPECTED CLOCK_INVALID TICK_LATE DEADLINE_MISSED EDGE_LEFT "
-        "EDGE_FAR JOINT_RANGE NOT_CLOSED SINGULAR SINGULAR_NEAR OVERSPEED MOTOR_WARM MOTOR_HOT COMMAND_STALE "
-        "COMMAND_INVALID RAMP_HELD ENERGY_LIMITED ENERGY_SPENT ORDER WATCHDOG DEVICE_LOST EMERGENCY_STOP"
-    )
-    assert [FaultCode[name] for name in numbers.split()] == list(range(1, 26))
-    for code in set(FaultCode) - set(findings(EXTERNAL)):
-        assert getattr(compiled, f"_{code.name}") == code.bit
-
-
-def test_every_code_is_told_apart_and_told_about() -> None:
-    assert sorted(TABLE) == sorted(FaultCode)
-    assert len({about.text for about in TABLE.values()}) == len(FaultCode)
-    assert mask(FaultCode) < 2**53, "the memory keeps the bits in a float"
-    for fault, about in TABLE.items():
-        assert findings(fault.bit) == (fault,)
-        assert (about.severity is Severity.FAULT) == bool(fault.bit & LATCHING)
-        assert (about.severity is Severity.WARNING) == (about.reaction in (Reaction.NONE, Reaction.FADE))
-        assert about.cleared

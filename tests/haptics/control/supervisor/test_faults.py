@@ -1,0 +1,47 @@
+"""The codes of faults: numbers, names and texts."""
+
+import numpy as np
+
+from haptics.control.supervisor import supervisor as compiled
+from haptics.control.supervisor.faults import (
+    EXTERNAL,
+    LATCHING,
+    TABLE,
+    FaultCode,
+    Reaction,
+    Severity,
+    findings,
+    mask,
+)
+from tests.haptics.control.supervisor.rig import LIMITS
+
+PULL = np.array([0.1, -0.15, 0.2])
+HOLD = np.array([0.05, 0.06, 0.04])
+UP = np.array([0.0, 0.0, 1.0])
+FLOOR = np.array([0.0, 0.0, LIMITS.cube_bottom])
+GLIDE = 60
+"""Ticks in which everything has slewed away: gravity's torque needs 15."""
+NAN = float("nan")
+
+
+def test_codes_keep_their_numbers_and_the_compiled_bits_their_names() -> None:
+    """Logs, boards and the C header keep the numbers: a new code gets a new one, wherever it stands in the list."""
+    numbers = (
+        "ANGLE_INVALID ANGLE_JUMP ANGLE_FROZEN FROZEN_SUSPECTED CLOCK_INVALID TICK_LATE DEADLINE_MISSED EDGE_LEFT "
+        "EDGE_FAR JOINT_RANGE NOT_CLOSED SINGULAR SINGULAR_NEAR OVERSPEED MOTOR_WARM MOTOR_HOT COMMAND_STALE "
+        "COMMAND_INVALID RAMP_HELD ENERGY_LIMITED ENERGY_SPENT ORDER WATCHDOG DEVICE_LOST EMERGENCY_STOP"
+    )
+    assert [FaultCode[name] for name in numbers.split()] == list(range(1, 26))
+    for code in set(FaultCode) - set(findings(EXTERNAL)):
+        assert getattr(compiled, f"_{code.name}") == code.bit
+
+
+def test_every_code_is_told_apart_and_told_about() -> None:
+    assert sorted(TABLE) == sorted(FaultCode)
+    assert len({about.text for about in TABLE.values()}) == len(FaultCode)
+    assert mask(FaultCode) < 2**53, "the memory keeps the bits in a float"
+    for fault, about in TABLE.items():
+        assert findings(fault.bit) == (fault,)
+        assert (about.severity is Severity.FAULT) == bool(fault.bit & LATCHING)
+        assert (about.severity is Severity.WARNING) == (about.reaction in (Reaction.NONE, Reaction.FADE))
+        assert about.cleared
