@@ -178,6 +178,8 @@ def _cut(pose, k, n, work, cuts, count):
     la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
     v = (at(pose, forms.W2), at(pose, forms.W2 + 1), at(pose, forms.W2 + 2))
     others = (multiply(v[1], v[2]), multiply(v[0], v[2]), multiply(v[0], v[1]))
+    if k[n] + k[n + 1] < 0.0 and k[n + 4] >= 0.0:  # less than what is carried, and all else only adds: n.e = 1
+        return EXCLUDED
     if not _directions(pose, k, n, work):
         return count
     allowed = multiply(multiply(constant(k[n], k[n + 1]), la2), multiply(v[0], others[0]))
