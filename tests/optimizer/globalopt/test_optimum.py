@@ -345,7 +345,7 @@ def test_what_is_certified_is_all_that_is_asked() -> None:
 
 
 def test_what_the_proof_does_not_take_is_not_certified() -> None:
-    """A cube on the fold has an infinite condition number, one just above it 4e6: no limit says either."""
+    """A cube on the fold has an infinite condition number, one just above it more than 1e6: no limit says that."""
     problem = step_problem(task((130, 130), (40, 40), half_side_mm=20, torque=50.0), 3)
     for height, finite in ((48.0, False), (48.0 + 1e-11, True)):
         design = np.array([82.0, 130.0, 40.0, 40.0, height, 20.0])
