@@ -236,7 +236,7 @@ class PoseLimit(Limit):
         Returns:
             Slope forms that are not negative where the limit holds.
         """
-        raise NotImplementedError(self.name)
+        raise TypeError(f"{self.name} proves itself again by `second_proof`, not by margins")
 
     def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
         """Decides over which boxes the limit is proved in the other arithmetic, (n,)."""
@@ -256,7 +256,7 @@ class PoseLimit(Limit):
         Returns:
             (D, K) not negative where the limit holds.
         """
-        raise NotImplementedError(self.name)
+        raise TypeError(f"{self.name} holds for the cube in closed form: see `design_margin`")
 
     def bound(self, figure: FigureOfMerit) -> float:
         """The threshold of one of its figures, SI units."""
