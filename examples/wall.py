@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from delta_cad.mechanism import forward_kinematics, jacobian
-from haptics.devices.device import Sample, run
+from haptics.devices.device import Reading, run
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
@@ -29,7 +29,7 @@ device.force = np.array([0.0, 0.0, PUSH])  # a finger that pushes upwards
 path = [centre]
 
 
-def tick(sample: Sample) -> np.ndarray:
+def tick(sample: Reading) -> np.ndarray:
     """Joint torques of one period: the wall's force through the Jacobian, and the machine's own weight."""
     p = forward_kinematics(machine.geometry, sample.angles)
     v = (p - path[-1]) / device.period

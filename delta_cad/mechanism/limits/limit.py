@@ -236,6 +236,7 @@ class PoseLimit(Limit):
         Returns:
             Slope forms that are not negative where the limit holds.
         """
+        del pose, sign, exact
         raise TypeError(f"{self.name} proves itself again by `second_proof`, not by margins")
 
     def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
@@ -256,6 +257,7 @@ class PoseLimit(Limit):
         Returns:
             (D, K) not negative where the limit holds.
         """
+        del f
         raise TypeError(f"{self.name} holds for the cube in closed form: see `design_margin`")
 
     def bound(self, figure: FigureOfMerit) -> float:

@@ -17,6 +17,7 @@ import pytest
 from delta_cad import catalogue, pipeline
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands.cli import main
 from delta_cad.design import Design, design_from_dict, design_hash
@@ -24,6 +25,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
+from delta_cad.mechanism.limits import EffectiveMass, Kappa, Lean, Shoulder, Torque
 from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, Outcome, check_limits, check_machine
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST, Built
@@ -223,13 +225,14 @@ def asked(**requirements: Any) -> Design:
     return design_from_dict(data)
 
 
-def test_limits_are_the_stops_or_what_is_asked_whichever_is_tighter(best_dimensions: Dimensions) -> None:
-    low, high = best_dimensions.stops_rad
+def test_limits_are_the_stops_or_what_is_asked_whichever_is_tighter(machine: BuiltMachine) -> None:
+    low, high = machine.dimensions.stops_rad
 
     def limits(**requirements: Any) -> tuple[float, float]:
-        found = check_limits(replace(best_dimensions, design=asked(**requirements))).shoulder_range_rad
-        assert found is not None
-        return found
+        found = check_limits(replace(machine.dimensions, design=asked(**requirements)), machine.masses).pose
+        shoulder = found.get(Shoulder)
+        assert shoulder is not None
+        return shoulder.shoulder_min, shoulder.shoulder_max
 
     assert limits(shoulder_min_deg=None, shoulder_max_deg=None) == (low, high)
     assert limits(shoulder_min_deg=degrees(low) + 1, shoulder_max_deg=degrees(high) - 1) == pytest.approx(
@@ -238,17 +241,26 @@ def test_limits_are_the_stops_or_what_is_asked_whichever_is_tighter(best_dimensi
     assert limits(shoulder_min_deg=-90.0, shoulder_max_deg=120.0) == (low, high)
 
 
-def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions) -> None:
-    limits = check_limits(best_dimensions)
+def test_limits_pass_on_what_the_design_asks(best_dimensions: Dimensions, machine: BuiltMachine) -> None:
+    limits = check_limits(best_dimensions, machine.masses)
     r, c = best_dimensions.design.requirements, best_dimensions.design.cube
     assert (limits.bottom_height_mm, limits.half_side_mm) == (c.bottom_height_mm, c.half_side_mm)
     assert (limits.envelope_width_mm, limits.envelope_depth_mm) == (270.0, 220.0)
-    assert (limits.force_N, limits.joint_torque_N_m, limits.clearance_min_mm) == (3.0, 0.8, r.clearance_min_mm)
-    assert limits.lean_max_rad == pytest.approx(radians(28.0))
+    assert limits.clearance_min_mm == r.clearance_min_mm
+    assert limits.pose.get(Torque) == Torque(3.0, 0.8)
+    assert limits.pose.get(Kappa) == Kappa(2.27)
+    assert limits.pose.get(Lean) == Lean(radians(28.0))
+    assert limits.pose.get(EffectiveMass) is None
     data = json.loads(BEST.read_text())
     del data["requirements"]["lean_max_deg"]
-    free = check_limits(replace(best_dimensions, design=design_from_dict(data)))
-    assert free.lean_max_rad == best_dimensions.forearm.tilt_limit_rad  # without a wish, what the ball joints allow
+    free = check_limits(replace(best_dimensions, design=design_from_dict(data)), machine.masses)
+    # without a wish, what the ball joints allow
+    assert free.pose.get(Lean) == Lean(best_dimensions.forearm.tilt_limit_rad)
+    heavy = check_limits(replace(best_dimensions, design=asked(effective_mass_max_kg=1.9)), machine.masses)
+    mass = heavy.pose.get(EffectiveMass)
+    assert mass is not None
+    # the heaviest of the committed design at the floor of its cube, as the feel sheet has it, and what it carries
+    assert mass.inertia.carried_mass == pytest.approx(0.09, abs=0.04)
 
 
 def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.MonkeyPatch) -> dict[str, CheckResult]:
@@ -258,21 +270,30 @@ def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.Monkey
     return {result.name: result for result in results}
 
 
-def test_torque_drive_and_conditioning_are_checked(
-    machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert "conditioning" not in own_checks(machine, asked(kappa_max=None), monkeypatch)
+def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     found = own_checks(machine, best, monkeypatch)
-    assert list(found) == ["lean", "torque with gravity", "drive torque", "conditioning"]
+    assert list(found) == ["lean", "torque with gravity", "drive torque"]
     assert all(result.passed for result in found.values())
     assert found["drive torque"].value == pytest.approx(0.80376)  # 0.96 x 9.85 x 85 mN m
     assert "continuous" in found["drive torque"].detail
-    kappa = found["conditioning"]
+
+
+def test_conditioning_and_effective_mass_are_checked_where_they_are_asked(machine: BuiltMachine, best: Design) -> None:
+    def checked(**requirements: Any) -> dict[str, CheckResult]:
+        limits = check_limits(replace(machine.dimensions, design=asked(**requirements)), machine.masses)
+        return {result.name: result for result in check_ranges(best.geometry, limits)}
+
+    assert not {"kappa", "effective mass"} & set(checked(kappa_max=None))
+    found = checked(effective_mass_max_kg=2.0)
+    assert found["effective mass"].passed
+    assert found["effective mass"].value == pytest.approx(1.88, abs=0.02)  # what the feel sheet tells
+    assert not checked(effective_mass_max_kg=1.8)["effective mass"].passed
+    kappa = found["kappa"]
     proven = json.loads(BEST.read_text())["provenance"]["steps"][-1]["max_kappa"]  # the optimiser's own figure
     assert kappa.value == pytest.approx(proven, abs=1e-3)
     at = np.array(kappa.worst_pose_mm) / 1e3
     assert conditioning(best.geometry, at) == pytest.approx(kappa.value)
-    assert not own_checks(machine, asked(kappa_max=2.2), monkeypatch)["conditioning"].passed
+    assert not checked(kappa_max=2.2)["kappa"].passed
 
 
 def test_a_drive_that_reaches_the_torque_as_a_peak_only_passes_and_says_so(

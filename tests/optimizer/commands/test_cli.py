@@ -365,7 +365,7 @@ def test_example_of_the_contract_ends_in_a_design(tmp_path: Path, capsys: pytest
 
 TINY = [
     ("kappa_max = 2.27", "kappa_max = 1.0", "ga+sqp", 2),
-    ("shoulder_deg = [-65.5, 70]", "shoulder_deg = [10, 10]", "sqp", 2),
+    ("shoulder_deg = [-65.5, 70]", "shoulder_deg = [10, 10.001]", "sqp", 2),
     ("half_side = [0, 100]", "half_side = [1e-9, 1e-9]", "sqp", 1),
 ]
 
