@@ -26,26 +26,14 @@ from delta_cad.design.record import (
     Mechanism,
     Requirements,
 )
+from delta_cad.design.refusal import RefusedError, bounds_of, floats, short
 from delta_cad.design.sums import impossible_sum
 
 UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2", "_kg": "kg", "_kg_m2": "kg m^2"}
 
 
-class DesignError(ValueError):
-    """A design that is refused.
-
-    Attributes:
-        file: Name of the file (its last part), or what stands for it.
-        field: Dotted path of the field, such as "mechanism.forearm_length_mm"; "" when the whole file is meant.
-        value: The offending value as JSON text; "" when there is none.
-        allowed: What is wrong or what would be allowed.
-    """
-
-    def __init__(self, file: str, field: str, value: str, allowed: str) -> None:
-        self.file, self.field, self.value, self.allowed = file, field, value, allowed
-        what = " = ".join(part for part in (field, value) if part)
-        text = ": ".join(part for part in (file, what, allowed) if part)
-        super().__init__(" ".join(text.split()))
+class DesignError(RefusedError):
+    """A design that is refused."""
 
 
 def load_design(path: str | Path) -> Design:
@@ -72,7 +60,7 @@ def load_design(path: str | Path) -> Design:
         seen: dict[str, Any] = {}
         for key, value in pairs:
             if key in seen:
-                raise DesignError(path.name, key, _text(value), "is given more than once; a key must be given once")
+                raise DesignError(path.name, key, short(value), "is given more than once; a key must be given once")
             seen[key] = value
         return seen
 
@@ -112,12 +100,12 @@ def design_from_dict(data: object, file: str = "design") -> Design:
 def _validated(data: object, file: str) -> Design:
     """See `design_from_dict`."""
     if not isinstance(data, Mapping):
-        raise DesignError(file, "", _text(data), "must be an object")
+        raise DesignError(file, "", short(data), "must be an object")
     if "schema" in data and data["schema"] != SCHEMA:
-        raise DesignError(file, "schema", _text(data["schema"]), _allowed(("schema",)))
-    for field, value in _numbers(data, ""):
+        raise DesignError(file, "schema", short(data["schema"]), _allowed(("schema",)))
+    for field, value in floats(data):
         if not math.isfinite(value):
-            raise DesignError(file, field, _text(value), "must be finite")
+            raise DesignError(file, field, short(value), "must be finite")
     try:
         design = Design.model_validate(dict(data))
     except ValidationError as error:
@@ -126,7 +114,7 @@ def _validated(data: object, file: str) -> Design:
     _check_catalogue(design, file)
     fault = impossible_sum(design)
     if fault is not None:
-        raise DesignError(file, fault.field, _text(fault.value), fault.allowed)
+        raise DesignError(file, fault.field, short(fault.value), fault.allowed)
     return design
 
 
@@ -159,24 +147,6 @@ def design_hash(design: Design) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def _text(value: object) -> str:
-    """A value as short JSON text for a message."""
-    text = json.dumps(value, default=repr)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _numbers(data: object, path: str) -> list[tuple[str, float]]:
-    """All floats of nested data with their dotted paths."""
-    if isinstance(data, float):
-        return [(path, data)]
-    items: list[tuple[str, object]] = []
-    if isinstance(data, Mapping):
-        items = [(f"{path}.{key}" if path else str(key), value) for key, value in data.items()]
-    elif isinstance(data, list | tuple):
-        items = [(f"{path}[{i}]", value) for i, value in enumerate(data)]
-    return [found for name, value in items for found in _numbers(value, name)]
-
-
 def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
     """The record that holds the field at a location."""
     sections: dict[str, type[BaseModel]] = {
@@ -202,15 +172,11 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
     if name in HARDWARE_FAMILIES and model is Hardware:
         return f"must be one of {', '.join(catalogue.family(name))}"
     info = model.model_fields.get(name)
-    bounds = []
-    for item in info.metadata if info else []:
-        for sign, attribute in ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le")):
-            if hasattr(item, attribute):
-                bounds.append(f"{sign} {getattr(item, attribute):g}")
+    bounds = bounds_of(info.metadata if info else [])
     if not bounds:
         return "must be an object"
     unit = next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
-    return f"must be a number {' and '.join(bounds)} {unit}".rstrip()
+    return f"must be a number {bounds} {unit}".rstrip()
 
 
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, message: str) -> DesignError:
@@ -219,14 +185,14 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
     if kind == "extra_forbidden":
         model = _model_at(loc)
         known = ", ".join(info.alias or name for name, info in model.model_fields.items())
-        return DesignError(file, field, _text(value), f"unknown key; known here: {known}")
+        return DesignError(file, field, short(value), f"unknown key; known here: {known}")
     if kind == "missing":
         return DesignError(file, field, "", f"is missing; {_allowed(loc)}")
     if kind in {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}:
-        return DesignError(file, field, _text(value), _allowed(loc).replace("a number ", ""))
+        return DesignError(file, field, short(value), _allowed(loc).replace("a number ", ""))
     if loc[0] == "provenance" and len(loc) > 1:
-        return DesignError(file, field, _text(value), f"must be plain JSON: {message}")
-    return DesignError(file, field, _text(value), _allowed(loc))
+        return DesignError(file, field, short(value), f"must be plain JSON: {message}")
+    return DesignError(file, field, short(value), _allowed(loc))
 
 
 def _check_catalogue(design: Design, file: str) -> None:
@@ -234,10 +200,10 @@ def _check_catalogue(design: Design, file: str) -> None:
     for entry in HARDWARE_FAMILIES:
         key, rows = getattr(design.hardware, entry), catalogue.family(entry)
         if key not in rows:
-            raise DesignError(file, f"hardware.{entry}", _text(key), f"must be one of {', '.join(rows)}")
+            raise DesignError(file, f"hardware.{entry}", short(key), f"must be one of {', '.join(rows)}")
     drive = design.hardware.drive
     if drive not in catalogue.motor(design.hardware.motor).drives:
         legal = [key for key in catalogue.family("motor") if drive in catalogue.motor(key).drives]
-        value = _text(design.hardware.motor)
+        value = short(design.hardware.motor)
         allowed = f"is not for the {drive} drive; must be one of {', '.join(legal)}"
         raise DesignError(file, "hardware.motor", value, allowed)

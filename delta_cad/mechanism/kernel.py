@@ -28,7 +28,7 @@ _SEPARATED = 0.01
 squares takes over, whose error is a rounding of the largest eigenvalue."""
 
 
-class Figures(NamedTuple):
+class PositionFigures(NamedTuple):
     """Figures of merit of n positions.
 
     Attributes:
@@ -42,7 +42,7 @@ class Figures(NamedTuple):
     kappa: np.ndarray
 
 
-def figures(g: DeltaGeometry, p: ArrayLike) -> Figures:
+def figures(g: DeltaGeometry, p: ArrayLike) -> PositionFigures:
     """Reach, torque and conditioning, as `closure_margin`, `worst_joint_torque` and `conditioning` give them.
 
     Args:
@@ -56,7 +56,7 @@ def figures(g: DeltaGeometry, p: ArrayLike) -> Figures:
     return figures_into(g, coordinates, np.empty((5, coordinates.shape[1])))
 
 
-def figures_into(g: DeltaGeometry, coordinates: np.ndarray, out: np.ndarray) -> Figures:
+def figures_into(g: DeltaGeometry, coordinates: np.ndarray, out: np.ndarray) -> PositionFigures:
     """The same for loops over designs: nothing is copied and no memory asked for, which takes longer than to compute.
 
     Args:
@@ -70,7 +70,7 @@ def figures_into(g: DeltaGeometry, coordinates: np.ndarray, out: np.ndarray) -> 
     x, y, z = coordinates
     closure, arm1, arm2, arm3, kappa = out
     _figures(x, y, z, g.radius_difference, g.upper_arm_length, g.forearm_length, closure, arm1, arm2, arm3, kappa)
-    return Figures(closure, out[1:4].T, kappa)
+    return PositionFigures(closure, out[1:4].T, kappa)
 
 
 def angle_margins(

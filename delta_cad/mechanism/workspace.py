@@ -183,7 +183,7 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
         UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
         GeometryError: n is less than 2.
     """
-    search = Search(cube, n)
+    search = CubeSearch(cube, n)
     closure = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
     require_closed(g, np.array([closure.position]))
 
@@ -224,7 +224,7 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
     )
 
 
-class Search:
+class CubeSearch:
     """Search for the extremes of figures over one cube: the surface, a coarse grid inside, then a compass search.
 
     Args:

@@ -21,6 +21,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from delta_cad.design import NAME_PATTERN, NAME_RULE
+from delta_cad.design.refusal import short
 from optimizer.problem.requirements import Requirements, RequirementsError, requirements_from_dict
 from optimizer.search.genetic import GENERATIONS
 from optimizer.synthesis.three_step import METHODS
@@ -139,22 +140,22 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     """
     for key in data:
         if key not in KEYS:
-            raise GridError(file, str(key), _text(data[key]), f"unknown key; known here: {', '.join(KEYS)}")
+            raise GridError(file, str(key), short(data[key]), f"unknown key; known here: {', '.join(KEYS)}")
     base, where = _base(data, file, folder)
     requirements_from_dict(base, where)
     name = data.get("name", base["name"])
     if not isinstance(name, str) or re.fullmatch(NAME_PATTERN, name) is None:
-        raise GridError(file, "name", _text(name), NAME_RULE)
+        raise GridError(file, "name", short(name), NAME_RULE)
     method = data.get("method", "ga+sqp")
     if method not in METHODS:
-        raise GridError(file, "method", _text(method), f"must be one of {', '.join(METHODS)}")
+        raise GridError(file, "method", short(method), f"must be one of {', '.join(METHODS)}")
     seeds = data.get("seeds", [0])
     if not _naturals(seeds) or len(seeds) > VALUES_MAX:
         allowed = f"must be a list of 1 to {VALUES_MAX} different whole numbers >= 0"
-        raise GridError(file, "seeds", _text(seeds), allowed)
+        raise GridError(file, "seeds", short(seeds), allowed)
     steps = data.get("steps", [1, 2, 3])
     if not _naturals(steps) or not set(steps) <= {1, 2, 3} or steps != sorted(steps):
-        raise GridError(file, "steps", _text(steps), "must be a list of 1, 2, 3, each once at most, in order")
+        raise GridError(file, "steps", short(steps), "must be a list of 1, 2, 3, each once at most, in order")
     population = _whole(data, file, "population", None, POPULATION)
     generations = _whole(data, file, "generations", GENERATIONS, GENERATION)
     axes = _axes(data.get("axes"), file)
@@ -167,7 +168,7 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
         given = _placed(base, inputs)
         record = requirements_from_dict(given, file)
         if 3 in steps and 2 not in steps and record.step_3.half_side_mm is None:
-            raise GridError(file, "steps", _text(steps), "step 3 needs step 2 or step_3.half_side_mm")
+            raise GridError(file, "steps", short(steps), "step 3 needs step 2 or step_3.half_side_mm")
         for seed in seeds:
             sets.append(Set(index, inputs, given, method, seed, tuple(steps), population, int(generations or 0)))
             index += 1
@@ -193,17 +194,17 @@ def _base(data: Mapping[str, Any], file: str, folder: Path) -> tuple[dict[str, A
     if isinstance(base, Mapping):
         return dict(base), f"{file}: base"
     kind = "is missing; it must be" if "base" not in data else "must be"
-    given = _text(base) if "base" in data else ""
+    given = short(base) if "base" in data else ""
     raise GridError(file, "base", given, f"{kind} the path of a requirements file, or its tables")
 
 
 def _axes(data: object, file: str) -> tuple[Axis, ...]:
     if not isinstance(data, Mapping):
-        given = "" if data is None else _text(data)
+        given = "" if data is None else short(data)
         raise GridError(file, "axes", given, "must be a table of dotted fields")
     axes = tuple(_axis(field, value, file) for field, value in _fields(data, ""))
     if not axes:
-        raise GridError(file, "axes", _text(dict(data)), "must hold at least one dotted field")
+        raise GridError(file, "axes", short(dict(data)), "must hold at least one dotted field")
     twice = [axis.field for k, axis in enumerate(axes) if axis.field in [other.field for other in axes[:k]]]
     if twice:
         raise GridError(file, f"axes.{twice[0]}", "", "is given twice")
@@ -232,12 +233,12 @@ def _axis(field: str, value: Any, file: str) -> Axis:
     values = _spread(value, where, file) if isinstance(value, Mapping) else value
     if not isinstance(values, list) or not 1 <= len(values) <= VALUES_MAX:
         allowed = f"must be a list of 1 to {VALUES_MAX} values, or {{linspace = [first, last, count]}}, or geomspace so"
-        raise GridError(file, where, _text(value), allowed)
+        raise GridError(file, where, short(value), allowed)
     for k, one in enumerate(values):
         if not _numeric(one):
-            raise GridError(file, f"{where}[{k}]", _text(one), "must be a finite number, or a list of such")
+            raise GridError(file, f"{where}[{k}]", short(one), "must be a finite number, or a list of such")
         if one in values[:k]:
-            raise GridError(file, f"{where}[{k}]", _text(one), "is there twice")
+            raise GridError(file, f"{where}[{k}]", short(one), "is there twice")
     return Axis(field, tuple(values))
 
 
@@ -245,16 +246,16 @@ def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
     """Values of a linspace or geomspace."""
     kinds = [key for key in spec if key in SPACES]
     if len(spec) != 1 or len(kinds) != 1:
-        raise GridError(file, where, _text(dict(spec)), "must hold one key, linspace or geomspace")
+        raise GridError(file, where, short(dict(spec)), "must hold one key, linspace or geomspace")
     kind, numbers = kinds[0], spec[kinds[0]]
     where = f"{where}.{kind}"
     shape = isinstance(numbers, list) and len(numbers) == 3 and _numeric(numbers)
     if not shape or not isinstance(numbers[2], int) or not 2 <= numbers[2] <= VALUES_MAX:
         allowed = f"must be [first, last, count], finite numbers and 2 to {VALUES_MAX} of them"
-        raise GridError(file, where, _text(numbers), allowed)
+        raise GridError(file, where, short(numbers), allowed)
     first, last, count = float(numbers[0]), float(numbers[1]), numbers[2]
     if kind == "geomspace" and not (first > 0.0 and last > 0.0):
-        raise GridError(file, where, _text(numbers), "both ends must be > 0")
+        raise GridError(file, where, short(numbers), "both ends must be > 0")
     return [float(v) for v in (np.geomspace if kind == "geomspace" else np.linspace)(first, last, count)]
 
 
@@ -270,7 +271,7 @@ def _placed(base: dict[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
 def _whole(data: Mapping[str, Any], file: str, key: str, default: int | None, allowed: tuple[int, int]) -> int | None:
     value = data.get(key, default)
     if key in data and (not _natural(value) or not allowed[0] <= value <= allowed[1]):
-        raise GridError(file, key, _text(value), f"must be a whole number >= {allowed[0]} and <= {allowed[1]:,}")
+        raise GridError(file, key, short(value), f"must be a whole number >= {allowed[0]} and <= {allowed[1]:,}")
     return value
 
 
@@ -288,9 +289,3 @@ def _numeric(value: object) -> bool:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return math.isfinite(value) if isinstance(value, float) else abs(value) < INTEGER_MAX
-
-
-def _text(value: object) -> str:
-    """A value as short JSON text for a message."""
-    text = json.dumps(value, default=str)
-    return text if len(text) <= 60 else text[:57] + "..."

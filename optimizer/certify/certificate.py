@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits, Singularity
@@ -23,7 +24,6 @@ from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
 
-MM_PER_M = 1000.0
 Progress = Callable[[int, float], None]
 
 

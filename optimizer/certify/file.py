@@ -17,7 +17,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismErr
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
-from optimizer.certify.gravity import GravityShare, Masses
+from optimizer.certify.gravity import GravityShare, WeighedMasses
 
 SCHEMA = "delta-certificate/1"
 STATEMENT = (
@@ -154,7 +154,7 @@ def _gravity(read: _Gravity) -> GravityShare:
     m = read.masses
     masses = None
     if m is not None:
-        masses = Masses(m.acceleration_m_s2, m.carried_mass_kg, m.arm_moment_kg_m, m.file_sha256)
+        masses = WeighedMasses(m.acceleration_m_s2, m.carried_mass_kg, m.arm_moment_kg_m, m.file_sha256)
     return GravityShare(read.force_N, read.joint_torque_N_m, read.weight_N, read.reserve_N_m, masses)
 
 

@@ -54,7 +54,7 @@ class GravityError(ValueError):
 
 
 @dataclass(frozen=True)
-class Masses:
+class WeighedMasses:
     """What of the moving bodies' masses the bound needs.
 
     Attributes:
@@ -86,7 +86,7 @@ class GravityShare:
     torque: float
     weight: float
     reserve: float
-    masses: Masses | None = None
+    masses: WeighedMasses | None = None
 
     def limits(self, limits: Limits) -> Limits:
         """The conditions, the torque's replaced by the one that leaves room for gravity, rounded to its strict side.
@@ -171,7 +171,7 @@ def given_share(design: Design, reserve: float) -> GravityShare:
     return GravityShare(r.force_N, r.joint_torque_N_m, 0.0, reserve)
 
 
-def share_of_masses(design: Design, masses: Masses) -> GravityShare:
+def share_of_masses(design: Design, masses: WeighedMasses) -> GravityShare:
     """The share that the masses of a machine ask, module docstring.
 
     Args:
@@ -187,7 +187,7 @@ def share_of_masses(design: Design, masses: Masses) -> GravityShare:
     return GravityShare(r.force_N, r.joint_torque_N_m, weight, reserve, masses)
 
 
-def read_masses(path: Path, design: Design) -> Masses:
+def read_masses(path: Path, design: Design) -> WeighedMasses:
     """Reads what a build wrote about its masses, `mass_properties.json`.
 
     Args:
@@ -217,7 +217,7 @@ def read_masses(path: Path, design: Design) -> Masses:
     if not isinstance(bodies, dict):
         raise GravityError(f"{path.name}: bodies: is missing")
     carried, moment = _sums(path.name, bodies, design)
-    return Masses(design.requirements.gravity_m_s2, carried, moment, hashlib.sha256(content).hexdigest())
+    return WeighedMasses(design.requirements.gravity_m_s2, carried, moment, hashlib.sha256(content).hexdigest())
 
 
 def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, float]:

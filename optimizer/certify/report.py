@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M as MM
 from delta_cad.mechanism import reach_excess
 from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Reach, Torque
 from delta_cad.mechanism.proof.findings import Finding
@@ -16,7 +17,6 @@ from optimizer.certify.bounds import ProvedBound
 from optimizer.certify.certificate import Certificate
 
 DIGITS = 6
-MM = 1000.0
 Point = tuple[float, float, float]
 
 

@@ -9,7 +9,8 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from optimizer.problem.step import MM_PER_M, Problem, ProblemError
+from delta_cad.common.units import MM_PER_M
+from optimizer.problem.step import Problem, ProblemError
 from optimizer.search.result import Bound, Result
 
 Report = Callable[[int, int, float, float], None]

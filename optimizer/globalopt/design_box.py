@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import DesignBounds
 from delta_cad.mechanism.limits.outline import OUTWARDS
-from optimizer.problem.step import MM_PER_M, SIDE, Problem
+from optimizer.problem.step import SIDE, Problem
 
 
 class DesignBox(NamedTuple):

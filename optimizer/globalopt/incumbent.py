@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.limits import Singularity
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
-from optimizer.problem.step import MM_PER_M, SIDE, Problem
+from optimizer.problem.step import SIDE, Problem
 
 HEIGHT = VARIABLES.index("bottom_height")
 YIELDS = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)

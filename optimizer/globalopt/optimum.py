@@ -17,6 +17,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from optimizer.globalopt.branch_and_bound import DONE, POINTS, QUESTION, search
 from optimizer.globalopt.cutting_points import numbers
 from optimizer.globalopt.design_box import DesignBox, design_box, design_of
@@ -24,7 +25,7 @@ from optimizer.globalopt.incumbent import BOXES as CERTIFYING
 from optimizer.globalopt.incumbent import QUICK, Certified, certified, uncertified
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.extremes import design_worst
-from optimizer.problem.step import MM_PER_M, SIDE, Problem, ProblemError
+from optimizer.problem.step import SIDE, Problem, ProblemError
 from optimizer.search import sqp
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import EXCHANGE_GRID, Search

@@ -18,27 +18,15 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
 from delta_cad.design.file import UNITS
 from delta_cad.design.record import limit_fields
+from delta_cad.design.refusal import RefusedError, bounds_of, floats, short
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS, HandleInertia
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 
 
-class RequirementsError(ValueError):
-    """Requirements that are refused.
-
-    Attributes:
-        file: Name of the file (its last part), or what stands for it.
-        field: Dotted path of the field, such as "bounds_mm.half_side"; "" when the whole file is meant.
-        value: The offending value as JSON text; "" when there is none.
-        allowed: What is wrong or what would be allowed.
-    """
-
-    def __init__(self, file: str, field: str, value: str, allowed: str) -> None:
-        self.file, self.field, self.value, self.allowed = file, field, value, allowed
-        what = " = ".join(part for part in (field, value) if part)
-        text = ": ".join(part for part in (file, what, allowed) if part)
-        super().__init__(" ".join(text.split()))
+class RequirementsError(RefusedError):
+    """Requirements that are refused."""
 
 
 class _Record(BaseModel):
@@ -194,10 +182,10 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
             step 3 outside the bounds, or a name that is not safe as a file name.
     """
     if not isinstance(data, Mapping):
-        raise RequirementsError(file, "", _text(data), "must be a table")
-    for field, value in _numbers(data, ""):
+        raise RequirementsError(file, "", short(data), "must be a table")
+    for field, value in floats(data):
         if not math.isfinite(value):
-            raise RequirementsError(file, field, _text(value), "must be finite")
+            raise RequirementsError(file, field, short(value), "must be finite")
     try:
         given = Requirements.model_validate(dict(data))
     except ValidationError as error:
@@ -225,16 +213,16 @@ def _check_order(given: Requirements, file: str) -> None:
         ranges["limits.shoulder_deg"] = given.limits.shoulder_deg
     for field, (low, high) in ranges.items():
         if low > high:
-            raise RequirementsError(file, field, _text([low, high]), "bounds are swapped: must be [lower, upper]")
+            raise RequirementsError(file, field, short([low, high]), "bounds are swapped: must be [lower, upper]")
     low, high = given.bounds_mm.half_side
     if high == 0.0:
-        raise RequirementsError(file, "bounds_mm.half_side", _text([low, high]), "upper bound must be > 0 mm")
+        raise RequirementsError(file, "bounds_mm.half_side", short([low, high]), "upper bound must be > 0 mm")
     torque, reserve = given.requirements.joint_torque_N_m, given.limits.gravity_torque_N_m
     if reserve >= torque:
         allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"
-        raise RequirementsError(file, "limits.gravity_torque_N_m", _text(reserve), allowed)
+        raise RequirementsError(file, "limits.gravity_torque_N_m", short(reserve), allowed)
     if given.limits.effective_mass_max_kg is not None and given.inertia is None:
-        value = _text(given.limits.effective_mass_max_kg)
+        value = short(given.limits.effective_mass_max_kg)
         allowed = f"needs the masses of what moves: table [inertia] with {', '.join(InertiaTable.model_fields)}"
         raise RequirementsError(file, "limits.effective_mass_max_kg", value, allowed)
     for limit in LIMITS:
@@ -245,34 +233,7 @@ def _check_order(given: Requirements, file: str) -> None:
     side = given.step_3.half_side_mm
     if side is not None and not low <= side <= high:
         allowed = f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"
-        raise RequirementsError(file, "step_3.half_side_mm", _text(side), allowed)
-
-
-def _text(value: object) -> str:
-    """A value as short JSON text for a message."""
-    text = json.dumps(value, default=str)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _numbers(data: object, path: str) -> list[tuple[str, float]]:
-    """All floats of nested data with their dotted paths."""
-    if isinstance(data, float):
-        return [(path, data)]
-    items: list[tuple[str, object]] = []
-    if isinstance(data, Mapping):
-        items = [(f"{path}.{key}" if path else str(key), value) for key, value in data.items()]
-    elif isinstance(data, list | tuple):
-        items = [(f"{path}[{i}]", value) for i, value in enumerate(data)]
-    return [found for name, value in items for found in _numbers(value, name)]
-
-
-def _limits_of(metadata: list[Any]) -> str:
-    bounds = []
-    for item in metadata:
-        for sign, attribute in ((">", "gt"), (">=", "ge"), ("<", "lt"), ("<=", "le")):
-            if getattr(item, attribute, None) is not None:
-                bounds.append(f"{sign} {getattr(item, attribute):g}")
-    return " and ".join(bounds)
+        raise RequirementsError(file, "step_3.half_side_mm", short(side), allowed)
 
 
 PAIRS = {
@@ -297,7 +258,7 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         low, high = PAIRS[name]
         kind = "[along W, along D]" if name == "outline_overhead_mm" else "[lower, upper]"
         return f"must be {kind}, two numbers, each >= {low:g} and <= {high:g} {unit}"
-    return f"must be a number {_limits_of(_TABLES[table].model_fields[name].metadata)} {unit}".rstrip()
+    return f"must be a number {bounds_of(_TABLES[table].model_fields[name].metadata)} {unit}".rstrip()
 
 
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) -> RequirementsError:
@@ -305,7 +266,7 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) 
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
         model = _TABLES.get(str(loc[0]), Requirements) if len(loc) > 1 else Requirements
-        return RequirementsError(file, field, _text(value), f"unknown key; known here: {', '.join(model.model_fields)}")
+        return RequirementsError(file, field, short(value), f"unknown key; known here: {', '.join(model.model_fields)}")
     if kind == "missing" and not isinstance(loc[-1], int):
         return RequirementsError(file, field, "", f"is missing; {_allowed(loc)}")
-    return RequirementsError(file, field, _text(value), _allowed(loc))
+    return RequirementsError(file, field, short(value), _allowed(loc))

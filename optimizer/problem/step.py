@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import LIMITS, Kappa, Limit, Limits, Outline, PoseLimit, Singularity
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
-MM_PER_M = 1000.0
 CONSTRAINTS = (*(limit.name for limit in LIMITS if limit.constraint), "half_side")
 """All there are, in the order in which reports name them."""
 SIDE = VARIABLES.index("half_side")

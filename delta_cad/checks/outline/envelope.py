@@ -38,7 +38,7 @@ DIRECTIONS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0,
 
 
 @dataclass(frozen=True)
-class Outline:
+class SweptOutline:
     """Bounds of the swept outline along +x, -x, +y, -y.
 
     Attributes:
@@ -99,7 +99,7 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
     return results
 
 
-def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> Outline:
+def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> SweptOutline:
     """Rigorous bounds on the outline.
 
     Args:
@@ -127,7 +127,7 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) 
                 reach[k, d], floor = rods.refined(bodies[k], DIRECTIONS[d], floor)
     reach += np.array([b.mesh.deviation_mm for b in bodies])[:, None]
     decides = reach.argmax(axis=0)
-    return Outline(reach.max(axis=0), tuple(bodies[k] for k in decides))
+    return SweptOutline(reach.max(axis=0), tuple(bodies[k] for k in decides))
 
 
 def _reach(

@@ -22,7 +22,6 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
 
-MM_PER_M = 1000.0
 DEGREE = 180.0 / math.pi  # of a radian
 
 Values = Mapping[str, Any]

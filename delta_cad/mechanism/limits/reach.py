@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, scale, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
@@ -17,7 +18,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, reach_excess
-from delta_cad.mechanism.limits.limit import MM_PER_M, FigureOfMerit, PoseLimit, Values, require_ranges
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require_ranges
 
 
 def _elbow_arms(limit: Reach, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:

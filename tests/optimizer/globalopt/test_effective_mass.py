@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
@@ -17,7 +18,7 @@ from delta_cad.mechanism.workspace import Search
 from optimizer.globalopt.optimum import Proven, prove_optimum
 from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
 from optimizer.problem.requirements import Requirements
-from optimizer.problem.step import MM_PER_M, SIDE, Problem, step_problem
+from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import InfeasibleError
 from optimizer.synthesis.three_step import Run

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import Torque
 from optimizer.globalopt import optimum as proven
 from optimizer.globalopt.design_box import design_box, design_of
@@ -16,7 +17,7 @@ from optimizer.globalopt.incumbent import YIELDS, certified
 from optimizer.globalopt.optimum import Now, Proven, prove_optimum
 from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
 from optimizer.problem.extremes import worst_points
-from optimizer.problem.step import MM_PER_M, SIDE, Problem, ProblemError, step_problem
+from optimizer.problem.step import SIDE, Problem, ProblemError, step_problem
 from optimizer.search import sqp
 from optimizer.search.active_set import SLACK
 from tests.optimizer.tasks import task

@@ -10,7 +10,7 @@ import pytest
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes, rod_lean
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
-from delta_cad.mechanism.workspace import Search
+from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.problem.evaluator import VARIABLES, half_surface, sample_points
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_of, step_problem
@@ -93,7 +93,7 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
         "gravity_torque_N_m": 0.1,
     }
     masses = HandleInertia(*INERTIA.values())
-    heaviest = Search(cube)(lambda p: effective_mass(g, p, masses), -1.0).value
+    heaviest = CubeSearch(cube)(lambda p: effective_mass(g, p, masses), -1.0).value
     limits["effective_mass_max_kg"] = heaviest
     problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1, inertia=INERTIA), 2)
     found = margins_at(problem, PUBLISHED)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from delta_cad.common.jit import compiled
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import at, constant, subtract
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
@@ -17,7 +18,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import EXCLUDED, keep, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import arm_direction
-from delta_cad.mechanism.limits.limit import MM_PER_M, Field, FigureOfMerit, PoseLimit, Values, require_ranges
+from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require_ranges
 
 
 def _heights(limit: ElbowHeight, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.limits.effective_mass import effective_mass, handle_inertia
 from delta_cad.mechanism.proof.margins import BITS, FIRST, margins, numbers, room
 from delta_cad.mechanism.proof.prove import prove
-from delta_cad.mechanism.workspace import Search
+from delta_cad.mechanism.workspace import CubeSearch
 from haptics.feel.field import mass_matrix
 from haptics.model.plant import STATES, motion, plant
 from optimizer.certify.replay import breaks, replay
@@ -262,7 +262,7 @@ def designs():
     while len(found) < 40:
         a, lb, bottom, half = rng.uniform([-0.02, 0.06, 0.02, 0.01], [0.04, 0.25, 0.2, 0.06])
         g, cube, inertia = DeltaGeometry(a + 0.05, 0.05, 0.082, lb), Cube(bottom, half), random_inertia(rng)
-        search = Search(cube, 31)
+        search = CubeSearch(cube, 31)
         closed = search(lambda p, g=g: closure_margin(g, p).min(axis=-1), 1.0)
         try:
             require_closed(g, closed.position)

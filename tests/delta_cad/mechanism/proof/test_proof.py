@@ -20,7 +20,7 @@ from delta_cad.mechanism.kernel import angle_margins, figures
 from delta_cad.mechanism.limits import POSE_LIMITS, EffectiveMass, HandleInertia, Kappa, Lean, Reach, Shoulder, Torque
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.prove import prove
-from delta_cad.mechanism.workspace import Search
+from delta_cad.mechanism.workspace import CubeSearch
 from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins
@@ -36,7 +36,7 @@ CONDITIONS = tuple(kind.name for kind in POSE_LIMITS)
 @cache
 def extremes(g=PUBLISHED, cube=CUBE, n=41):
     """What the search finds of every figure, and of the effective mass."""
-    return cube_extremes(g, cube, 3.0, n), Search(cube, n)(lambda p: effective_mass(g, p, INERTIA), -1.0).value
+    return cube_extremes(g, cube, 3.0, n), CubeSearch(cube, n)(lambda p: effective_mass(g, p, INERTIA), -1.0).value
 
 
 def around(found, factor, *names):
