@@ -17,6 +17,7 @@ from delta_cad.checks.clearance.sampled import Sampler
 from delta_cad.checks.outline.envelope import swept_outline
 from delta_cad.design import load_design
 from delta_cad.dimensions import dimensions
+from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
 from delta_cad.solids.part import Occurrence
@@ -36,7 +37,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     """
     say("solids and meshes of best.json")
     d = dimensions(load_design(ROOT / "best.json"))
-    assembly, limits = assemble(d), check_limits(d)
+    assembly = assemble(d)
+    limits = check_limits(d, mass_report(assembly))
     meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
     for part in assembly.parts:
         meshes[part.number]

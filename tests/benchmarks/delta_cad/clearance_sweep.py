@@ -37,7 +37,7 @@ def run(say: Callable[[str], None] = print) -> list[Figure]:
 
     say("solids and meshes of best.json")
     machine = make_machine(load_design(ROOT / "best.json"))
-    limits = check_limits(machine.dimensions)
+    limits = check_limits(machine.dimensions, machine.masses)
     random = np.random.default_rng(limits.seed).uniform(-1.0, 1.0, (POSES, 3)) * limits.half_side_mm
     poses = np.concatenate([limits.centre_mm[None], limits.centre_mm + random])
     sampler = Sampler(machine.assembly.placement, poses, DistanceEngine())

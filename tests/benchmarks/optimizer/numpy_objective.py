@@ -57,7 +57,7 @@ def figures_by_solve(
         quality = np.where(closure <= 0.0, np.minimum(closure, 0.0), quality)
     if not angles:
         theta = np.zeros_like(theta)
-    return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1))
+    return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1), designs, points)
 
 
 @contextmanager

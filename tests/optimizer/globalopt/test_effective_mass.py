@@ -14,7 +14,7 @@ from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.prove import prove
-from delta_cad.mechanism.workspace import Search
+from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.globalopt.optimum import Proven, prove_optimum
 from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
 from optimizer.problem.requirements import Requirements
@@ -133,7 +133,7 @@ def beaten(problem: Problem, designs: np.ndarray, kappa: float) -> bool:
         floor = cube.half_side * unit + np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
         if effective_mass(g, floor, MASSES).max() > limit:
             continue
-        if Search(cube)(lambda p, g=g: effective_mass(g, p, MASSES), -1.0).value <= limit:
+        if CubeSearch(cube)(lambda p, g=g: effective_mass(g, p, MASSES), -1.0).value <= limit:
             return True
     return False
 
