@@ -35,8 +35,8 @@ ROOT = Path(__file__).parents[2]
 """Where the packages lie."""
 PACKAGES = ("delta_cad", "optimizer", "haptics")
 UNUSED_MAX_S = 7 * 86400.0
-"""s; a folder that no process has used for so long goes when a new one is made: an edit of a compiled source leaves up
-to 20 MB behind, and going back to a version of last month costs half a minute."""
+"""s; a folder that no process has used for so long goes when a new one is made: an edit of a compiled source leaves
+some 6 MB behind, and going back to a version of last month costs half a minute."""
 _IMPORT = re.compile(rb"^(?:from ([\w.]+) import (\([^)]*\)|.*)|import ([\w.]+))", re.MULTILINE)
 """At the margin only: what is imported inside a function or for its types alone is not a global of compiled code."""
 
