@@ -52,6 +52,13 @@ def minimal() -> dict[str, Any]:
     }
 
 
+def hanging() -> dict[str, Any]:
+    """A design within reach and without a singularity, whose platform hangs below its elbows: det S < 0."""
+    lengths = {"base_radius_mm": 56.0, "platform_radius_mm": 24.0, "upper_arm_length_mm": 99.0}
+    lengths |= {"forearm_length_mm": 87.0, "parallelogram_width_mm": 30.0}
+    return minimal() | {"mechanism": lengths, "cube": {"bottom_height_mm": 34.5, "half_side_mm": 9.5}}
+
+
 def changed(path: str, value: object) -> dict[str, Any]:
     """The minimal design with one field changed, or taken away."""
     data = minimal()

@@ -71,7 +71,7 @@ def test_prove_cube(monkeypatch: pytest.MonkeyPatch) -> None:
     ran = example("prove_cube", monkeypatch)
     g, cube = ran["design"].geometry, ran["cube"]
     assert {f.condition: f.verdict for f in ran["proof"].findings} == dict.fromkeys(
-        ("reach", "singularity", "torque", "kappa", "lean"), "proved"
+        ("reach", "assembly_mode", "torque", "kappa", "lean"), "proved"
     )
     kappa = conditioning(g, sampled(cube))
     assert 2.0 < kappa.max() <= 2.27

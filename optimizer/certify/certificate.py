@@ -18,7 +18,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
-from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits, Singularity
+from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
@@ -46,8 +46,6 @@ class Certificate:
         cube: The cube; likewise.
         limits: The conditions, room for gravity left by them.
         findings: One for each condition.
-        sign: Sign of det S at `reference`.
-        reference: Position at which the sign is certain, m.
         leaves: (n, 6) boxes that cover the half y >= 0 of the cube, see `delta_cad.mechanism.proof`; empty where
             nothing is proved.
         boxes: Boxes that the prover examined.
@@ -60,8 +58,6 @@ class Certificate:
     cube: Cube
     limits: Limits
     findings: tuple[Finding, ...]
-    sign: float
-    reference: tuple[float, float, float]
     leaves: np.ndarray
     boxes: int
     gravity: GravityShare | None = None
@@ -143,8 +139,6 @@ def certify(
         cube=cube,
         limits=asked,
         findings=proof.findings,
-        sign=proof.sign,
-        reference=proof.reference,
         leaves=proof.leaves if complete else proof.leaves[:0],
         boxes=proof.boxes,
         gravity=gravity,
@@ -160,7 +154,7 @@ def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInerti
         inertia: What moves, where it is known.
 
     Returns:
-        Reach, singularity and torque always; the others where they are stated.
+        Reach, assembly mode and torque always; the others where they are stated.
 
     Raises:
         GravityError: Gravity takes all the torque.
@@ -204,8 +198,6 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
         if finding.limit != c.limits[finding.condition].told():
             raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
     sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
-    if "singularity" in sorted_["proved"] + sorted_["refuted"]:
-        _check_reference(c)
     for finding in c.findings:
         if finding.verdict == "refuted":
             _check_point(c, finding)
@@ -238,20 +230,13 @@ def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
     return bool((p >= c.cube.lower).all() and (p <= c.cube.upper).all())
 
 
-def _check_reference(c: Certificate) -> None:
-    """The sign of the determinant at the reference must be the one stated, for certain."""
-    certain = breaks(c.geometry, Singularity(), -c.sign, np.array(c.reference))
-    if not (_inside(c, c.reference) and abs(c.sign) == 1.0 and certain):
-        raise CertificateError(f"singularity: the sign {c.sign:g} of det S at {_mm(c.reference)} is not confirmed")
-
-
 def _check_point(c: Certificate, finding: Finding) -> None:
     name, point = finding.condition, finding.point
     if point is None:
         raise CertificateError(f"{name}: it is refuted, but without a point")
     if not _inside(c, point):
         raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
-    if not breaks(c.geometry, c.limits[name], c.sign, np.array(point)):
+    if not breaks(c.geometry, c.limits[name], np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")
 
 
@@ -263,7 +248,7 @@ def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress
         raise CertificateError(str(error)) from None
     lower, upper = _boxes(c.cube, cells)
     again = [c.limits[name] for name in conditions]
-    boxes, failed = replay(c.geometry, again, c.sign, lower, upper, progress=progress)
+    boxes, failed = replay(c.geometry, again, lower, upper, progress=progress)
     if failed is not None:
         where = f"{_mm(failed.lower)} to {_mm(failed.upper)}"
         raise CertificateError(f"{failed.condition}: it could not be proved again in the box {where}")

@@ -74,11 +74,6 @@ class _Finding(_Record):
     box_m: tuple[_Point, _Point] | None = None
 
 
-class _Determinant(_Record):
-    sign: _Number
-    reference_m: _Point
-
-
 class _File(_Record):
     schema_id: Literal["delta-certificate/1"] = Field(alias="schema")
     statement: str
@@ -90,7 +85,6 @@ class _File(_Record):
     limits: dict[str, Any]
     gravity: _Gravity | None
     findings: list[_Finding]
-    determinant: _Determinant
     boxes: int = Field(ge=0, strict=True)
     leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]]
     digest: _Sha256
@@ -124,7 +118,6 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         "limits": limits.record(),
         "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
         "findings": findings,
-        "determinant": {"sign": certificate.sign, "reference_m": certificate.reference},
         "boxes": certificate.boxes,
         "leaves": certificate.leaves.tolist(),
     }
@@ -235,8 +228,6 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
             Finding(f.condition, f.verdict, f.limit, f.point_m, f.value, f.box_m)
             for f in sorted(read.findings, key=lambda f: order[f.condition])
         ),
-        sign=read.determinant.sign,
-        reference=read.determinant.reference_m,
         leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
         boxes=read.boxes,
         gravity=None if read.gravity is None else _gravity(read.gravity),

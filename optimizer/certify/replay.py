@@ -18,19 +18,18 @@ FINEST = 45
 """Halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were."""
 
 
-def breaks(g: DeltaGeometry, limit: PoseLimit, sign: float, point: np.ndarray) -> bool:
+def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:
     """Decides whether a position breaks a limit for certain.
 
     Args:
         g: The mechanism.
         limit: The limit.
-        sign: Of det S at the reference point.
         point: (3,) position, m.
 
     Returns:
         Truth only if the limit is broken in exact arithmetic.
     """
-    return limit.second_refutation(SlopePose(g, point[None], point[None]), sign, exactly)
+    return limit.second_refutation(SlopePose(g, point[None], point[None]), exactly)
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,6 @@ class Unproved:
 def replay(
     g: DeltaGeometry,
     limits: Sequence[PoseLimit],
-    sign: float,
     lower: np.ndarray,
     upper: np.ndarray,
     *,
@@ -63,7 +61,6 @@ def replay(
     Args:
         g: The mechanism.
         limits: Those to prove.
-        sign: Of det S at the reference point.
         lower: (n, 3) lower corners, m.
         upper: (n, 3) upper corners, m.
         max_boxes: Boxes after which the replay gives up.
@@ -84,7 +81,7 @@ def replay(
             still = open_[now].copy()
             for n, limit in enumerate(limits):
                 if still[:, n].any():
-                    still[:, n] &= ~limit.second_proof(p, sign, exactly)
+                    still[:, n] &= ~limit.second_proof(p, exactly)
             failed = still.any(axis=1)
             stuck = failed & ((depth[now] >= FINEST) | (examined >= max_boxes))
             if stuck.any():

@@ -29,6 +29,7 @@ class Row:
         figure: Its name in words.
         unit: Of all its numbers; "" for none.
         upper: Whether the limit is an upper one.
+        sense: Sign of its inequality.
         verdict: Of the condition; "not asked" if there is no limit.
         limit: What is allowed; None if nothing is.
         proved: No point of the cube is beyond this; None where nothing was proved.
@@ -43,6 +44,7 @@ class Row:
     figure: str
     unit: str
     upper: bool
+    sense: str
     verdict: str
     limit: float | None
     proved: float | None
@@ -127,6 +129,7 @@ def _row(
         words,
         figure.unit,
         figure.upper,
+        figure.sense,
         verdict,
         allowed,
         proved,
@@ -186,8 +189,6 @@ def shortfall(row: Row) -> str:
     value, at = row.worst
     if row.condition == "reach" and value < 0.0:
         return f"reach is refuted: a chain is {-value:.{DIGITS}g} mm out of reach at {place(at)}"
-    if row.condition == "singularity":
-        return f"singularity is refuted: the determinant has the other sign at {place(at)}"
     beyond, side = abs(row.room or 0.0), "above" if row.upper else "below"
     return (
         f"{row.condition} is refuted: {row.figure} is {value:.{DIGITS}g}{unit} at {place(at)}, "
@@ -212,15 +213,12 @@ def table(rows: list[Row]) -> str:
 
 def _cells(row: Row) -> tuple[str, ...]:
     unit = f" {row.unit}" if row.unit else ""
-    sign = "<=" if row.upper else ">="
-    limit = "" if row.limit is None else f"{sign} {row.limit:.{DIGITS}g}{unit}"
-    if row.condition == "singularity":
-        limit = "one sign" if row.limit is not None else ""
-    proved = "" if row.proved is None else f"{sign} {rounded(row.proved, row.upper)}{unit}"
+    limit = "" if row.limit is None else f"{row.sense} {row.limit:.{DIGITS}g}{unit}"
+    proved = "" if row.proved is None else f"{row.sense} {rounded(row.proved, row.upper)}{unit}"
     worst = row.worst
     found = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
     at = "" if worst is None else place(worst[1])
-    room = "" if row.room is None or row.condition == "singularity" else f"{row.room:.3g}{unit}"
+    room = "" if row.room is None else f"{row.room:.3g}{unit}"
     return row.figure, row.verdict, limit, proved, found, at, room
 
 

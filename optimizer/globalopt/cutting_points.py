@@ -72,7 +72,7 @@ def numbers(limits: Limits) -> np.ndarray:
         kind = type(limit)
         if kind in BITS:
             bits |= BITS[kind]
-            out[START[kind] : START[kind] + kind.size] = limit.numbers(None, 1.0)
+            out[START[kind] : START[kind] + kind.size] = limit.numbers(None)
     out[0] = bits
     return out
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
-from delta_cad.mechanism.limits import Singularity
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem
@@ -102,7 +101,7 @@ def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share:
         proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes)
     except GeometryError:
         return None
-    if proof.verdict != "proved" or (Singularity.name in limits.asked and proof.sign < 0.0):
+    if proof.verdict != "proved":
         return None
     return Certified(tuple(float(v) for v in design), float(design[SIDE]) if level is None else level)
 

@@ -14,11 +14,11 @@ from functools import cached_property
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.limits import LIMITS, Kappa, Limit, Limits, Outline, PoseLimit, Singularity
+from delta_cad.mechanism.limits import LIMITS, AssemblyMode, Kappa, Limit, Limits, Outline, PoseLimit
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
-CONSTRAINTS = (*(limit.name for limit in LIMITS if limit.constraint), "half_side")
+CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
 """All there are, in the order in which reports name them."""
 SIDE = VARIABLES.index("half_side")
 TINY_MM = 1e-3
@@ -76,7 +76,7 @@ class Problem:
             kappa: Largest condition number to ask for beside the limit.
 
         Returns:
-            The limits; no direct singularity, too, wherever one of them grows without bound there.
+            The limits; the assembly mode, too, wherever one of them grows without bound towards its end.
 
         Raises:
             GeometryError: A number that the proof does not take.
@@ -86,7 +86,7 @@ class Problem:
         if kappa < math.inf:
             found.append(Kappa(min([kappa, *known])))
         singular = any(limit.infinite_at_singularity for limit in found)
-        return Limits.of(*found, Singularity() if singular else None)
+        return Limits.of(*found, AssemblyMode() if singular else None)
 
     @property
     def torque_for_force(self) -> float:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
 from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.limits.assembly_mode import AssemblyMode
 from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInertia
 from delta_cad.mechanism.limits.kappa import Kappa
 from delta_cad.mechanism.limits.lean import Lean
@@ -17,7 +18,6 @@ from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit,
 from delta_cad.mechanism.limits.outline import Outline
 from delta_cad.mechanism.limits.reach import Reach
 from delta_cad.mechanism.limits.shoulder import Shoulder
-from delta_cad.mechanism.limits.singularity import Singularity
 from delta_cad.mechanism.limits.torque import Torque
 from delta_cad.mechanism.limits.wrist_clearance import WristClearance
 
@@ -26,7 +26,7 @@ Kind = TypeVar("Kind", bound=PoseLimit)
 LIMITS: tuple[type[Limit], ...] = (
     Outline,
     Reach,
-    Singularity,
+    AssemblyMode,
     Torque,
     Kappa,
     Lean,
@@ -140,6 +140,7 @@ class Limits:
 __all__ = [
     "LIMITS",
     "POSE_LIMITS",
+    "AssemblyMode",
     "DesignBounds",
     "EffectiveMass",
     "Field",
@@ -154,7 +155,6 @@ __all__ = [
     "PoseLimit",
     "Reach",
     "Shoulder",
-    "Singularity",
     "Torque",
     "WristClearance",
 ]

@@ -291,9 +291,8 @@ class EffectiveMass(PoseLimit):
         del values
         return f"limits.effective_mass_max_kg = {self.mass_max:g}"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives the mass allowed beside the carried, m_uu + I / L_A^2, m_uv (by L_A where g is given), m_uu, I."""
-        del sign
         m = self.inertia
         la = 1.0 if g is None else g.upper_arm_length
         at_elbow, cross = m.elbow_mass + m.joint_inertia / la**2, m.cross_mass / la
@@ -329,15 +328,13 @@ class EffectiveMass(PoseLimit):
         v = slope_eigenvectors(np.moveaxis(middle, -1, 0))
         return congruent_slopes(m, v), v
 
-    def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
+    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that the mass allowed less M is positive definite, turned by a regular matrix, README (41)."""
-        del sign
         turned, _ = self._turned(pose, exact, -1.0)
         return definite({key: form.box for key, form in turned.items()}, (2, 1, 0))
 
-    def second_refutation(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> bool:
+    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows a direction in which M is more than the mass allowed."""
-        del sign
         turned, _ = self._turned(pose, exact, 1.0)
         return bool(turned[2, 2].centre.lo[0] > 0.0)
 

@@ -147,22 +147,20 @@ class Kappa(PoseLimit):
         del values
         return f"limits.kappa_max = {self.kappa_max}"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives K^2 and its error."""
-        del g, sign
+        del g
         return self.kappa_max**2, ROUND * self.kappa_max**2
 
-    def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
+    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Proves that all eigenvalues of the Gram matrix A lie within [mu, K^2 mu] for a linear mu of the position.
 
         A - mu and K^2 mu - A are positive definite if V^T (.) V is, for whatever regular V.
         """
-        del sign
         return pose.gram_within(exact(self.kappa_max).square())
 
-    def second_refutation(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> bool:
+    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Shows that two quotients of the Gram matrix are too far apart at a position."""
-        del sign
         small, large = pose.gram_quotients()
         return bool((large - exact(self.kappa_max).square() * small).lo[0] > 0.0)
 

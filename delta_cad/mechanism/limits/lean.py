@@ -89,16 +89,14 @@ class Lean(PoseLimit):
         """Says what is asked."""
         return f"limits.lean_max_deg = {values['lean_max_deg']}"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives L_B sin(lean_max) and its error, m."""
-        del sign
         lb = 1.0 if g is None else g.forearm_length
         _, sine = cosine_sine(self.lean_max, self.lean_max)
         return lb * sine, ROUND * lb
 
-    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes L_B sin(lean_max) -+ t."""
-        del sign
         _, sine = cosine_sine(self.lean_max, self.lean_max)
         room = pose.rounded(sine) * pose.forearm_length
         return [t.times(exact(side)).plus(room) for t in pose.t for side in (1.0, -1.0)]

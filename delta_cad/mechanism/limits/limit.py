@@ -83,8 +83,8 @@ class FigureOfMerit:
 
     @property
     def sense(self) -> str:
-        """Sign of the inequality."""
-        return "<=" if self.upper else ">="
+        """Sign of the inequality; a bound at 0 must not be reached."""
+        return "<=" if self.upper else ">=" if self.threshold else ">"
 
     def worst(self, limit: Limit, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
         """Computes the worst chain's figure.
@@ -134,8 +134,6 @@ class Limit(ABC):
     name: ClassVar[str]
     fields_: ClassVar[tuple[Field, ...]] = ()
     """Of the requirements files."""
-    constraint: ClassVar[bool] = True
-    """Whether a search names it; the others follow from these."""
     first_step: ClassVar[bool] = False
     """Whether the paper's first step asks it."""
     evaluates: ClassVar[tuple[str, ...]] = ()
@@ -216,36 +214,34 @@ class PoseLimit(Limit):
         return cls()
 
     @abstractmethod
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives the numbers that the compiled functions take, rounded ones with a bound of their error.
 
         Args:
             g: The mechanism; None over boxes of designs.
-            sign: Of det S in the whole cube.
         """
 
-    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the margins once more in another arithmetic, for the replay of a certificate.
 
         Args:
             pose: The mechanism over boxes in interval slopes.
-            sign: Of det S at the reference point.
             exact: A double as an interval.
 
         Returns:
             Slope forms that are not negative where the limit holds.
         """
-        del pose, sign, exact
+        del pose, exact
         raise TypeError(f"{self.name} proves itself again by `second_proof`, not by margins")
 
-    def second_proof(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> np.ndarray:
+    def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:
         """Decides over which boxes the limit is proved in the other arithmetic, (n,)."""
-        found = [margin.box.lo for margin in self.second(pose, sign, exact)]
+        found = [margin.box.lo for margin in self.second(pose, exact)]
         return np.all([low > 0.0 if self.strict else low >= 0.0 for low in found], axis=0)
 
-    def second_refutation(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> bool:
+    def second_refutation(self, pose: SlopePose, exact: Callable[[float], Interval]) -> bool:
         """Decides whether a position, a box of no size, breaks the limit in exact arithmetic."""
-        return any(bool(m.centre.hi[0] < 0.0) for m in self.second(pose, sign, exact))
+        return any(bool(m.centre.hi[0] < 0.0) for m in self.second(pose, exact))
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the margin that a search sees: continuous, without unit.
@@ -283,18 +279,16 @@ class PoseLimit(Limit):
             if f.threshold
         )
 
-    def broken(self, g: DeltaGeometry, sign: float, point: np.ndarray) -> float:
+    def broken(self, g: DeltaGeometry, point: np.ndarray) -> float:
         """Computes the worst figure at a position that breaks the limit, in plain double arithmetic.
 
         Args:
             g: The mechanism.
-            sign: Of det S at the reference point.
             point: (3,) position, m.
 
         Returns:
             SI units, of the figure that is farthest beyond its threshold; NaN where a chain is open.
         """
-        del sign
         worst = [(f, float(f.worst(self, g, point))) for f in self.figures]
         return max(worst, key=lambda one: (one[1] - self.bound(one[0])) * (1.0 if one[0].upper else -1.0))[1]
 

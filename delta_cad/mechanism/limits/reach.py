@@ -101,14 +101,13 @@ class Reach(PoseLimit):
         del values
         return "reach of the whole cube"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives w_min^2 and its error, m^2."""
-        del g, sign
+        del g
         return self.elbow_arm_min**2, ROUND * self.elbow_arm_min**2
 
-    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes w_i^2 less its least."""
-        del sign
         return [w2.plus(-exact(self.elbow_arm_min).square()) for w2 in pose.w2]
 
     def words(self, rounded: Callable[[float, bool], str]) -> str:

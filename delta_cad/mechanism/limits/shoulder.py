@@ -120,15 +120,15 @@ class Shoulder(PoseLimit):
         low, high = (values.get(name) for name in ("shoulder_min_deg", "shoulder_max_deg"))
         return f"limits.shoulder_deg = [{-180.0 if low is None else low:g}, {180.0 if high is None else high:g}]"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives cosine and sine of the middle, cosine of half the range, and the error of each."""
-        del g, sign
+        del g
         low, high = self.shoulder_min, self.shoulder_max
         return *cosine_sine(low, high), cosine_sine(high, -low)[0], ROUND
 
-    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes cos(theta - middle) - cos(half the range) of each chain."""
-        del sign, exact
+        del exact
         low, high = self.shoulder_min, self.shoulder_max
         (c, s), (least, _) = cosine_sine(low, high), cosine_sine(high, -low)
         return [

@@ -93,15 +93,13 @@ class Torque(PoseLimit):
         del values
         return f"{self.torque_max:g} N m for {self.force:g} N (requirements.joint_torque_N_m)"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives (F L_A / torque)^2 and its error; over boxes of designs (F / torque)^2, 1 / m^2."""
-        del sign
         lever = self.force * (1.0 if g is None else g.upper_arm_length) / self.torque_max
         return lever**2, ROUND * lever**2
 
-    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes det^2 (torque / F L_A)^2 - w_i^2 |s_j x s_k|^2."""
-        del sign
         allowed = exact(self.torque_max) * (exact(self.force) * pose.upper_arm).inverse()
         square = pose.determinant.square().times(allowed.square())
         return [square - pose.w2[i] * pose.faces[i] for i in range(3)]

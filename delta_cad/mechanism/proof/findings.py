@@ -37,8 +37,6 @@ class Proof:
 
     Attributes:
         findings: One for each condition that was asked.
-        sign: Sign of det S at `reference`; the singularity condition is that it holds in the whole cube.
-        reference: Centre of the cube, or a corner where the centre's sign is not certain, m.
         leaves: (n, 6) integers kx, ix, ky, iy, kz, iz: the boxes that cover [-L, L] x [0, L] x [H, z_max], each
             [i, i + 1] / 2^k of every edge. On each of them every condition of verdict proved was proved; complete
             only if there is one.
@@ -47,8 +45,6 @@ class Proof:
     """
 
     findings: tuple[Finding, ...]
-    sign: float
-    reference: tuple[float, float, float]
     leaves: np.ndarray
     boxes: int
     depth: int

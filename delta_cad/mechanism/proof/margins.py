@@ -46,13 +46,12 @@ _CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != forms.COORDI
 """Margins that mean nothing where a chain is open."""
 
 
-def numbers(g: DeltaGeometry, limits: Limits, sign: float) -> np.ndarray:
+def numbers(g: DeltaGeometry, limits: Limits) -> np.ndarray:
     """Gathers the numbers of a mechanism and of limits on it, for `margins`.
 
     Args:
         g: The mechanism.
         limits: The limits.
-        sign: Of det S in the whole cube.
 
     Returns:
         (n,) numbers; NaN for limits that are not asked.
@@ -61,7 +60,7 @@ def numbers(g: DeltaGeometry, limits: Limits, sign: float) -> np.ndarray:
     out[: forms.NUMBERS] = forms.lengths(g)
     for limit in limits:
         start = START[type(limit)]
-        out[start : start + limit.size] = limit.numbers(g, sign)
+        out[start : start + limit.size] = limit.numbers(g)
     return out
 
 

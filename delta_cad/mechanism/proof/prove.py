@@ -17,10 +17,10 @@ from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND
 from delta_cad.mechanism.enclosure.table import CENTRE, HIGH, LOW
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit, Singularity
+from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 from delta_cad.mechanism.proof.findings import Finding, Proof
-from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, margins, numbers, room
-from delta_cad.mechanism.workspace import Cube, cube_corners
+from delta_cad.mechanism.proof.margins import BITS, MARGINS, margins, numbers, room
+from delta_cad.mechanism.workspace import Cube
 
 DEEPEST = 40
 """Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule."""
@@ -53,8 +53,7 @@ def prove(
         is refuted the others are undecided, because they mean nothing where a chain is open.
     """
     pose, work, table = room()
-    reference, sign = _reference(g, cube, pose, work, table)
-    given = numbers(g, limits, sign)
+    given = numbers(g, limits)
     origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
     edges = np.array([2.0 * cube.half_side, cube.half_side, cube.upper[2] - cube.bottom_height])
     frame = np.stack([origin, edges, cube.upper])
@@ -83,30 +82,16 @@ def prove(
     covered = np.concatenate(leaves) if leaves else np.empty((0, 6), dtype=np.int64)
     order = {kind: n for n, kind in enumerate(POSE_LIMITS)}
     findings = tuple(
-        _finding(limit, g, sign, int(fate[n]), points[n], _box(origin, edges, stuck[n]))
+        _finding(limit, g, int(fate[n]), points[n], _box(origin, edges, stuck[n]))
         for limit, n in ((limit, order[type(limit)]) for limit in limits)
     )
     depth = int(covered[:, ::2].sum(axis=1).max()) if len(covered) else 0
-    return Proof(findings, sign, reference, covered, int(state[2]), depth)
-
-
-def _reference(
-    g: DeltaGeometry, cube: Cube, pose: np.ndarray, work: np.ndarray, table: np.ndarray
-) -> tuple[tuple[float, float, float], float]:
-    """The first of centre and corners at which the sign of det S is certain, and that sign."""
-    given, row = numbers(g, Limits.of(Singularity()), 1.0), FIRST[Singularity]
-    centre = np.array([0.0, 0.0, 0.5 * (cube.bottom_height + cube.upper[2])])
-    for point in (centre, *cube_corners(cube)):
-        sign = _sign(np.array([*point, 0.0, 0.0, 0.0, 0.0]), given, BITS[Singularity], row, pose, work, table)
-        if sign != 0.0:
-            return _triple(point), sign
-    return _triple(centre), 1.0
+    return Proof(findings, covered, int(state[2]), depth)
 
 
 def _finding(
     limit: PoseLimit,
     g: DeltaGeometry,
-    sign: float,
     fate: int,
     point: np.ndarray,
     box: tuple[tuple[float, float, float], tuple[float, float, float]],
@@ -114,7 +99,7 @@ def _finding(
     """The record of one limit."""
     name, bound = limit.name, limit.told()
     if fate == _REFUTED:
-        return Finding(name, "refuted", bound, point=_triple(point), value=limit.broken(g, sign, point))
+        return Finding(name, "refuted", bound, point=_triple(point), value=limit.broken(g, point))
     return Finding(name, "undecided", bound, box=box) if fate == _GIVEN_UP else Finding(name, "proved", bound)
 
 
@@ -133,13 +118,6 @@ def _box(
 def _share(leaves: list[np.ndarray]) -> float:
     """Share of the cube that the leaves cover."""
     return float(sum((2.0 ** -chunk[:, ::2].sum(axis=1)).sum() for chunk in leaves))
-
-
-@compiled
-def _sign(point, k, bit, row, pose, work, table):
-    """The sign of a margin at a point where it is certain, else 0."""
-    margins(point, k, bit, pose, work, table)
-    return 1.0 if table[row, LOW] > 0.0 else (-1.0 if table[row, HIGH] < 0.0 else 0.0)
 
 
 @compiled

@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.design import load_design
 from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry, MechanismError, cube_extremes
-from delta_cad.mechanism.limits import Kappa, Lean, Limits, Reach, Shoulder, Singularity, Torque
+from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Reach, Shoulder, Torque
 from tests.benchmarks.delta_cad.kernel import CUBE, PUBLISHED
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.timing import ROOT, interleaved, python, succeeded
@@ -24,9 +24,9 @@ import os, sys, time
 os.environ["NUMBA_CACHE_DIR"] = sys.argv[1]
 start = time.perf_counter()
 from delta_cad.mechanism import Cube, DeltaGeometry
-from delta_cad.mechanism.limits import Kappa, Limits, Singularity, Torque
+from delta_cad.mechanism.limits import Kappa, Limits, AssemblyMode, Torque
 from delta_cad.mechanism.proof.prove import prove
-limits = Limits.of(Singularity(), Torque(force=3.0, torque_max=0.8), Kappa(3.0))
+limits = Limits.of(AssemblyMode(), Torque(force=3.0, torque_max=0.8), Kappa(3.0))
 prove(DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375), limits)
 print(time.perf_counter() - start)
 """
@@ -53,7 +53,7 @@ def limits_near(e: CubeExtremes, factor: float) -> Limits:
     """All six conditions at the extremes times a factor."""
     return Limits.of(
         Reach(float(np.sqrt(e.closure_margin_min.value)) / factor),
-        Singularity(),
+        AssemblyMode(),
         Torque(force=3.0, torque_max=e.torque_max.value * factor),
         Kappa(e.kappa_max.value * factor),
         Shoulder(e.shoulder_min.value - (factor - 1.0), e.shoulder_max.value + (factor - 1.0)),
@@ -129,7 +129,7 @@ def _random(say: Callable[[str], None]) -> list[Figure]:
         seconds.append(perf_counter() - start)
         undecided += above.verdict == "undecided"
         kept += (
-            prove(g, cube, Limits.of(Singularity(), Torque(force=3.0, torque_max=e.torque_max.value * 0.99))).verdict
+            prove(g, cube, Limits.of(AssemblyMode(), Torque(force=3.0, torque_max=e.torque_max.value * 0.99))).verdict
             != "refuted"
         )
         if len(seconds) % 50 == 0:

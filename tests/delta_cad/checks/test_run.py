@@ -18,7 +18,7 @@ MACHINE = machine()
 
 def test_all_checks_of_a_good_machine_pass_and_report() -> None:
     told: list[str] = []
-    limits = replace(LIMITS, envelope_depth_mm=222.0, pose=asked(lean_max=np.radians(28.0), singularity=False))
+    limits = replace(LIMITS, envelope_depth_mm=222.0, pose=asked(lean_max=np.radians(28.0), assembly_mode=False))
     results = run_checks(MACHINE, limits, MeshLibrary(MACHINE.parts), told.append)
     assert all_passed(results), [r for r in results if not r.passed]
     names = [r.name for r in results]

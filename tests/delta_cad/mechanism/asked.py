@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from delta_cad.mechanism.limits import (
+    AssemblyMode,
     EffectiveMass,
     HandleInertia,
     Kappa,
@@ -10,14 +11,13 @@ from delta_cad.mechanism.limits import (
     Limits,
     Reach,
     Shoulder,
-    Singularity,
     Torque,
 )
 
 
 def limits(
     elbow_arm_min: float = 0.0,
-    singularity: bool = True,
+    assembly_mode: bool = True,
     force: float | None = None,
     torque_max: float | None = None,
     kappa_max: float | None = None,
@@ -29,7 +29,7 @@ def limits(
     """Limits with these thresholds in SI units; None leaves one out."""
     return Limits.of(
         Reach(elbow_arm_min),
-        Singularity() if singularity else None,
+        AssemblyMode() if assembly_mode else None,
         None if force is None or torque_max is None else Torque(force, torque_max),
         None if kappa_max is None else Kappa(kappa_max),
         None if lean_max is None else Lean(lean_max),

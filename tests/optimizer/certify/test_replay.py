@@ -14,7 +14,7 @@ from delta_cad.mechanism import (
 )
 from delta_cad.mechanism.enclosure.interval import Interval, exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose, definite
-from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Kappa, Reach, Singularity, Torque
+from delta_cad.mechanism.limits import AssemblyMode, EffectiveMass, HandleInertia, Kappa, Reach, Torque
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.certify.replay import breaks, replay
 from tests.delta_cad.mechanism.asked import limits
@@ -50,19 +50,19 @@ def sampled(g, condition, p):
     sides = np.stack([np.sin(rod_lean(g, p)), -np.sin(rod_lean(g, p))], axis=-1).reshape(len(p), 6)
     return {
         "reach": w2 - LIMITS.get(Reach).elbow_arm_min ** 2,
-        "singularity": -det[:, None],
+        "assembly_mode": det[:, None],
         "torque": (torque_max**2 - torque**2) * (det / (force * la))[:, None] ** 2,
         "shoulder": np.cos(theta - (low + high) / 2) - np.cos((high - low) / 2),
         "lean": lb * (np.sin(lean_max) + sides),
     }[condition]
 
 
-@pytest.mark.parametrize("condition", ["reach", "singularity", "torque", "shoulder", "lean"])
+@pytest.mark.parametrize("condition", ["reach", "assembly_mode", "torque", "shoulder", "lean"])
 @pytest.mark.parametrize("size", [0.0, 1e-5, 1e-3, 5e-3])
 def test_margins_bound_the_samples_and_are_nearly_reached(size, condition):
     told = 0
     for g, low, high, p in boxes(size, 30):
-        found = LIMITS[condition].second(SlopePose(g, low[None], high[None]), -1.0, exactly)
+        found = LIMITS[condition].second(SlopePose(g, low[None], high[None]), exactly)
         exact = sampled(g, condition, p)
         for k, margin in enumerate(found):
             below, above, values = margin.box.lo[0], margin.box.hi[0], exact[:, k]
@@ -90,8 +90,8 @@ def test_kappa_is_proved_above_the_samples_and_never_below(size):
             continue
         p_box = SlopePose(g, low[None], high[None])
         short = Kappa(max(1.0, float(kappa.max()) * (1 - 1e-12 * float(kappa.max()))))
-        assert not short.second_proof(p_box, 1.0, exactly)[0]
-        proved += bool(Kappa(float(kappa.max()) * 1.2).second_proof(p_box, 1.0, exactly)[0])
+        assert not short.second_proof(p_box, exactly)[0]
+        proved += bool(Kappa(float(kappa.max()) * 1.2).second_proof(p_box, exactly)[0])
     assert proved > 30
 
 
@@ -108,8 +108,8 @@ def test_effective_mass_is_proved_above_the_samples_and_never_below(size):
         tried += 1
         p_box, largest = SlopePose(g, low[None], high[None]), float(mass.max())
         # 1e-12: rounding of the samples' own eigenvalues, which near a fold are small differences of large numbers
-        assert not EffectiveMass(largest * (1.0 - 1e-12 * largest - 1e-9), masses).second_proof(p_box, 1.0, exactly)[0]
-        proved += bool(EffectiveMass(largest * 1.2, masses).second_proof(p_box, 1.0, exactly)[0])
+        assert not EffectiveMass(largest * (1.0 - 1e-12 * largest - 1e-9), masses).second_proof(p_box, exactly)[0]
+        proved += bool(EffectiveMass(largest * 1.2, masses).second_proof(p_box, exactly)[0])
     assert tried > 40
     assert proved > tried / 2
 
@@ -136,28 +136,26 @@ def test_definite_matrices():
 
 def test_points_break_a_condition_just_below_its_figure_and_not_just_above():
     for g, low, _, _ in boxes(0.0, 20):
-        sign = float(np.sign(direct_margin(g, low)))
         kappa, torque = float(conditioning(g, low)), float(worst_joint_torque(g, low, 3.0).max())
         mass = float(effective_mass(g, low, MASSES))
         for factor, broken in ((1 - 1e-8, True), (1 + 1e-8, False)):
-            assert breaks(g, Torque(3.0, torque * factor), sign, low) is broken
+            assert breaks(g, Torque(3.0, torque * factor), low) is broken
             most = Kappa(max(1.0, kappa * factor))
-            assert breaks(g, most, sign, low) is (broken and most.kappa_max > 1.0)
-            assert breaks(g, EffectiveMass(mass * factor, MASSES), sign, low) is broken
-        assert breaks(g, Singularity(), -sign, low)
-        assert not breaks(g, Singularity(), sign, low)
+            assert breaks(g, most, low) is (broken and most.kappa_max > 1.0)
+            assert breaks(g, EffectiveMass(mass * factor, MASSES), low) is broken
+        assert breaks(g, AssemblyMode(), low) is bool(direct_margin(g, low) < 0.0)
 
 
 def test_what_cannot_be_proved_is_named():
     low, high = np.array([[-0.01, 0.0, 0.08]]), np.array([[0.01, 0.01, 0.09]])
     worst = float(conditioning(PUBLISHED, [[x, 0.01, 0.09] for x in (-0.01, 0.01)]).max())
-    examined, failed = replay(PUBLISHED, [Reach(), Kappa(worst * 0.9)], 1.0, low, high)
+    examined, failed = replay(PUBLISHED, [Reach(), Kappa(worst * 0.9)], low, high)
     assert failed is not None
     assert failed.condition == "kappa"
     assert (np.array(failed.lower) >= low[0]).all()
     assert (np.array(failed.upper) <= high[0]).all()
     enough = Kappa(worst * 1.0001)
-    assert replay(PUBLISHED, [Reach(), enough], 1.0, low, high)[1] is None
-    examined, failed = replay(PUBLISHED, [enough], 1.0, low, high, max_boxes=3)
+    assert replay(PUBLISHED, [Reach(), enough], low, high)[1] is None
+    examined, failed = replay(PUBLISHED, [enough], low, high, max_boxes=3)
     assert failed is not None
     assert 3 <= examined <= 6

@@ -38,14 +38,12 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert call("verify", out, "--design", BEST) == 0
     told, err = capsys.readouterr()
     assert err == ""
-    proved = "reach, singularity, torque, kappa, lean, shoulder"  # all that best.json asks
+    proved = "reach, assembly_mode, torque, kappa, lean, shoulder"  # all that best.json asks
     assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
     assert "covers all that best.json asks" in told
     torque = load_design(BEST).requirements.joint_torque_N_m
-    assert (
-        f"every elbow arm >= 0 mm; det S of one sign; torque <= {torque:g} N m for 3 N in any direction; kappa <= 2.27"
-        in told
-    )
+    limits = f"every elbow arm >= 0 mm; assembly mode, det S / L_B^3 > 0; torque <= {torque:g} N m for 3 N"
+    assert f"{limits} in any direction; kappa <= 2.27" in told
     assert "GRAVITY is NOT taken off the torque, NOTHING GIVEN TO COMPARE THAT WITH" in told.splitlines()[0]
     assert call("verify", out, "--design", BEST, "--gravity-torque", "0") == 0
     assert "GRAVITY is NOT taken off the torque, as asked\n" in capsys.readouterr().out
@@ -192,7 +190,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert told["tight"]
     assert call("verify", out, "--design", path, "--json") == 0
     assert json.loads(capsys.readouterr().out)["proved"] == [
-        "reach", "singularity", "torque", "kappa", "lean", "shoulder",
+        "reach", "assembly_mode", "torque", "kappa", "lean", "shoulder",
     ]  # fmt: skip
     limits = json.loads(out.read_text())["limits"]
     assert call("verify", out, "--json") == 0
@@ -248,7 +246,9 @@ def test_a_cube_out_of_reach(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     path.write_text(json.dumps(data | {"cube": {"bottom_height_mm": 30.7, "half_side_mm": 20.0}}))
     assert call("certify", "--design", path, "--out", out) == 1
     told, err = capsys.readouterr()
-    found = re.match(r"design\.json: reach is refuted: a chain is (\S+) mm out of reach at \((.*)\) mm; sing", err)
+    found = re.match(
+        r"design\.json: reach is refuted: a chain is (\S+) mm out of reach at \((.*)\) mm; assembly_mode", err
+    )
     assert found is not None
     excess, point = float(found[1]), np.array([float(x) for x in found[2].split(",")])
     assert excess == pytest.approx(float(reach_excess(load_design(path).geometry, point / 1e3).max()) * 1e3, abs=1e-3)
@@ -272,7 +272,7 @@ def test_a_hidden_singularity(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     data["mechanism"] |= {"base_radius_mm": 46.122, "forearm_length_mm": 94.266}
     path.write_text(json.dumps(data))
     assert call("certify", "--design", path, "--out", tmp_path / "c.json") == 1
-    assert "singularity is refuted: the determinant has the other sign at (" in capsys.readouterr().err
+    assert "assembly_mode is refuted: assembly mode, det S / L_B^3 is -0.0630" in capsys.readouterr().err
 
 
 def test_undecided_is_told_with_its_box(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -128,8 +128,8 @@ def test_a_mass_limit_that_is_missing_laxer_or_of_other_masses_does_not_hold(
         ("shoulder_rad", [-1.0, 0.0, 1.0]),
         ("shoulder_rad", [-1.0, "1.0"]),
         ("shoulder_rad", [False, True]),
-        ("singularity", 1),
-        ("singularity", "true"),
+        ("assembly_mode", 1),
+        ("assembly_mode", "true"),
         ("effective_mass_max_kg", "1.0"),
         ("effective_mass_max_kg", None),
         ("inertia", None),
@@ -178,7 +178,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 @pytest.mark.parametrize("value", ["0.04", True, None])
 @pytest.mark.parametrize(
-    "where", ["geometry.base_radius_m", "determinant.sign", "boxes", "leaves.0", "findings.0.limit"]
+    "where", ["geometry.base_radius_m", "cube.half_side_m", "boxes", "leaves.0", "findings.0.limit"]
 )
 def test_text_and_truth_are_no_numbers_anywhere(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], whole: dict[str, Any], where: str, value: Any

@@ -9,13 +9,13 @@ import pytest
 
 from delta_cad.mechanism.enclosure.table import EXCLUDED
 from delta_cad.mechanism.limits import (
+    AssemblyMode,
     EffectiveMass,
     HandleInertia,
     Kappa,
     Limits,
     PoseLimit,
     Shoulder,
-    Singularity,
     Torque,
 )
 from optimizer.globalopt.branch_and_bound import _contract, _design_cuts
@@ -73,7 +73,7 @@ class Case:
         """How many cuts, and the cuts."""
         limits = [self.limits[kind] for kind in kinds]
         if any(kind.infinite_at_singularity for kind in kinds):  # as `Problem.pose_limits` does
-            limits.append(Singularity())
+            limits.append(AssemblyMode())
         asked, room, pose = numbers(Limits.of(*limits)), np.empty((MOST, 6)), table()
         fill_lengths(box, pose)
         point = self.unit * self.side + np.array([0.0, 0.0, self.side])

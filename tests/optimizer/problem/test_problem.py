@@ -46,7 +46,7 @@ def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None
     given = task(limits=limits, half_side=(10, 100), inertia=INERTIA)
     assert step_problem(given, 1).constraints == ("outline", "reach", "half_side")
     assert step_problem(given, 2).constraints == CONSTRAINTS
-    assert step_problem(task(), 2).constraints == ("outline", "reach", "torque")
+    assert step_problem(task(), 2).constraints == ("outline", "reach", "assembly_mode", "torque")
     assert step_problem(given, 2, without=frozenset({"torque", "half_side"})).constraints == tuple(
         name for name in CONSTRAINTS if name not in ("torque", "half_side")
     )

@@ -32,7 +32,7 @@ def by_name(limits) -> dict[str, CheckResult]:
 def test_the_design_keeps_its_ranges() -> None:
     found = by_name(GIVEN)
     assert list(found) == [
-        *("reach", "singularity", "torque", "kappa", "lean", "shoulder min", "shoulder max", "effective mass"),
+        *("reach", "assembly mode", "torque", "kappa", "lean", "shoulder min", "shoulder max", "effective mass"),
     ]
     assert all_passed(found.values())
     # figures of the feasibility study: -39.2..65.5 deg, lean 27.2 deg, 0.316 N m, kappa 2.268; ours on the grid
@@ -79,7 +79,7 @@ def test_a_platform_below_the_elbows_is_a_singular_machine() -> None:
     limits = replace(LIMITS, bottom_height_mm=20.0, half_side_mm=1.0, pose=asked())
     found = {r.name: r for r in check_ranges(below, limits)}
     assert found["reach"].passed
-    assert found["singularity"].passed == (direct_margin(below, limits.poses_mm() / 1000.0).min() > 0.0)
+    assert found["assembly mode"].passed == (direct_margin(below, limits.poses_mm() / 1000.0).min() > 0.0)
 
 
 def test_an_unreachable_cube_ends_the_ranges() -> None:

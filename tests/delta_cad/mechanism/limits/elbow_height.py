@@ -89,14 +89,13 @@ class ElbowHeight(PoseLimit):
         """Says what is asked."""
         return f"limits.elbow_height_max_mm = {values['elbow_height_max_mm']}"
 
-    def numbers(self, g: DeltaGeometry | None, sign: float) -> tuple[float, ...]:
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
         """Gives the height allowed, m."""
-        del g, sign
+        del g
         return (self.height_max,)
 
-    def second(self, pose: SlopePose, sign: float, exact: Callable[[float], Interval]) -> list[Slopes]:
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the height allowed less L_A sin(theta) of each chain."""
-        del sign
         return [sin.times(-pose.upper_arm).plus(exact(self.height_max)) for sin in pose.sin]
 
     def margin(self, f: Any) -> np.ndarray:

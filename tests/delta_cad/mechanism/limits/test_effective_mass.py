@@ -142,13 +142,13 @@ def random_inertia(rng):
 
 def bounds(g, limit, box):
     pose, work, out = room()
-    margins(box, numbers(g, Limits.of(limit), 1.0), BITS[EffectiveMass], pose, work, out)
+    margins(box, numbers(g, Limits.of(limit)), BITS[EffectiveMass], pose, work, out)
     return out[ROW, LOW], out[ROW, HIGH]
 
 
 def exact(g, limit, point):
     """The margin in 50 digits; None where a chain is open."""
-    (value,) = exact_margins(g, Limits.of(limit), 1.0, tuple(map(float, point)))[EffectiveMass]
+    (value,) = exact_margins(g, Limits.of(limit), tuple(map(float, point)))[EffectiveMass]
     return value
 
 
@@ -291,10 +291,10 @@ def test_random_designs_are_proved_just_above_and_refuted_just_below(n):
     assert limit.mass_max < found.value <= heaviest.value * (1.0 + 1e-9)
     assert (cube.lower <= found.point).all()
     assert (found.point <= cube.upper).all()
-    assert breaks(g, limit, 1.0, np.array(found.point))
+    assert breaks(g, limit, np.array(found.point))
     # the search's own heaviest position is one that the second arithmetic refuses, too
-    assert breaks(g, limit, 1.0, np.array(heaviest.position))
-    assert not breaks(g, EffectiveMass(1.001 * heaviest.value, inertia), 1.0, np.array(heaviest.position))
+    assert breaks(g, limit, np.array(heaviest.position))
+    assert not breaks(g, EffectiveMass(1.001 * heaviest.value, inertia), np.array(heaviest.position))
 
 
 # the second arithmetic
@@ -315,12 +315,12 @@ def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
     limit = EffectiveMass(1.001 * heaviest.value, inertia)
     proof = prove(g, cube, Limits.of(limit))
     low, high = leaves(cube, proof.leaves)
-    assert limit.second_proof(SlopePose(g, low, high), proof.sign, exactly).mean() > 0.3  # the same boxes, mostly
-    examined, unproved = replay(g, [limit], proof.sign, low, high)
+    assert limit.second_proof(SlopePose(g, low, high), exactly).mean() > 0.3  # the same boxes, mostly
+    examined, unproved = replay(g, [limit], low, high)
     assert unproved is None
     assert examined < 20 * len(low) + 1_000
     tight = EffectiveMass(0.999 * heaviest.value, inertia)
-    _, unproved = replay(g, [tight], proof.sign, low, high, max_boxes=20_000)
+    _, unproved = replay(g, [tight], low, high, max_boxes=20_000)
     assert unproved is not None
     assert unproved.condition == "effective_mass"
 
@@ -337,9 +337,9 @@ def test_no_box_is_proved_again_that_holds_a_heavier_position():
                 continue
             heaviest = float(effective_mass(g, corners, inertia).max())
             pose = SlopePose(g, (p - size)[None], (p + size)[None])
-            assert not EffectiveMass(heaviest * (1.0 - 1e-12), inertia).second_proof(pose, 1.0, exactly)[0]
+            assert not EffectiveMass(heaviest * (1.0 - 1e-12), inertia).second_proof(pose, exactly)[0]
             room = 1.0 + 300.0 * size  # relative width of a box: twice its size over w
-            proved += bool(EffectiveMass(heaviest * room, inertia).second_proof(pose, 1.0, exactly)[0])
+            proved += bool(EffectiveMass(heaviest * room, inertia).second_proof(pose, exactly)[0])
     assert proved > 50
 
 
@@ -351,15 +351,15 @@ def test_at_a_position_the_second_arithmetic_decides_to_the_last_digits():
         pose = SlopePose(g, p[None], p[None])
         for factor, lighter in ((1.0 - 1e-9, False), (1.0 + 1e-9, True)):
             limit = EffectiveMass(value * factor, inertia)
-            assert limit.second_refutation(pose, 1.0, exactly) is not lighter
-            assert bool(limit.second_proof(pose, 1.0, exactly)[0]) is lighter
+            assert limit.second_refutation(pose, exactly) is not lighter
+            assert bool(limit.second_proof(pose, exactly)[0]) is lighter
 
 
 def test_where_a_chain_is_open_the_second_arithmetic_says_nothing():
     limit, p = EffectiveMass(1.0, INERTIA), np.array([[0.0, 0.0, 0.3]])
     pose = SlopePose(PUBLISHED, p, p)
-    assert not limit.second_proof(pose, 1.0, exactly)[0]
-    assert not limit.second_refutation(pose, 1.0, exactly)
+    assert not limit.second_proof(pose, exactly)[0]
+    assert not limit.second_refutation(pose, exactly)
 
 
 @pytest.mark.parametrize("field", ["carried_mass", "elbow_mass", "cross_mass", "joint_inertia"])

@@ -81,8 +81,8 @@ def test_an_effective_mass_is_asked_only_where_the_masses_are_known():
 
 
 def test_what_is_asked():
-    assert limits().asked == ("reach", "singularity")
-    assert limits(singularity=False).asked == ("reach",)
+    assert limits().asked == ("reach", "assembly_mode")
+    assert limits(assembly_mode=False).asked == ("reach",)
     every = limits(
         force=3.0, torque_max=0.8, kappa_max=2.0, shoulder=(-1.0, 1.0), lean_max=0.5, mass_max=0.2, inertia=INERTIA
     )

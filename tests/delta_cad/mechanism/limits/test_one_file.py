@@ -57,14 +57,14 @@ for share in (1.001, 0.999):
         low = np.array([-cube.half_side, 0.0, cube.bottom_height])
         size = (cube.upper - low) / 2.0 ** proof.leaves[:, ::2]
         low = low + proof.leaves[:, 1::2] * size
-        out["proved"] = [found.verdict, replay(g, [limit], proof.sign, low, low + size)[1]]
+        out["proved"] = [found.verdict, replay(g, [limit], low, low + size)[1]]
         leaves = low, low + size
         allowed = limit
     else:
         point = np.array(found.point)
-        again = replay(g, [limit], proof.sign, *leaves, max_boxes=5_000)[1]
+        again = replay(g, [limit], *leaves, max_boxes=5_000)[1]
         height = elbow_positions(g, inverse_kinematics(g, point))[:, 2].max()
-        out["refuted"] = [found.verdict, breaks(g, limit, 1.0, point), breaks(g, allowed, 1.0, point), again.condition]
+        out["refuted"] = [found.verdict, breaks(g, limit, point), breaks(g, allowed, point), again.condition]
         out["heights"] = [found.limit, found.value, height]
         out["laxer"] = Limits.of(allowed).laxer(Limits.of(limit))
 print(json.dumps(out))

@@ -71,9 +71,9 @@ def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
 @EACH
 def test_its_numbers_are_as_many_as_it_says_and_stand_where_it_reads_them(kind):
     limit = ordinary(kind)
-    own = limit.numbers(PUBLISHED, -1.0)
-    assert len(own) == len(limit.numbers(None, -1.0)) == kind.size
-    gathered = numbers(PUBLISHED, Limits.of(limit), -1.0)
+    own = limit.numbers(PUBLISHED)
+    assert len(own) == len(limit.numbers(None)) == kind.size
+    gathered = numbers(PUBLISHED, Limits.of(limit))
     np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.size], own)
     np.testing.assert_array_equal(gathered[: forms.NUMBERS], forms.lengths(PUBLISHED))
 
@@ -157,7 +157,7 @@ def test_the_worst_figure_is_that_of_the_worst_chain(kind, figure):
     np.testing.assert_array_equal(worst, np.max(each, axis=-1) if figure.upper else np.min(each, axis=-1))
     assert np.isnan(worst[2]) or worst[2] < 0.0  # open: no value, or for the reach one by how much
     assert figure.stricter(1.0, 2.0) == (1.0 if figure.upper else 2.0)
-    assert figure.sense == ("<=" if figure.upper else ">=")
+    assert figure.sense == ("<=" if figure.upper else ">=" if figure.threshold else ">")
 
 
 @EACH
@@ -169,7 +169,7 @@ def test_the_value_of_what_is_broken_is_that_of_the_figure_farthest_beyond(kind)
             value = float(figure.worst(limit, PUBLISHED, point))
             # so strict that this point, inside the published cube, is far beyond it
             strict = limit.with_bound(figure, value - 0.01 * abs(value) if figure.upper else value + 0.01 * abs(value))
-            assert strict.broken(PUBLISHED, 1.0, point) == value
+            assert strict.broken(PUBLISHED, point) == value
 
 
 @EACH
@@ -186,7 +186,7 @@ def test_limits_of_requirements():
         "shoulder_max_deg": 60.0,
     }
     found = Limits.stated(values)
-    assert found.asked == ("reach", "singularity", "torque", "lean", "shoulder")
+    assert found.asked == ("reach", "assembly_mode", "torque", "lean", "shoulder")
     assert found["torque"].told() == pytest.approx(0.7)
     assert found["lean"].told() < math.radians(30.0)
     assert found["shoulder"].told() == (-math.pi, pytest.approx(math.radians(60.0)))

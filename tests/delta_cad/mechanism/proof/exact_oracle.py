@@ -8,6 +8,7 @@ import numpy as np
 
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.limits import (
+    AssemblyMode,
     EffectiveMass,
     HandleInertia,
     Kappa,
@@ -16,7 +17,6 @@ from delta_cad.mechanism.limits import (
     PoseLimit,
     Reach,
     Shoulder,
-    Singularity,
     Torque,
 )
 
@@ -97,7 +97,7 @@ def exact_inertia(masses: HandleInertia, la: Decimal, forearms: list, directions
 
 
 def exact_margins(
-    g: DeltaGeometry, limits: Limits, sign: float, p: tuple[float, float, float]
+    g: DeltaGeometry, limits: Limits, p: tuple[float, float, float]
 ) -> dict[type[PoseLimit], list[Decimal | None]]:
     """The margins of README (31), (40) at a position, the doubles taken as exact; None where they have no value."""
     with localcontext() as context:
@@ -136,8 +136,8 @@ def exact_margins(
             return out
         crosses = [_cross(forearms[i - 2], forearms[i - 1]) for i in range(3)]
         det = _dot(forearms[0], crosses[0])
-        if limits.get(Singularity):
-            out[Singularity] = [D(sign) * det]
+        if limits.get(AssemblyMode):
+            out[AssemblyMode] = [det]
         if torque := limits.get(Torque):
             lever = D(torque.force) * la / D(torque.torque_max)
             out[Torque] = [det * det - (lever * arms[i][0]) ** 2 * _dot(crosses[i], crosses[i]) for i in range(3)]

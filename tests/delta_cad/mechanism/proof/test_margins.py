@@ -30,13 +30,13 @@ KAPPA = FIRST[Kappa]
 
 def bounds(g, asked, box):
     pose, work, out = room()
-    margins(box, numbers(g, asked, -1.0), ALL, pose, work, out)
+    margins(box, numbers(g, asked), ALL, pose, work, out)
     return out
 
 
 def exact_table(g, asked, point):
     """Every margin of the list; None where a limit is not asked or has no value there."""
-    found = exact_margins(g, asked, -1.0, tuple(point.tolist()))
+    found = exact_margins(g, asked, tuple(point.tolist()))
     return [value for kind in POSE_LIMITS for value in found.get(kind, [None] * kind.rows)]
 
 

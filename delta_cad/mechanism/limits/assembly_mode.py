@@ -1,0 +1,93 @@
+"""Assembly mode: det S > 0 in the whole cube, the platform above the elbows and no direct singularity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.enclosure import pose as forms
+from delta_cad.mechanism.enclosure.affine_form import at
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import keep, store
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.limits.limit import FigureOfMerit, PoseLimit, Values, require
+from delta_cad.mechanism.statics import direct_margin
+
+
+def _determinant(limit: AssemblyMode, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
+    del limit
+    return direct_margin(g, p)[..., None]
+
+
+@compiled
+def _enclose(pose, k, n, work, out, row):
+    """Computes det S."""
+    store(out, row, at(pose, forms.DETERMINANT))
+
+
+@compiled
+def _cut(pose, k, n, work, cuts, count):
+    """Adds det S >= 0."""
+    return keep(cuts, count, at(pose, forms.DETERMINANT))
+
+
+@dataclass(frozen=True)
+class AssemblyMode(PoseLimit):
+    """The machine's own assembly, the one that forward kinematics returns: det S > 0 at every position.
+
+    A mechanism of the same lengths whose platform hangs below its elbows has det S < 0; between the two lies a direct
+    singularity, det S = 0.
+    """
+
+    name: ClassVar = "assembly_mode"
+    keys: ClassVar = {"": "assembly_mode"}
+    figures: ClassVar = (
+        FigureOfMerit("", "assembly mode, det S / L_B^3", "", 1.0, False, False, _determinant, "", (0.0, 0.0)),
+    )
+    tier: ClassVar = forms.FOREARMS
+    rows: ClassVar = 1
+    strict: ClassVar = True
+    enclose: ClassVar = staticmethod(_enclose)
+    cut: ClassVar = staticmethod(_cut)
+    cuts: ClassVar = 1
+
+    @classmethod
+    def stated(cls, values: Values, strict: bool = False) -> Self:
+        """Asks for it always."""
+        del values, strict
+        return cls()
+
+    def describe(self, values: Values) -> str:
+        """Says what is asked."""
+        del values
+        return "assembly mode (det S > 0 in the whole cube: platform above the elbows)"
+
+    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
+        """Gives none."""
+        del g
+        return ()
+
+    def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
+        """Computes det S."""
+        del exact
+        return [pose.determinant]
+
+    def margin(self, f: Any) -> np.ndarray:
+        """Computes det S / L_B^3."""
+        return f.determinant
+
+    def record(self) -> dict[str, Any]:
+        """Says that it is asked."""
+        return {"assembly_mode": True}
+
+    @classmethod
+    def from_record(cls, data: Any) -> Self | None:
+        """Reads whether it is asked."""
+        asked = data.get("assembly_mode")
+        require("assembly_mode", asked, asked is None or isinstance(asked, bool), "true, false or null")
+        return cls() if asked else None

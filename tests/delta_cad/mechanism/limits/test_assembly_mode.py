@@ -1,0 +1,66 @@
+"""Assembly mode: det S > 0 in the whole cube, against the position that forward kinematics returns."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.__main__ import main
+from delta_cad.checks import CheckLimits
+from delta_cad.checks.range.forward import check_forward
+from delta_cad.checks.range.ranges import check_ranges
+from delta_cad.mechanism import Cube, DeltaGeometry, forward_kinematics, inverse_kinematics
+from delta_cad.mechanism.proof.prove import prove
+from delta_cad.mechanism.workspace import cube_grid
+from tests.delta_cad.mechanism.asked import limits
+from tests.designs import hanging, minimal
+
+HANGING = DeltaGeometry(0.056, 0.024, 0.099, 0.087)
+CUBE = Cube(0.0345, 0.0095)
+"""A cube within reach and without a singularity, whose platform hangs below its elbows."""
+
+
+def test_forward_kinematics_returns_another_position_than_that_of_a_hanging_platform() -> None:
+    p = cube_grid(CUBE, 5)
+    back = forward_kinematics(HANGING, inverse_kinematics(HANGING, p))
+    assert np.linalg.norm(back - p, axis=-1).min() > 0.02
+
+
+def test_a_hanging_platform_is_refuted_by_its_assembly_mode_alone() -> None:
+    proof = prove(HANGING, CUBE, limits())
+    assert [(f.condition, f.verdict) for f in proof.findings] == [("reach", "proved"), ("assembly_mode", "refuted")]
+    finding = proof.findings[1]
+    assert finding.value is not None
+    assert finding.value < -0.5
+    assert (np.array(finding.point) >= CUBE.lower).all()
+    assert (np.array(finding.point) <= CUBE.upper).all()
+
+
+def test_both_checks_refuse_a_hanging_platform() -> None:
+    given = CheckLimits(34.5, 9.5, 300.0, 300.0, pose=limits())
+    found = {r.name: r for r in check_ranges(HANGING, given)}
+    assert found["reach"].passed
+    assert not found["assembly mode"].passed
+    assert found["assembly mode"].value is not None
+    assert found["assembly mode"].value < -0.5
+    forward = check_forward(HANGING, given)
+    assert not forward.passed
+    assert forward.value is not None
+    assert forward.value > 20.0
+    sound = check_forward(DeltaGeometry(0.04, 0.03, 0.082, 0.112079), CheckLimits(57.112, 37.5, 300.0, 300.0))
+    assert sound.passed
+
+
+def test_inspect_names_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for data, code in ((hanging(), 1), (minimal(), 0)):
+        path = tmp_path / "design.json"
+        path.write_text(json.dumps(data))
+        assert main(["inspect", "--design", str(path), "--json"]) == code
+        rows = {row["quantity"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
+        row = rows["assembly mode, det S / L_B^3"]
+        assert row["limit"] == "> 0"
+        assert row["holds"] is (code == 0)
+        assert (row["value"] > 0.0) is (code == 0)
