@@ -16,6 +16,7 @@ from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.range.joints import check_joints
 from delta_cad.checks.range.ranges import check_ranges
@@ -51,6 +52,7 @@ def run_checks(
     if not reachable or not all(r.passed for r in results if r.name.startswith("solid ") and r.value is None):
         return results
     progress("joints")
+    results.append(check_forward(assembly.placement.geometry, limits))
     results += check_joints(assembly, limits)
     results.append(check_joint_axes(assembly))
     results += check_fits(assembly, limits, meshes, progress)

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import Design, design_hash, load_design
+from delta_cad.design import Design, DesignError, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
 from delta_cad.drive.masses import MassError, Masses, load_masses
-from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism import DeltaGeometry, closure_margin, direct_margin
+from delta_cad.mechanism.workspace import Cube, CubeSearch
 
 FILE = "mass_properties.json"
+GRID = 15  # points along an edge from which the search over the cube starts: reach and det S are smooth
 
 
 @dataclass(frozen=True)
@@ -58,16 +60,30 @@ def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineM
         The device.
 
     Raises:
-        DesignError: The design file is refused.
+        DesignError: The design file is refused, or the cube holds a position out of reach or of another assembly mode.
         MassError: The masses are refused, missing, or of a build of another design.
     """
     design = load_design(design_file)
+    _require_assembled(design, design_file)
     path = masses_file if masses_file is not None else Path("out") / design.name / FILE
     if masses_file is None and not path.exists():
         raise MassError(f"{path}: is missing; run `python -m delta_cad build --design {design_file}` or give --masses")
     _require_same_design(path, design)
     drive = drive_torque(design)
     return MachineModel(design, load_masses(path, design.geometry.forearm_length, drive), drive)
+
+
+def _require_assembled(design: Design, file: Path) -> None:
+    """Refuses a cube in which the forward kinematics would return another position than the handle's."""
+    search = CubeSearch(Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M), GRID)
+    reach = search(lambda p: closure_margin(design.geometry, p).min(axis=-1), +1.0)
+    mode = search(lambda p: direct_margin(design.geometry, p), +1.0)
+    if reach.value >= 0.0 and mode.value > 0.0:
+        return
+    x, y, z = (v * MM_PER_M for v in (reach if reach.value < 0.0 else mode).position)
+    must = "be within reach" if reach.value < 0.0 else "have the assembly mode det S > 0, platform above elbows,"
+    where = f"must {must} at every position, also at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+    raise DesignError(file.name, "cube.bottom_height_mm", str(design.cube.bottom_height_mm), where)
 
 
 def _require_same_design(path: Path, design: Design) -> None:
