@@ -335,7 +335,7 @@ def test_gravity_takes_its_share_of_the_torque() -> None:
 
 def test_what_is_certified_is_all_that_is_asked() -> None:
     limits = TASKS["all limits, step 3"].pose_limits(2.0)
-    assert limits.asked == ("reach", "singularity", "torque", "kappa", "shoulder")
+    assert limits.asked == ("reach", "assembly_mode", "torque", "kappa", "shoulder")
     torque, shoulder = limits.get(Torque), limits["shoulder"].told()
     assert torque is not None
     assert (torque.force, limits["kappa"].told()) == (3.0, 2.0)
