@@ -13,8 +13,7 @@ from delta_cad.common.units import MM_PER_M
 
 NAME = "gravity"
 TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
-LARGEST = 1e6
-"""Largest coordinate in mm and largest mass in g: a kilometre, a ton."""
+LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a ton
 
 
 def arguments(command: argparse.ArgumentParser) -> None:

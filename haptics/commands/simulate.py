@@ -19,10 +19,8 @@ TEXT = "a scene on the simulated device: the operating resistance, the way home,
 SCENES = ("resistance", "home", "wall")
 HANDS = ("light", "medium", "firm")
 SCHEMA = "haptics-simulation/1"
-DELAY_MS = 0.5
-"""From reading to torque: half a period, the nominal one of `assumptions.DELAY`."""
-LONGEST_MS = 10.0
-"""Ten periods; nothing that is called haptic waits so long."""
+DELAY_MS = 0.5  # From reading to torque: half a period, the nominal one of `assumptions.DELAY`
+LONGEST_MS = 10.0  # Ten periods; nothing that is called haptic waits so long
 MS_PER_S = 1000.0
 
 

@@ -22,12 +22,11 @@ from haptics.control.supervisor.memory import reset_memory
 from haptics.control.supervisor.supervisor import check, limit
 from haptics.rendering.table import total_force
 
+# Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), the torque of it that fits
+# (N m), limit of each joint (N m).
 VELOCITY, FORCE, RENDERED, CEILING = ROWS, ROWS + 1, ROWS + 2, ROWS + 3
-"""Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), its torque as far as it fits
-(N m), limit of each joint (N m)."""
 WORK = (ROWS + 5, 3)
-FACTOR = (ROWS + 4, 0)
-"""Where the share of the wanted force that the joints could give is left, 0 to 1."""
+FACTOR = (ROWS + 4, 0)  # Where the share of the wanted force that the joints could give is left, 0 to 1
 
 
 class Controller(NamedTuple):

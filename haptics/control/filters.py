@@ -45,10 +45,9 @@ from delta_cad.common.jit import compiled
 
 DIFFERENCE, LOW_PASS, FOAW_END, FOAW_BEST = 1, 2, 3, 4
 HELD, VELOCITY, WINDOW, POSITIONS = 0, 1, 2, 3
-WINDOW_MAX = 1000
-"""Longest window that is accepted, periods."""
+WINDOW_MAX = 1000  # Longest window that is accepted, periods
+# Share by which the band is widened: quantised samples lie on its edge, up to the rounding of their doubles.
 BAND_SLACK = 1e-6
-"""Share by which the band is widened: quantised samples lie on its edge, up to the rounding of their doubles."""
 
 
 class Estimator(NamedTuple):

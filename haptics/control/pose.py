@@ -15,8 +15,7 @@ from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from haptics.control.pose_margins import singularity_margins
 
-POSITION, RATES, HOLDING = 3, 4, 5
-"""Rows of what `pose` fills; rows 0-2 are the Jacobian's columns."""
+POSITION, RATES, HOLDING = 3, 4, 5  # Rows of what `pose` fills; rows 0-2 are the Jacobian's columns
 ROWS = 6
 _SIN_60 = float(RADIAL[1, 1])
 

@@ -28,8 +28,7 @@ from haptics.devices.protocol import (
 )
 
 NS_PER_S = 1_000_000_000
-LONGEST_WATCHDOG = 0.1
-"""A host may not ask for more, s: at 2 m/s a handle crosses the cube in less than that."""
+LONGEST_WATCHDOG = 0.1  # A host may not ask for more, s: at 2 m/s a handle crosses the cube in less than that
 
 
 class Board:

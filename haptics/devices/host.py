@@ -25,8 +25,7 @@ from haptics.rendering import law_table
 from haptics.rendering.law import GAIN, ForceLaw
 from haptics.rendering.table import fade
 
-SAME_PERIOD = 1e-6
-"""Relative difference of two periods that are the same: less than the error of any quartz."""
+SAME_PERIOD = 1e-6  # Relative difference of two periods that are the same: less than the error of any quartz
 
 
 @runtime_checkable

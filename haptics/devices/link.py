@@ -7,8 +7,7 @@ import select
 import socket
 from typing import Protocol
 
-LARGEST = 2048
-"""Longest datagram that is read, bytes; ours have at most 60."""
+LARGEST = 2048  # Longest datagram that is read, bytes; ours have at most 60
 
 
 class Link(Protocol):

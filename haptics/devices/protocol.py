@@ -12,7 +12,6 @@ from haptics.control.supervisor.faults import FaultCode
 
 VERSION = 1
 MAGIC = b"DHAP"
-PORT = 47110
 _HEADER = struct.Struct("<4sBBHIIIQ")  # magic, version, kind, flags, session, sequence, answers, time in ns
 _CHECK = struct.Struct("<I")
 SHORTEST = _HEADER.size + _CHECK.size
@@ -59,10 +58,8 @@ PAYLOAD: dict[PacketKind, struct.Struct] = {
     PacketKind.REFUSED: struct.Struct("<HH"),  # reason, version that is spoken
 }
 
-WATCHDOG_TRIPPED, STOP_PRESSED = 1, 2
-"""Flags of a STATE."""
-RESET_WATCHDOG = 1
-"""Flag of a COMMAND."""
+WATCHDOG_TRIPPED, STOP_PRESSED = 1, 2  # Flags of a STATE
+RESET_WATCHDOG = 1  # Flag of a COMMAND
 FAULT_OF_FLAG = {WATCHDOG_TRIPPED: FaultCode.WATCHDOG, STOP_PRESSED: FaultCode.EMERGENCY_STOP}
 
 

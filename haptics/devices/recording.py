@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+# Columns of a CSV file, and with their values side by side of the array in an npz file.
 COLUMNS = (
     "time_s",
     *(f"shoulder_angle_{i}_rad" for i in range(3)),
     *(f"torque_{i}_N_m" for i in range(3)),
 )
-"""Columns of a CSV file, and with their values side by side of the array in an npz file."""
 
 
 class RecordingError(ValueError):

@@ -27,8 +27,7 @@ from haptics.devices.protocol import (
     newer,
 )
 
-TRIES = 5
-"""HELLOs and BYEs before it is given up: with one of two packets lost, 5 fail once in thousand."""
+TRIES = 5  # HELLOs and BYEs before it is given up: with one of two packets lost, 5 fail once in thousand
 
 
 class DeviceRefusedError(DeviceError):

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from delta_cad.mechanism import DeltaGeometry
     from haptics.model.machine import MachineModel
 
+# (8, 3) corners of a cube of torques; the first four are enough where n and -n are the same.
 SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
-"""(8, 3) corners of a cube of torques; the first four are enough where n and -n are the same."""
+# Steps of a current command from minus to plus the peak, assumed: 12 bits, the coarsest in use. The driver is no part
+# of the design.
 COMMAND_STEPS = 2**12
-"""Steps of a current command from minus to plus the peak, assumed: 12 bits, the coarsest in use. The driver is no part
-of the design."""
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,8 @@ from delta_cad.common.picture_style import styled
 
 HEIGHTS = ("bottom", "middle", "top")
 FILL, LINES, EVEN = 48, 6, 0.02
-WIDE = 5.0
-"""Ratio of the largest to the smallest value from which the scale is logarithmic."""
-FLAT = 0.1
-"""Least range of the scale as a share of the values: what varies less looks even, as it feels."""
+WIDE = 5.0  # Ratio of the largest to the smallest value from which the scale is logarithmic
+FLAT = 0.1  # Least range of the scale as a share of the values: what varies less looks even, as it feels
 
 
 @styled

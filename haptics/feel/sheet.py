@@ -30,24 +30,23 @@ from haptics.stability.stiffness import NOMINAL_HAND, Stiffness, largest_walls
 from haptics.stability.wall_limit import AXES, START
 from haptics.stability.wall_trial import PERIOD
 
+# Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
+# nothing is proven between them.
 GRID = 15
-"""Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of
-the points, nothing is proven between them."""
-SLICE = 41
-"""Points an edge of a map."""
+SLICE = 41  # Points an edge of a map
+# Points of the map of the linear wall limit along x, y, z: it varies by 3 % over that of the committed design.
 WALL_GRID = (5, 5, 3)
-"""Points of the map of the linear wall limit along x, y, z: it varies by 3 % over that of the committed design."""
+# Share by which the masses of the gravity compensation may be off: screws, cables and density of what is built.
 MASS_ERROR = 0.05
-"""Share by which the masses of the gravity compensation may be off: screws, cables and density of what is built."""
+# N/m from which a wall passes for hard: L. B. Rosenberg, B. D. Adelstein, IEEE Symposium on Research Frontiers in
+# Virtual Reality, 1993; from memory, not opened.
 HARD = 2000.0
-"""N/m from which a wall passes for hard: L. B. Rosenberg, B. D. Adelstein, IEEE Symposium on Research Frontiers in
-Virtual Reality, 1993; from memory, not opened."""
+# N/m from which nobody tells it from rigid: 15 to 42 N/mm, H. Z. Tan et al., ASME IMECE DSC 55-1, 1994; from memory,
+# not opened.
 RIGID = 15e3
-"""N/m from which nobody tells it from rigid: 15 to 42 N/mm, H. Z. Tan et al., ASME IMECE DSC 55-1, 1994; from memory,
-not opened."""
+# N: smallest step of a force that fingertips feel on a still handle, about; from memory (detection thresholds of 0.03
+# to 0.06 N), no single source was opened.
 FELT = 0.04
-"""N: smallest step of a force that fingertips feel on a still handle, about; from memory (detection thresholds of
-0.03 to 0.06 N), no single source was opened."""
 
 
 @dataclass(frozen=True)

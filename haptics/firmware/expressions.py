@@ -43,8 +43,7 @@ class TranslationError(ValueError):
     """Python that has no translation; the message names function and line."""
 
 
-Value = tuple[str, Any]
-"""C text and the compiler's type."""
+Value = tuple[str, Any]  # C text and the compiler's type
 
 
 class Owner(Protocol):

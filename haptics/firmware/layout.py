@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numba.core import types
 
+# Minimum and maximum take the first where the second is not a number, as Python's do.
 PRELUDE = """\
 typedef struct { double *at; long n; } row;
 typedef struct { double *at; long rows, columns; } table;
@@ -16,8 +17,6 @@ static inline row row_of(table t, long i) { row r = { t.at + i * t.columns, t.co
 static inline row part(row r, long first, long end) { row p = { r.at + first, end - first }; return p; }
 static inline void fill(row r, double value) { for (long k = 0; k < r.n; k++) r.at[k] = value; }
 """
-"""Minimum and maximum take the first where the second is not a number, as Python's do."""
-SCALARS = {"float64": "double", "int64": "long long", "bool": "int"}
 
 
 class LayoutError(TypeError):

@@ -20,8 +20,8 @@ from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
 
 GRAVITY = 9.81
+# Where the origin of the handle's travel is looked for over the base plane; not printed either.
 ORIGIN_MM = (50.0, 100.0)
-"""Where the origin of the handle's travel is looked for over the base plane; not printed either."""
 
 
 @dataclass(frozen=True)

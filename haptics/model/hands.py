@@ -40,6 +40,11 @@ class HandModel:
     confirmed: str
 
 
+# The set. Further figures, from memory and not used: fingertips 3.5 to 8.7 g, 4 to 7.4 N s/m, 210 to 1150 N/m (A. Z.
+# Hajian, R. D. Howe, J. Biomech. Eng. 119, 1997); arms up to 1.5 kg, 5 to 30 N s/m, 100 to 600 N/m (N. Hogan 1989; J.
+# E. Speich, L. Shao, M. Goldfarb, Mechatronics 15, 2005); stiffness and damping that rise with the force of the grip
+# (K. J. Kuchenbecker, J. G. Park, G. Niemeyer, IMECE 2003; also C. J. Hasser, M. R. Cutkosky 2002, whose abstract was
+# seen).
 HAND_MODELS: dict[str, HandModel] = {
     "light": HandModel(
         Hand(mass=0.02, damping=0.8, stiffness=380.0),
@@ -61,10 +66,5 @@ HAND_MODELS: dict[str, HandModel] = {
         TRANSCRIBED,
     ),
 }
-"""The set. Further figures, from memory and not used: fingertips 3.5 to 8.7 g, 4 to 7.4 N s/m, 210 to 1150 N/m (A. Z.
-Hajian, R. D. Howe, J. Biomech. Eng. 119, 1997); arms up to 1.5 kg, 5 to 30 N s/m, 100 to 600 N/m (N. Hogan 1989; J. E.
-Speich, L. Shao, M. Goldfarb, Mechatronics 15, 2005); stiffness and damping that rise with the force of the grip (K. J.
-Kuchenbecker, J. G. Park, G. Niemeyer, IMECE 2003; also C. J. Hasser, M. R. Cutkosky 2002, whose abstract was seen)."""
 
-HANDS: dict[str, Hand] = {name: model.hand for name, model in HAND_MODELS.items()}
-"""The set as the plant takes it."""
+HANDS: dict[str, Hand] = {name: model.hand for name, model in HAND_MODELS.items()}  # The set as the plant takes it

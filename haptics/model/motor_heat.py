@@ -23,17 +23,13 @@ from typing import NamedTuple
 from delta_cad.catalogue import Motor
 from delta_cad.common.jit import inlined
 
-COPPER = 0.0039
-"""Rise of copper's resistance per kelvin, about 25 C."""
-REFERENCE_C = 25.0
-"""Temperature of the catalogue's resistance and ambient."""
-SPECIFIC_HEAT = 450.0
-"""Specific heat of a motor as one body, J/(kg K)."""
+COPPER = 0.0039  # Rise of copper's resistance per kelvin, about 25 C
+REFERENCE_C = 25.0  # Temperature of the catalogue's resistance and ambient
+SPECIFIC_HEAT = 450.0  # Specific heat of a motor as one body, J/(kg K)
+# De-rating begins this far below the largest temperature: at the peak torque the catalogue's windings warm by 6 to 10
+# K/s, so there are 3 s in which the torque comes down, and nobody feels a step.
 DERATE_K = 30.0
-"""De-rating begins this far below the largest temperature: at the peak torque the catalogue's windings warm by 6 to
-10 K/s, so there are 3 s in which the torque comes down, and nobody feels a step."""
-DERATE_SHARE = 0.7
-"""The same where only x is known."""
+DERATE_SHARE = 0.7  # The same where only x is known
 
 
 class Heat(NamedTuple):

@@ -30,9 +30,7 @@ from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
 from delta_cad.mechanism.kernel import chain_closure
 
-POSITION, VELOCITY, BRISTLE, TORQUE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
-"""Parts of the state vector: p (m), v (m/s), bristles (1), torque of the motors at the joints (N m)."""
-STATES = 12
+STATES = 12  # p (m), v (m/s), bristles (1) and torque of the motors at the joints (N m), three of each
 _SIN_60 = float(RADIAL[1, 1])
 
 
@@ -94,8 +92,7 @@ class Hand(NamedTuple):
     stiffness: float
 
 
-FREE = Hand(0.0, 0.0, 0.0)
-"""No hand."""
+FREE = Hand(0.0, 0.0, 0.0)  # No hand
 
 
 def plant(

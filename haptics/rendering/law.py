@@ -17,8 +17,7 @@ import numpy as np
 
 from delta_cad.common.jit import compiled
 
-KIND, GAIN, FIRST = 0, 1, 2
-"""Columns that all laws have, and the first of a law's own parameters."""
+KIND, GAIN, FIRST = 0, 1, 2  # Columns that all laws have, and the first of a law's own parameters
 
 
 class LawError(ValueError):

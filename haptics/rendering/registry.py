@@ -10,6 +10,7 @@ from delta_cad.common.jit import in_turn
 from haptics.rendering.law import FIRST, KIND, Law, columns
 from haptics.rendering.laws import constant_force, home, operating_resistance, spring, virtual_wall
 
+# Kind, as tables in files and in C have it and never to be given again -> law.
 LAWS: dict[int, Law] = {
     1: operating_resistance.LAW,
     2: spring.LAW,
@@ -17,9 +18,8 @@ LAWS: dict[int, Law] = {
     4: home.LAW,
     5: virtual_wall.LAW,
 }
-"""Kind, as tables in files and in C have it and never to be given again -> law."""
+# Doubles in a row of a table.
 COLUMNS = FIRST + max(sum(p.width for p in law.parameters.parameters().values()) for law in LAWS.values())
-"""Doubles in a row of a table."""
 
 
 def layout(law: Law) -> list[tuple[str, int, int, str]]:
@@ -30,12 +30,12 @@ def layout(law: Law) -> list[tuple[str, int, int, str]]:
 
 _STATE = "laws, i, px, py, pz"
 _OF_KIND = f"if laws[i, {KIND}] == {{1}}: return {{0}}"
+# Compiled: force of row i of a table at gain 1, N; none for a row of unknown kind.
 force_of = in_turn(
     f"{_STATE}, vx, vy, vz",
     [(law.force, kind) for kind, law in LAWS.items()],
     f"{_OF_KIND}({_STATE}, vx, vy, vz)",
     "return 0.0, 0.0, 0.0",
 )
-"""Compiled: force of row i of a table at gain 1, N; none for a row of unknown kind."""
+# Compiled: energy that row i of a table stores at gain 1, J.
 energy_of = in_turn(_STATE, [(law.energy, kind) for kind, law in LAWS.items()], f"{_OF_KIND}({_STATE})", "return 0.0")
-"""Compiled: energy that row i of a table stores at gain 1, J."""

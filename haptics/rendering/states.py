@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from delta_cad.common.jit import in_turn
 from haptics.rendering.law import ForceLaw, Law, LawError
 
-AT_REST = (0.0, 0.0, 0.0)
-"""No velocity, m/s."""
+AT_REST = (0.0, 0.0, 0.0)  # No velocity, m/s
 P = ParamSpec("P")
 
 

@@ -16,12 +16,10 @@ from haptics.stability.discrete import DampingCap, damping_cap
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 
-PERIOD = 1e-3
-"""Period of the paper's loop, s."""
-READY = 0.8
-"""Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s."""
+PERIOD = 1e-3  # Period of the paper's loop, s
+READY = 0.8  # Before a scene begins: the supervisor's ramp of half a second, and the handle at rest, s
+# A slide that takes the handle along a path, as a person with a ruler does: stiff, so that the handle keeps to it.
 GUIDE = Hand(mass=0.1, damping=40.0, stiffness=8000.0)
-"""A slide that takes the handle along a path, as a person with a ruler does: stiff, so that the handle keeps to it."""
 GRID = 9
 
 

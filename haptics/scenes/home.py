@@ -36,23 +36,17 @@ from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.stability.oscillation import decay_ratio, off_line, oscillation, strongest_line
 
 SETTING = "k0.4"
-DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)
-"""N s/m; the last two are the paper's."""
+DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)  # N s/m; the last two are the paper's
 PAPERS = DAMPINGS[-2:]
-FREE_S = 6.0
-"""Time that the handle is given, s; a damper of 500 N s/m takes about that."""
-START = 0.6
-"""Where it is let go along (1, 1, 1): share of half the cube's side."""
-WINDOW = 0.5
-"""Length of each of the two windows at the end of the way in which an oscillation is judged, s."""
-SLOW = 0.1
-"""What is slower than this is a way, not a buzz, s."""
+FREE_S = 6.0  # Time that the handle is given, s; a damper of 500 N s/m takes about that
+START = 0.6  # Where it is let go along (1, 1, 1): share of half the cube's side
+WINDOW = 0.5  # Length of each of the two windows at the end of the way in which an oscillation is judged, s
+SLOW = 0.1  # What is slower than this is a way, not a buzz, s
+# Times the friction that may hold the handle before it is home: the bristles' bend and one count beyond it.
 ARRIVED = 1.05
-"""Times the friction that may hold the handle before it is home: the bristles' bend and one count beyond it."""
-STILL = 1e-7
-"""Swing, m, below which no frequency is told: ten times the last digit of the series that are written."""
+STILL = 1e-7  # Swing, m, below which no frequency is told: ten times the last digit of the series that are written
+# Counts of the encoders that a swing must have to be called a ringing; what is less, hardly any of them sees.
 RINGS = 0.5
-"""Counts of the encoders that a swing must have to be called a ringing; what is less, hardly any of them sees."""
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from delta_cad.common.units import MM_PER_M
 from haptics.control.supervisor.faults import LATCHING, described
 from haptics.simulation.loop import SimulatedRun
 
+# Decimals that the series keep of each unit: 10 nm, 10 uN, a thousandth of what encoders and motors resolve. More
+# digits would only be more bytes.
 DECIMALS = {"_s": 6, "_mm": 5, "_N": 5, "_N_m": 7, "_mm_per_s": 3}
-"""Decimals that the series keep of each unit: 10 nm, 10 uN, a thousandth of what encoders and motors resolve.
-More digits would only be more bytes."""
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,10 @@ from haptics.simulation.assumptions import DELAY
 from haptics.stability.wall_limit import START, WallSearch, search
 from haptics.stability.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
 
+# First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the paper's protocol,
+# which `stiffness` follows.
 STEP, CEILING, TOLERANCE = 1000.0, 40e3, 25.0
-"""First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the
-paper's protocol, which `stiffness` follows."""
-ABOVE = 1.3
-"""Times the limit: clearly beyond it."""
+ABOVE = 1.3  # Times the limit: clearly beyond it
 VERDICTS = {"settles": "stands", "sustained": "oscillates", "grows": "oscillates and grows", "diverged": "diverges"}
 
 

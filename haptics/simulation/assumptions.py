@@ -17,29 +17,26 @@ from haptics.control.supervisor.limits import safety_limits
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant, plant
 
+# Friction of a motor as a share of its continuous torque: no-load current over what is left of the continuous one, of
+# the RE 30 as its row in the catalogue has them. Not known of the others; bearings and cable are inside the range.
 IDLE_SHARE = 0.16 / (3.44 - 0.16)
-"""Friction of a motor as a share of its continuous torque: no-load current over what is left of the continuous one, of
-the RE 30 as its row in the catalogue has them. Not known of the others; bearings and cable are inside the range."""
+# Speed of the motor at that current, rad/s: a small motor at its rated voltage, about 8600 turns a minute.
 IDLE_SPEED = 900.0
-"""Speed of the motor at that current, rad/s: a small motor at its rated voltage, about 8600 turns a minute."""
+# Least, nominal and largest share of that friction that does not depend on the speed: brushes, bearings, cable.
 COULOMB = (0.25, 0.6, 1.0)
-"""Least, nominal and largest share of that friction that does not depend on the speed: brushes, bearings, cable."""
-VISCOUS = (0.0, 0.4, 0.75)
-"""The share that grows with it, likewise; the nominal ones add up to the no-load torque."""
+VISCOUS = (0.0, 0.4, 0.75)  # The share that grows with it, likewise; the nominal ones add up to the no-load torque
+# Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
+# the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a light hand
+# depends: the softest goes with the least friction, the stiffest with the largest.
 PRESLIDING = (1e-3, 3e-4, 1e-4)
-"""Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
-the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a light hand
-depends: the softest goes with the least friction, the stiffest with the largest."""
+# Share of critical damping with which a joint rings on an unslipped bristle, least, nominal, largest: none; wire rope
+# and grease (a loss factor of 0.1); what friction models in the literature take at most. From memory.
 BRISTLE_RATIO = (0.0, 0.05, 0.2)
-"""Share of critical damping with which a joint rings on an unslipped bristle, least, nominal, largest: none; wire rope
-and grease (a loss factor of 0.1); what friction models in the literature take at most. From memory."""
-DELAY = (0.0, 0.5, 1.0)
-"""From reading to torque in periods: at once, half a period to compute and send, a whole one."""
-CURRENT_LAG = 0.2e-3
-"""Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz."""
+DELAY = (0.0, 0.5, 1.0)  # From reading to torque in periods: at once, half a period to compute and send, a whole one
+CURRENT_LAG = 0.2e-3  # Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz
+# Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an eighth of
+# the damping with one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise.
 CORNER = 100.0
-"""Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an
-eighth of the damping with one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise."""
 
 
 @dataclass(frozen=True)

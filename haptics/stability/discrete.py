@@ -24,16 +24,14 @@ from haptics.stability.estimator_models import LinearEstimator
 if TYPE_CHECKING:
     from haptics.model.plant import Hand
 
+# Eigenvalues as near to 1 as this count as at rest: they would need 1e5 periods, 100 s at 1 kHz, to move by e. A free
+# handle has such modes (it may rest anywhere), and rounding splits a double one by the root of 1e-16.
 NEUTRAL = 1e-5
-"""Eigenvalues as near to 1 as this count as at rest: they would need 1e5 periods, 100 s at 1 kHz, to move by e. A free
-handle has such modes (it may rest anywhere), and rounding splits a double one by the root of 1e-16."""
-ALIGNED = 1e-9
-"""Share of a period below which a rest of a delay is rounding."""
+ALIGNED = 1e-9  # Share of a period below which a rest of a delay is rounding
+# Range of gains that is scanned, as a share of m / T^2 and m / T. With one sample a spring above 4 m / T^2 or a damper
+# above 2 m / T throws the handle over in one period; delays and filters lower that. A millionth is below 1 N/m.
 SCAN = (1e-6, 10.0)
-"""Range of gains that is scanned, as a share of m / T^2 and m / T. With one sample a spring above 4 m / T^2 or a damper
-above 2 m / T throws the handle over in one period; delays and filters lower that. A millionth is below 1 N/m."""
-GROWTH = 1e-10
-"""Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better."""
+GROWTH = 1e-10  # Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better
 
 
 class SampledBody(NamedTuple):

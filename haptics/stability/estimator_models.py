@@ -14,8 +14,8 @@ import numpy as np
 if TYPE_CHECKING:
     from haptics.control.filters import Estimator
 
+# Response to a constant position, as a share of the largest coefficient, up to which rounding explains it.
 SETTLED = 1e-9
-"""Response to a constant position, as a share of the largest coefficient, up to which rounding explains it."""
 
 
 @dataclass(frozen=True)

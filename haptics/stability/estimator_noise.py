@@ -15,11 +15,9 @@ import numpy as np
 
 from haptics.control.filters import Estimator, fresh_memory, velocities
 
-HAND_FREQUENCY = 2.0
-"""Frequency of the motion, Hz: a brisk voluntary movement of the hand."""
+HAND_FREQUENCY = 2.0  # Frequency of the motion, Hz: a brisk voluntary movement of the hand
 PASSES = 16
-GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-"""Shift between passes in quanta: its multiples fill the interval evenly."""
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # Shift between passes in quanta: its multiples fill the interval evenly
 
 
 class EstimatorFigure(NamedTuple):

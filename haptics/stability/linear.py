@@ -17,8 +17,7 @@ from haptics.model.plant import STATES, Hand, Plant, motion
 from haptics.stability.discrete import SampledBody, SampledLoop, Timing, axis, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 
-UNIT = 1e-9
-"""Deviation of a normal's length from 1 that rounding may cause."""
+UNIT = 1e-9  # Deviation of a normal's length from 1 that rounding may cause
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from haptics.stability.stiffness import CEILING, PLACES, AxisWall, End, Range, S
 from haptics.stability.wall_limit import START
 
 SCHEMA = "delta-stiffness/1"
-N_PER_MM = 1e-3
-"""N/m in N/mm."""
+N_PER_MM = 1e-3  # N/m in N/mm
 WIDTH = 110
 NOTE = (
     "friction: least, nominal and largest also differ in how far and how damped a joint gives way before it slips "

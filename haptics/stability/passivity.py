@@ -34,13 +34,14 @@ from haptics.stability.estimator_models import LinearEstimator
 if TYPE_CHECKING:
     from haptics.model.plant import Hand
 
+# Lowest frequency of the grid as a share of pi / T. Below it the demand is that at 0 to its square, 1e-8 (it is even in
+# the frequency), unless a filter's corner lies below 1e-4 of it, 0.05 Hz at 1 kHz.
 LOWEST = 1e-4
-"""Lowest frequency of the grid as a share of pi / T. Below it the demand is that at 0 to its square, 1e-8 (it is even
-in the frequency), unless a filter's corner lies below 1e-4 of it, 0.05 Hz at 1 kHz."""
+# Points of the first grid; points of each refinement of the interval about the best one, which shrinks by SHRINK each
+# round: after 8 rounds the frequency is known to 1e-9 of its place. The maximum is refined, not enclosed: a peak
+# narrower than the first grid's step, which no filter of first order and no window below 100 samples can make, could be
+# missed.
 GRID, REFINED, SHRINK, ROUNDS = 1024, 33, 16.0, 8
-"""Points of the first grid; points of each refinement of the interval about the best one, which shrinks by SHRINK each
-round: after 8 rounds the frequency is known to 1e-9 of its place. The maximum is refined, not enclosed: a peak narrower
-than the first grid's step, which no filter of first order and no window below 100 samples can make, could be missed."""
 
 
 class PassivityClass(StrEnum):

@@ -34,21 +34,18 @@ from haptics.stability.wall_limit import AXES, START, Predicate, WallSearch, sea
 from haptics.stability.wall_trial import LEVELS, PERIOD, Level, simulated_predicate
 
 NOMINAL_HAND = "medium"
+# Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
+# the places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20.
 SUBSTEPS = 4
-"""Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
-the places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20."""
+# Softest and stiffest wall that is asked, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
+# bits on an arm of 80 mm: what happens beyond is not the wall.
 FLOOR, CEILING = 50.0, 50e3
-"""Softest and stiffest wall that is asked, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
-bits on an arm of 80 mm: what happens beyond is not the wall."""
-TOLERANCE = 0.05
-"""Relative tolerance of the ends of the range; the assumptions behind them are not known better."""
-NOMINAL_TOLERANCE = 25.0
-"""Tolerance of the nominal bisection, N/m: an eighth of the paper's step."""
-PLACES = 3
-"""Places of the encoders' counts with each of which the default wall must stand: one could be lucky."""
+TOLERANCE = 0.05  # Relative tolerance of the ends of the range; the assumptions behind them are not known better
+NOMINAL_TOLERANCE = 25.0  # Tolerance of the nominal bisection, N/m: an eighth of the paper's step
+PLACES = 3  # Places of the encoders' counts with each of which the default wall must stand: one could be lucky
+# Factor between questions while no change is bracketed; ratio of linear limits up to which a case is asked: in trials
+# friction raised the limit of a light hand to three times the linear one, and nothing moved any farther.
 STRIDE, RIVAL = 1.5, 3.0
-"""Factor between questions while no change is bracketed; ratio of linear limits up to which a case is asked: in trials
-friction raised the limit of a light hand to three times the linear one, and nothing moved any farther."""
 
 
 @dataclass(frozen=True)
@@ -153,8 +150,8 @@ class Stiffness:
         return [(wall.axis, hand) for wall in self.axes for hand, stands in wall.steady.items() if not stands]
 
 
+# Axis, case and place of the encoders' counts (a seed) -> whether a wall of a stiffness stands.
 Ask = Callable[[str, Corner, int], Predicate]
-"""Axis, case and place of the encoders' counts (a seed) -> whether a wall of a stiffness stands."""
 
 
 def largest_walls(

@@ -22,14 +22,13 @@ from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import LinearEstimator
 from haptics.stability.linear import Linearised, linearise
 
+# The paper's protocol, N/m: K_e starts at 1.1 N/mm and grows by 0.2 N/mm until the user feels oscillation.
 START, STEP = 1100.0, 200.0
-"""The paper's protocol, N/m: K_e starts at 1.1 N/mm and grows by 0.2 N/mm until the user feels oscillation."""
 AXES: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 )
 
-Predicate = Callable[[float], bool]
-"""Stiffness (N/m) -> whether the wall is stable."""
+Predicate = Callable[[float], bool]  # Stiffness (N/m) -> whether the wall is stable
 
 
 @dataclass(frozen=True)

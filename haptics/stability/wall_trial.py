@@ -24,27 +24,20 @@ from haptics.simulation.loop import SUBSTEPS, SimulatedRun, simulate, timing
 from haptics.stability.oscillation import Oscillation, oscillation
 from haptics.stability.wall_limit import Predicate
 
-PERIOD = 1e-3
-"""Period of the paper's loop, s."""
-GAP = 2e-3
-"""Between the handle and the wall at the start, m."""
+PERIOD = 1e-3  # Period of the paper's loop, s
+GAP = 2e-3  # Between the handle and the wall at the start, m
+# Force with which the hand leans on the wall, as a share of the design's: well felt, and room for swings below the
+# limit.
 LEAN = 0.6
-"""Force with which the hand leans on the wall, as a share of the design's: well felt, and room for swings below the
-limit."""
+# To which the hand aims into a soft wall, m; softer walls are leaned on with less, so that the cube is not left.
 DEEPEST = 10e-3
-"""To which the hand aims into a soft wall, m; softer walls are leaned on with less, so that the cube is not left."""
-READY = 0.6
-"""Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest."""
-COMES = 0.4
-"""Time in which the hand's aim moves into the wall, s."""
-CALMS = 0.1
-"""What the push itself stirs up is not judged, s."""
-WINDOW = 0.5
-"""Length of each of the two windows in which an oscillation is judged, s."""
+READY = 0.6  # Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest
+COMES = 0.4  # Time in which the hand's aim moves into the wall, s
+CALMS = 0.1  # What the push itself stirs up is not judged, s
+WINDOW = 0.5  # Length of each of the two windows in which an oscillation is judged, s
 
 Level = Literal["least", "nominal", "largest"]
-LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")
-"""Places in the ranges of `assumptions.Friction`."""
+LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")  # Places in the ranges of `assumptions.Friction`
 
 
 @dataclass(frozen=True)

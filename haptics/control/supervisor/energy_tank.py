@@ -30,8 +30,7 @@ import math
 
 from delta_cad.common.jit import inlined
 
-HALVINGS = 12
-"""Bisections of the largest share that the tank allows: to 1/4096 of the torque, always on the safe side."""
+HALVINGS = 12  # Bisections of the largest share that the tank allows: to 1/4096 of the torque, always on the safe side
 
 
 @inlined

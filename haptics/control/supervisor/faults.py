@@ -137,7 +137,6 @@ TABLE: dict[FaultCode, About] = {
     FaultCode.DEVICE_LOST: About("the device does not answer", _F, _R.OFF, "the device's answer, then reset"),
     FaultCode.EMERGENCY_STOP: About("emergency stop", _F, _R.OFF, "its release, then reset"),
 }
-"""All codes."""
 
 
 def mask(faults: Iterable[FaultCode]) -> int:
@@ -159,12 +158,10 @@ def described(bits: int) -> str:
     return "; ".join(parts) or "no findings"
 
 
-LATCHING = mask(f for f in FaultCode if TABLE[f].severity is Severity.FAULT)
-"""Bits that latch."""
-ALWAYS = mask((FaultCode.EMERGENCY_STOP,))
-"""Bits that latch even while nothing is enabled."""
+LATCHING = mask(f for f in FaultCode if TABLE[f].severity is Severity.FAULT)  # Bits that latch
+ALWAYS = mask((FaultCode.EMERGENCY_STOP,))  # Bits that latch even while nothing is enabled
+# Bits that come from outside: a button, or the device.
 EXTERNAL = mask((FaultCode.WATCHDOG, FaultCode.DEVICE_LOST, FaultCode.EMERGENCY_STOP))
-"""Bits that come from outside: a button, or the device."""
 
 
 def reacting(*reactions: Reaction) -> int:

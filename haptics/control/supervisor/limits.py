@@ -16,9 +16,9 @@ from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_a
 from delta_cad.mechanism.jacobian import forearm_determinant, inverse_jacobian
 from haptics.model.motor_heat import REFERENCE_C, motor_heat
 
+# Points an edge of the cube at which range, reach and volume are looked up. The thresholds made of them keep 40 % and
+# more distance from the extremes, far more than what lies between two points (5 % at 7 points an edge).
 GRID = 13
-"""Points an edge of the cube at which range, reach and volume are looked up. The thresholds made of them keep 40 % and
-more distance from the extremes, far more than what lies between two points (5 % at 7 points an edge)."""
 
 
 class SafetyLimits(NamedTuple):
@@ -123,6 +123,7 @@ class SafetyLimits(NamedTuple):
 SIGNED = ("theta_low", "theta_high", "ambient", "derate", "hottest", "cube_bottom")
 ZERO_ALLOWED = ("damping", "velocity_lag", "ramp_power", "edge_margin", "slope", "coupling", "heat", "energy_start")
 OFF_ALLOWED = ("frozen_turn", "frozen_torque", "stale")
+# Pairs of which the first must be smaller.
 RISING = (
     ("theta_low", "theta_high"),
     ("period", "late"),
@@ -133,7 +134,6 @@ RISING = (
     ("ambient", "derate"),
     ("derate", "hottest"),
 )
-"""Pairs of which the first must be smaller."""
 
 
 def checked(limits: SafetyLimits) -> SafetyLimits:

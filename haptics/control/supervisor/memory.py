@@ -48,12 +48,10 @@ TURNS = 69  # (3) room of `limit`
 WANTED = 72  # (3) room of `limit`
 MEMORY = 75
 
-ENABLE, DISABLE, RESET = 1.0, 2.0, 3.0
-"""Values of memory[REQUEST]; 0 for none."""
+ENABLE, DISABLE, RESET = 1.0, 2.0, 3.0  # Values of memory[REQUEST]; 0 for none
+# Share of a period below which the time of a tick is taken as standing still: rates would have no meaning.
 SHORTEST = 1e-3
-"""Share of a period below which the time of a tick is taken as standing still: rates would have no meaning."""
-LONGEST = 1.0
-"""An interval is taken as no longer than this, s: a drive's own watchdog cuts the torque long before."""
+LONGEST = 1.0  # An interval is taken as no longer than this, s: a drive's own watchdog cuts the torque long before
 
 
 def reset_memory(limits: SafetyLimits, memory: np.ndarray | None = None) -> np.ndarray:

@@ -22,8 +22,7 @@ from haptics.rendering.law import (
 )
 from haptics.rendering.states import force_function
 
-RESISTANCE_BLEND = 1e-3
-"""Way beyond r0 over which the damping fades in, m; less than r1 - r0 of the paper's settings."""
+RESISTANCE_BLEND = 1e-3  # Way beyond r0 over which the damping fades in, m; less than r1 - r0 of the paper's settings
 
 
 @dataclass(frozen=True)
@@ -96,10 +95,10 @@ def energy(laws, i, px, py, pz):
 LAW = Law(OperatingResistance, force, energy)
 operating_resistance = force_function(LAW, OperatingResistance)
 
+# The two settings that [RCIM2018] measured with eq. (23). They rise to 3.4 N and 2.8 N: of the first it is the 3 N
+# limit that decides, by saturation. At 1 kHz b = 500 N s/m is more than the sampled loop can hold; the damping applied
+# is another number: `dataclasses.replace` sets it.
 PAPER_SETTINGS = {
     "k0.4": OperatingResistance(stiffness=400.0, damping=500.0, dead_radius=1.5e-3, full_radius=10e-3),
     "k0.8": OperatingResistance(stiffness=800.0, damping=500.0, dead_radius=1.5e-3, full_radius=5e-3),
 }
-"""The two settings that [RCIM2018] measured with eq. (23). They rise to 3.4 N and 2.8 N: of the first it is the 3 N
-limit that decides, by saturation. At 1 kHz b = 500 N s/m is more than the sampled loop can hold; the damping applied is
-another number: `dataclasses.replace` sets it."""

@@ -25,8 +25,8 @@ from haptics.rendering.law import (
 )
 from haptics.rendering.states import force_function
 
+# Depth over which the damping of a wall fades in, m: what a hand of 3 N reaches in a wall of 6 N/mm.
 WALL_BLEND = 0.5e-3
-"""Depth over which the damping of a wall fades in, m: what a hand of 3 N reaches in a wall of 6 N/mm."""
 AXES = {"x": 0, "y": 1, "z": 2}
 
 

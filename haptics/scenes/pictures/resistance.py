@@ -14,8 +14,7 @@ from haptics.scenes.record import Scene, SceneRun
 
 BIN_MM = 0.5
 ZOOM_MM = 14.0
-STAY = (4.2, 4.5)
-"""While the handle stays at the corner, s."""
+STAY = (4.2, 4.5)  # While the handle stays at the corner, s
 
 
 @styled
