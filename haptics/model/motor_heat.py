@@ -103,7 +103,7 @@ def warmed(heat, winding, housing, torque, seconds):
     """Temperatures a moment later.
 
     Args:
-        heat: `Heat`, or any record with its fields.
+        heat: `Heat`.
         winding: C.
         housing: C.
         torque: N m at the joint.
@@ -125,7 +125,7 @@ def allowed(heat, torque, winding):
     """Torque that may be given at a temperature: all up to `derate`, then linearly down to `continuous` at `hottest`.
 
     Args:
-        heat: `Heat`, or any record with its fields.
+        heat: `Heat`.
         torque: Limit of the cold motor, N m.
         winding: C.
     """

@@ -14,7 +14,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_angles
 from delta_cad.mechanism.jacobian import forearm_determinant, inverse_jacobian
-from haptics.model.motor_heat import REFERENCE_C, motor_heat
+from haptics.model.motor_heat import REFERENCE_C, Heat, motor_heat
 
 # Points an edge of the cube at which range, reach and volume are looked up. The thresholds made of them keep 40 % and
 # more distance from the extremes, far more than what lies between two points (5 % at 7 points an edge).
@@ -62,15 +62,7 @@ class SafetyLimits(NamedTuple):
         energy: Capacity of the energy tank, J.
         energy_start: Its level at enabling, J.
         energy_time: Time of asking for more than the tank has that is a fault, s.
-        continuous: See `motor_heat.Heat`, as all that follows.
-        ambient: C.
-        derate: C.
-        hottest: C.
-        heat: K/s per (N m)^2.
-        slope: 1/K.
-        winding_time: s.
-        coupling: 1/s.
-        housing_time: s.
+        motor: Thermal parameters of each joint's motor.
     """
 
     period: float
@@ -109,15 +101,7 @@ class SafetyLimits(NamedTuple):
     energy: float
     energy_start: float
     energy_time: float
-    continuous: float
-    ambient: float
-    derate: float
-    hottest: float
-    heat: float
-    slope: float
-    winding_time: float
-    coupling: float
-    housing_time: float
+    motor: Heat
 
 
 SIGNED = ("theta_low", "theta_high", "ambient", "derate", "hottest", "cube_bottom")
@@ -148,19 +132,21 @@ def checked(limits: SafetyLimits) -> SafetyLimits:
     Raises:
         ValueError: A figure is not finite, not positive, or two of them contradict each other; the message names them.
     """
-    for name, value in limits._asdict().items():
+    figures: dict[str, float] = limits._asdict() | limits.motor._asdict()
+    del figures["motor"]
+    for name, value in figures.items():
         finite = math.isfinite(value) or (name in OFF_ALLOWED and value == math.inf)
         if not finite or (name not in SIGNED and not (value > 0.0 or (value == 0.0 and name in ZERO_ALLOWED))):
             raise ValueError(f"{name} is {value!r}; it must be finite" + ("" if name in SIGNED else " and positive"))
     for low, high in RISING:
-        if not getattr(limits, low) < getattr(limits, high):
-            raise ValueError(f"{low} is {getattr(limits, low)!r}; it must be below {high}, {getattr(limits, high)!r}")
+        if not figures[low] < figures[high]:
+            raise ValueError(f"{low} is {figures[low]!r}; it must be below {high}, {figures[high]!r}")
     for low, high, why in (
         ("gravity_slew", "slew", "so that the rendered torque can always make room for it"),
         ("energy_start", "energy", "the tank's capacity"),
     ):
-        if not getattr(limits, low) <= getattr(limits, high):
-            raise ValueError(f"{low} is {getattr(limits, low)!r}; it must be at most {high}: {why}")
+        if not figures[low] <= figures[high]:
+            raise ValueError(f"{low} is {figures[low]!r}; it must be at most {high}: {why}")
     return limits
 
 
@@ -179,7 +165,7 @@ def safety_limits(
         design: A validated design.
         period: Of the tick, s.
         ambient_C: Of the motors.
-        **changes: Any attribute of `SafetyLimits`, to replace what follows from the design.
+        **changes: Any figure of `SafetyLimits` or of its motor's `Heat`, to replace what follows from the design.
 
     Returns:
         Checked limits.
@@ -187,9 +173,10 @@ def safety_limits(
     Raises:
         ValueError: See `checked` and `motor_heat`; the cube holds a point that cannot be reached; or an unknown name.
     """
-    unknown = sorted(set(changes) - set(SafetyLimits._fields))
+    legal = (*SafetyLimits._fields[:-1], *Heat._fields)
+    unknown = sorted(set(changes) - set(legal))
     if unknown:
-        raise ValueError(f"there is no limit {', '.join(unknown)}; legal: {', '.join(SafetyLimits._fields)}")
+        raise ValueError(f"there is no limit {', '.join(unknown)}; legal: {', '.join(legal)}")
     g, drive = design.geometry, drive_torque(design)
     half, bottom = design.cube.half_side_mm / MM_PER_M, design.cube.bottom_height_mm / MM_PER_M
     margin, far, speed = changes.get("edge_margin", 3e-3), changes.get("edge_far", 12e-3), changes.get("speed", 2.0)
@@ -241,7 +228,8 @@ def safety_limits(
         "energy_start": energy,
         "energy_time": 1.0,
     }
-    return checked(SafetyLimits(**{**values, **heat._asdict(), **changes}))
+    heat = heat._replace(**{name: changes.pop(name) for name in Heat._fields if name in changes})
+    return checked(SafetyLimits(**{**values, **changes}, motor=heat))
 
 
 def _extremes(g: DeltaGeometry, half: float, bottom: float, margin: float) -> tuple[float, float, float, float, float]:

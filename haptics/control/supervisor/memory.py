@@ -69,5 +69,5 @@ def reset_memory(limits: SafetyLimits, memory: np.ndarray | None = None) -> np.n
     memory[[STALE, EDGE, NEAR, PROBE]] = 1.0
     memory[ALLOWED] = limits.torque
     memory[FASTEST : FASTEST + 3] = limits.joint_speed
-    memory[WINDING : WINDING + 3] = memory[HOUSING : HOUSING + 3] = limits.ambient
+    memory[WINDING : WINDING + 3] = memory[HOUSING : HOUSING + 3] = limits.motor.ambient
     return memory

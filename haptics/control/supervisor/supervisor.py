@@ -200,12 +200,12 @@ def _motors(lim, mem, dt):
     bits = 0
     mem[m.ALLOWED] = lim.torque
     for i in range(3):
-        winding, housing = warmed(lim, mem[m.WINDING + i], mem[m.HOUSING + i], mem[m.OUT + i], dt)
+        winding, housing = warmed(lim.motor, mem[m.WINDING + i], mem[m.HOUSING + i], mem[m.OUT + i], dt)
         mem[m.WINDING + i], mem[m.HOUSING + i] = winding, housing
-        mem[m.ALLOWED] = min(mem[m.ALLOWED], allowed(lim, lim.torque, winding))
-        if winding >= lim.hottest:
+        mem[m.ALLOWED] = min(mem[m.ALLOWED], allowed(lim.motor, lim.torque, winding))
+        if winding >= lim.motor.hottest:
             bits |= _MOTOR_HOT
-        if winding > lim.derate:
+        if winding > lim.motor.derate:
             bits |= _MOTOR_WARM
     return bits
 

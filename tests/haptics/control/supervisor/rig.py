@@ -12,6 +12,7 @@ from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from haptics.control.pose_margins import pose_margins
 from haptics.control.supervisor.limits import SafetyLimits, safety_limits
 from haptics.control.supervisor.safety import Supervisor
+from haptics.model.motor_heat import Heat
 from haptics.model.plant import Plant, plant
 from tests.committed import PUBLISHED
 
@@ -24,6 +25,12 @@ HOME = np.array([0.0, 0.0, 0.0946])
 ZERO = np.zeros(3)
 ROUNDING = 1e-12
 """N m: outputs are sums of two torques below 1 N m, so their rounding is below 1e-15."""
+
+
+def with_limits(limits: SafetyLimits = LIMITS, **changes: float) -> SafetyLimits:
+    """Limits with other figures, those of the motor among them."""
+    heat = {name: changes.pop(name) for name in Heat._fields if name in changes}
+    return limits._replace(**changes, motor=limits.motor._replace(**heat))
 
 
 class Rig:

@@ -10,14 +10,15 @@ from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.supervisor.faults import FaultCode, State, described
 from haptics.control.supervisor.limits import SafetyLimits, checked, safety_limits
 from haptics.control.supervisor.safety import Supervisor
+from haptics.model.motor_heat import Heat
 from tests.designs import changed
-from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, LIMITS
+from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, LIMITS, with_limits
 
 
 def test_they_follow_from_the_design() -> None:
     assert LIMITS.torque == 0.8
     assert LIMITS.encoder_count == 2.0 * math.pi / 16384
-    assert LIMITS.continuous == pytest.approx(9.85 * 0.96 * 0.085)
+    assert LIMITS.motor.continuous == pytest.approx(9.85 * 0.96 * 0.085)
     assert LIMITS.energy == pytest.approx(3.0 * math.sqrt(3.0) * 0.075)
     assert LIMITS.joint_acceleration == pytest.approx(2.0 * 0.8 / (9.85**2 * 3.33e-6))
 
@@ -46,51 +47,51 @@ def test_a_weak_motor_limits_the_torque() -> None:
 
 
 def test_an_unknown_name_is_refused() -> None:
-    with pytest.raises(ValueError, match="there is no limit colour, taste; legal: period, "):
+    with pytest.raises(ValueError, match=r"colour, taste.* period, .* housing_time"):
         safety_limits(DESIGN, colour=1.0, taste=2.0)
 
 
 def test_a_margin_out_of_reach_is_refused() -> None:
-    with pytest.raises(ValueError, match="cannot be reached; no supervisor can hold this machine"):
+    with pytest.raises(ValueError, match="cube or its margin"):
         safety_limits(DESIGN, edge_margin=0.04, edge_far=0.05)
 
 
-@pytest.mark.parametrize("name", SafetyLimits._fields)
+@pytest.mark.parametrize("name", [*SafetyLimits._fields[:-1], *Heat._fields])
 @pytest.mark.parametrize("value", [math.nan, -math.inf])
 def test_no_limit_may_be_no_number(name: str, value: float) -> None:
-    with pytest.raises(ValueError, match=f"{name} is .*; it must be finite"):
-        checked(LIMITS._replace(**{name: value}))
+    with pytest.raises(ValueError, match=rf"^{name} is -?(nan|inf)"):
+        checked(with_limits(**{name: value}))
 
 
 @pytest.mark.parametrize("name", ["period", "torque", "slew", "energy", "late_ticks", "winding_time"])
 def test_what_must_be_positive(name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name} is 0.0; it must be finite and positive"):
-        checked(LIMITS._replace(**{name: 0.0}))
+    with pytest.raises(ValueError, match=f"^{name} is 0.0"):
+        checked(with_limits(**{name: 0.0}))
 
 
 @pytest.mark.parametrize("name", ["frozen_turn", "frozen_torque", "stale"])
 def test_what_may_be_switched_off(name: str) -> None:
-    assert checked(LIMITS._replace(**{name: math.inf}))
+    assert checked(with_limits(**{name: math.inf}))
 
 
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"theta_low": 2.0}, "theta_low is 2.0; it must be below theta_high"),
-        ({"late": 5e-4}, "period is 0.001; it must be below late"),
-        ({"missed": 1e-3}, "late is .*; it must be below missed"),
-        ({"edge_far": 1e-3}, "edge_margin is .*; it must be below edge_far"),
-        ({"reach_low": 1e-3}, "reach_min is .*; it must be below reach_low"),
-        ({"volume_low": 1e-3}, "volume_min is .*; it must be below volume_low"),
-        ({"ambient": 99.0}, "ambient is 99.0; it must be below derate"),
-        ({"derate": 125.0}, "derate is 125.0; it must be below hottest"),
-        ({"gravity_slew": 401.0}, "gravity_slew is 401.0; it must be at most slew: so that the rendered torque"),
-        ({"energy_start": 1.0}, "energy_start is 1.0; it must be at most energy: the tank's capacity"),
+        ({"theta_low": 2.0}, "theta_low is 2.0.* theta_high"),
+        ({"late": 5e-4}, "period is 0.001.* late"),
+        ({"missed": 1e-3}, "late is .* missed"),
+        ({"edge_far": 1e-3}, "edge_margin is .* edge_far"),
+        ({"reach_low": 1e-3}, "reach_min is .* reach_low"),
+        ({"volume_low": 1e-3}, "volume_min is .* volume_low"),
+        ({"ambient": 99.0}, "ambient is 99.0.* derate"),
+        ({"derate": 125.0}, "derate is 125.0.* hottest"),
+        ({"gravity_slew": 401.0}, "gravity_slew is 401.0.* slew"),
+        ({"energy_start": 1.0}, "energy_start is 1.0.* energy"),
     ],
 )
 def test_what_contradicts_itself_is_refused(changes: dict[str, float], says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        Supervisor(LIMITS._replace(**changes))
+        Supervisor(with_limits(**changes))
 
 
 def test_findings_in_words() -> None:

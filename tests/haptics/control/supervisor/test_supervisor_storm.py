@@ -6,12 +6,12 @@ import pytest
 from haptics.control.supervisor.faults import FaultCode, State, findings
 from haptics.control.supervisor.limits import checked
 from haptics.control.supervisor.memory import DISABLE, RESET, reset_memory
-from tests.haptics.control.supervisor.rig import LIMITS, PLANT
+from tests.haptics.control.supervisor.rig import LIMITS, PLANT, with_limits
 from tests.haptics.control.supervisor.storm import LYING, Log, empty_log, storm
 
 TICKS = 1_000_000
 QUICK = checked(
-    LIMITS._replace(
+    with_limits(
         frozen_time=0.1,
         probe_time=0.1,
         stale=0.1,
@@ -20,7 +20,7 @@ QUICK = checked(
         continuous=0.2,
         derate=40.0,
         hottest=46.0,
-        heat=200.0 * LIMITS.heat,
+        heat=200.0 * LIMITS.motor.heat,
         winding_time=3.0,
         housing_time=20.0,
     )
