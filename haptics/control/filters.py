@@ -39,7 +39,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from delta_cad.common.jit import compiled
 
@@ -196,20 +195,6 @@ def velocity(estimator, memory, position):
     return estimate
 
 
-@compiled
-def velocities(estimator, memory, positions, out):
-    """Samples of one signal, one after the other.
-
-    Args:
-        estimator: The estimator.
-        memory: (POSITIONS + window + 1,) memory of the signal, moved on in place.
-        positions: (n,) samples.
-        out: (n,) filled with the estimates.
-    """
-    for k in range(positions.shape[0]):
-        out[k] = velocity(estimator, memory, positions[k])
-
-
 def transfer(estimator: Estimator, window: int | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Transfer function from position to velocity in powers of 1/z: `N(1/z) / D(1/z)`.
 
@@ -239,25 +224,6 @@ def transfer(estimator: Estimator, window: int | None = None) -> tuple[np.ndarra
     ends = np.zeros(n + 1)
     ends[0], ends[n] = 1.0 / (n * T), -1.0 / (n * T)
     return ends, np.array([1.0])
-
-
-def response(estimator: Estimator, frequency: ArrayLike, window: int | None = None) -> np.ndarray:
-    """Frequency response from position to velocity, `N / D` at `z = exp(2 pi j f T)`; an exact one would be `2 pi j f`.
-
-    Args:
-        estimator: The estimator.
-        frequency: (...) f, Hz.
-        window: As in `transfer`.
-
-    Returns:
-        (...) complex, 1/s.
-
-    Raises:
-        ValueError: As `transfer`.
-    """
-    numerator, denominator = transfer(estimator, window)
-    delay = np.exp(-2j * np.pi * np.asarray(frequency, dtype=float) * estimator.period)
-    return np.polyval(numerator[::-1], delay) / np.polyval(denominator[::-1], delay)
 
 
 def _positive(field: str, value: float, unit: str) -> float:

@@ -14,29 +14,13 @@ Importing this module loads numba.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 from delta_cad.common.jit import compiled
 
 
-class Saturated(NamedTuple):
-    """Torque within the limits.
-
-    Attributes:
-        torque: (..., 3 chains) N m.
-        factor: (...) share of the wanted force that is applied, 0 to 1.
-    """
-
-    torque: np.ndarray
-    factor: np.ndarray
-
-
 @compiled
 def saturate(gravity, force_torque, limit, out):
-    """One state.
+    """Computes the torques that hold the device and give as much of the wanted force as the joints can.
 
     Args:
         gravity: (3,) torque that holds the device, N m.
@@ -65,39 +49,3 @@ def saturate(gravity, force_torque, limit, out):
             torque += factor * force_torque[i]
         out[i] = min(max(torque, -limit[i]), limit[i])  # of the sum's rounding, where gravity is within its limit
     return factor
-
-
-@compiled
-def _saturate_all(gravity, force_torque, limit, out, factor):
-    for j in range(out.shape[0]):
-        factor[j] = saturate(gravity[j], force_torque[j], limit[j], out[j])
-
-
-def saturated(gravity: ArrayLike, force_torque: ArrayLike, limit: ArrayLike) -> Saturated:
-    """Torque that holds the device and gives as much of the wanted force as the joints can, in its direction.
-
-    Args:
-        gravity: (..., 3 chains) torque that holds the device, N m.
-        force_torque: (..., 3 chains) J^T F of the wanted force, N m.
-        limit: (..., 3 chains) or one figure for all: largest torque of a joint, peak or continuous, N m.
-
-    Returns:
-        Torque and factor; the three arguments are broadcast.
-
-    Raises:
-        ValueError: A torque is not finite, a limit is not finite or negative, or the last axis is not 3.
-    """
-    fields = {"gravity": gravity, "force_torque": force_torque, "limit": limit}
-    arrays = {name: np.asarray(value, dtype=float) for name, value in fields.items()}
-    for name, array in arrays.items():
-        bad = ~np.isfinite(array) | ((array < 0.0) if name == "limit" else False)
-        if bad.any():
-            rule = "finite and not negative" if name == "limit" else "finite"
-            raise ValueError(f"{name} holds {float(array[bad][0])!r} N m; it must be {rule}")
-        if array.shape[-1:] != (3,) and not (name == "limit" and array.ndim == 0):
-            raise ValueError(f"{name} has the shape {array.shape}; its last axis must be the 3 chains")
-    shape = np.broadcast_shapes(*(array.shape for array in arrays.values()))
-    g, f, top = (np.array(np.broadcast_to(a, shape), order="C").reshape(-1, 3) for a in arrays.values())
-    out, factor = np.empty(shape), np.empty(shape[:-1])
-    _saturate_all(g, f, top, out.reshape(-1, 3), factor.reshape(-1))
-    return Saturated(out, factor)

@@ -19,11 +19,10 @@ from haptics.control.filters import (
     fresh_memory,
     low_pass,
     reset,
-    response,
     transfer,
-    velocities,
     velocity,
 )
+from tests.haptics.control.signals import response
 
 T = 1e-3
 QUANTUM = 2 * math.pi / 16384
@@ -216,17 +215,6 @@ def test_memory_is_as_documented(estimator):
 
 
 @pytest.mark.parametrize("estimator", ALL)
-def test_batch_is_the_step_repeated(estimator):
-    x = np.sin(0.05 * np.arange(100))
-    out = np.empty(100)
-    memory = fresh_memory(estimator, 1)[0]
-    velocities(estimator, memory, x, out)
-    again = fresh_memory(estimator, 1)[0]
-    np.testing.assert_array_equal(out, run(estimator, x, again)[0])
-    np.testing.assert_array_equal(memory, again)
-
-
-@pytest.mark.parametrize("estimator", ALL)
 def test_first_sample_gives_no_velocity(estimator):
     assert velocity(estimator, fresh_memory(estimator, 1)[0], 5.0) == 0.0
 
@@ -265,19 +253,19 @@ def test_estimate_is_always_finite(estimator, samples):
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: backward_difference(0.0), "period is 0.0 s; it must be finite and positive"),
+        (lambda: backward_difference(0.0), "period is 0.0"),
         (lambda: backward_difference(math.nan), "period is nan"),
         (lambda: low_pass(T, -1.0), "corner is -1.0 Hz"),
         (lambda: low_pass(-T, 1.0), "period is -0.001 s"),
         (lambda: foaw(math.inf, 1.0, 3), "period is inf s"),
         (lambda: foaw(T, 0.0, 3), "band is 0.0 of a position"),
-        (lambda: foaw(T, 1.0, 0), "window is 0 periods; it must be a whole number from 1 to 1000"),
+        (lambda: foaw(T, 1.0, 0), "window is 0 .*1000"),
         (lambda: foaw(T, 1.0, 1001), "window is 1001 periods"),
         (lambda: foaw(T, 1.0, 2.5), "window is 2.5 periods"),  # pyright: ignore[reportArgumentType]
-        (lambda: transfer(backward_difference(T), 3), "window is 3; this estimator has none"),
-        (lambda: transfer(foaw(T, 1.0, 8)), "window is None; FOAW is linear for a window held, from 1 to 8 periods"),
-        (lambda: response(foaw(T, 1.0, 8), 1.0, 9), "window is 9"),
-        (lambda: response(foaw(T, 1.0, 8), 1.0, 0), "window is 0"),
+        (lambda: transfer(backward_difference(T), 3), "window is 3"),
+        (lambda: transfer(foaw(T, 1.0, 8)), "window is None.* 8 periods"),
+        (lambda: transfer(foaw(T, 1.0, 8), 9), "window is 9"),
+        (lambda: transfer(foaw(T, 1.0, 8), 0), "window is 0"),
     ],
 )
 def test_what_is_refused(make, says):

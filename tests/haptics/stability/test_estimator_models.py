@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from haptics.control.filters import backward_difference, foaw, fresh_memory, low_pass, velocities
+from haptics.control.filters import backward_difference, foaw, low_pass
 from haptics.stability.estimator_models import LinearEstimator, linear_models
+from tests.haptics.control.signals import velocities
 
 T = 1e-3
 RNG = np.random.default_rng(4)
@@ -23,8 +24,7 @@ def through(model: LinearEstimator, x: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("estimator", [backward_difference(T), low_pass(T, 60.0), low_pass(T, 5.0)])
 def test_state_space_is_the_controllers_estimator(estimator) -> None:
-    given = np.empty(len(WALK))
-    velocities(estimator, fresh_memory(estimator, 1)[0], WALK, given)
+    given = velocities(estimator, WALK)
     (model,) = linear_models(estimator)
     np.testing.assert_allclose(through(model, WALK), given, atol=1e-12 / T)  # rounding of the positions over T
 
@@ -35,8 +35,7 @@ def test_adaptive_window_is_modelled_by_its_windows(best: bool) -> None:
     estimator = foaw(T, 1.0, 12, best_fit=best)
     models = linear_models(estimator)
     assert [int(m.name.split()[-1]) for m in models] == [1, 2, 4, 8, 12]
-    given = np.empty(len(WALK))
-    velocities(estimator, fresh_memory(estimator, 1)[0], WALK, given)
+    given = velocities(estimator, WALK)
     np.testing.assert_allclose(through(models[-1], WALK)[12:], given[12:], atol=1e-12 / T)
 
 
