@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -10,8 +11,17 @@ from delta_cad.mechanism import closure_margin, inverse_jacobian
 from haptics.gravity import gravity_torque
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
-from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, joint_friction, nominal_plant
-from haptics.simulation.loop import SimulatedRun
+from haptics.rendering import law_table
+from haptics.rendering.laws.operating_resistance import OperatingResistance
+from haptics.simulation.assumptions import (
+    CURRENT_LAG,
+    default_controller,
+    default_estimator,
+    encoder_count,
+    joint_friction,
+    nominal_plant,
+)
+from haptics.simulation.loop import SimulatedRun, simulate, timing
 from haptics.stability.discrete import DampingCap, damping_cap
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
@@ -59,6 +69,40 @@ def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:
         middle = float(np.sqrt(low * high))
         low, high = (low, middle) if damping_limit(middle, delay, stiffness).cap >= damping else (middle, high)
     return high
+
+
+def rendered(
+    machine: MachineModel, setting: OperatingResistance, damping: float, delay: float, seed: int, start: np.ndarray,
+    anchor: np.ndarray, held: np.ndarray | None = None,
+) -> SimulatedRun:  # fmt: skip
+    """Simulates the operating resistance about the cube's centre, with the handle in the guide.
+
+    Args:
+        machine: The device.
+        setting: k, r0, r1.
+        damping: b as applied, N s/m.
+        delay: Time from reading to torque, s.
+        seed: Seed of the places of the encoders' counts.
+        start: (3,) position at rest at the beginning, m.
+        anchor: (n, 3) where the guide wants the handle at each tick, m.
+        held: (n,) whether the guide holds it at each tick; None for always.
+
+    Returns:
+        n rows.
+    """
+    return simulate(
+        nominal_plant(machine),
+        default_controller(machine, PERIOD)._replace(force=machine.design.requirements.force_N),
+        law_table(replace(setting, origin=machine.centre, damping=damping)),
+        timing(PERIOD, delay),
+        start,
+        hand=GUIDE,
+        anchor=anchor,
+        push=np.zeros_like(anchor),
+        count=encoder_count(machine),
+        seed=seed,
+        held=held,
+    )
 
 
 def motors_force(machine: MachineModel, recording: SimulatedRun) -> np.ndarray:

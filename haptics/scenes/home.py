@@ -9,7 +9,7 @@ Source:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,10 +17,8 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import jacobian
 from haptics.model.machine import MachineModel
-from haptics.rendering import law_table
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
-    GUIDE,
     PERIOD,
     READY,
     damping_limit,
@@ -28,11 +26,12 @@ from haptics.scenes.bench import (
     friction_holds,
     mass_for_damping,
     motors_force,
+    rendered,
     smallest_mass,
 )
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
-from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.simulation.loop import SimulatedRun, simulate, timing
+from haptics.simulation.assumptions import DELAY, encoder_count
+from haptics.simulation.loop import SimulatedRun
 from haptics.stability.oscillation import decay_ratio, off_line, oscillation, strongest_line
 
 SETTING = "k0.4"
@@ -163,19 +162,8 @@ def _released(
     ticks = round((READY + FREE_S) / PERIOD)
     time = np.arange(ticks) * PERIOD - READY
     limit = machine.design.requirements.force_N
-    recording = simulate(
-        nominal_plant(machine),
-        default_controller(machine, PERIOD)._replace(force=limit),
-        law_table(replace(setting, origin=middle, damping=applied)),
-        timing(PERIOD, delay),
-        start,
-        hand=GUIDE,
-        anchor=np.tile(start, (ticks, 1)),
-        push=np.zeros((ticks, 3)),
-        count=encoder_count(machine),
-        seed=seed,
-        held=time < 0.0,
-    )
+    anchor = np.tile(start, (ticks, 1))
+    recording = rendered(machine, setting, applied, delay, seed, start, anchor, held=time < 0.0)
     free = time >= 0.0
     along = recording.position - middle
     distance = np.linalg.norm(along, axis=1)
@@ -207,16 +195,10 @@ def _released(
     facts["verdict"] = _verdict(facts)
     columns = series(recording, READY, motors_force(machine, recording), distance_mm=MM_PER_M * distance)
     name = f"b{applied:.3g}" + ("" if capped else "_uncapped")
-    note = (
-        ""
-        if capped and requested == [applied]
-        else " (" + ("uncapped" if not capped else _requested_text(requested)) + ")"
-    )
+    note = " (uncapped)"
+    if capped:
+        note = "" if requested == [applied] else f" ({' and '.join(f'{b:g}' for b in requested)} asked)"
     return SceneRun(name, f"b = {applied:.3g} N s/m{note}", recording, columns, facts)
-
-
-def _requested_text(requested: list[float]) -> str:
-    return " and ".join(f"{b:g}" for b in requested) + " asked"
 
 
 def _verdict(facts: dict[str, Any]) -> str:

@@ -6,7 +6,6 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -14,7 +13,6 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.model.machine import MachineModel
-from haptics.rendering import law_table
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
     GUIDE,
@@ -23,11 +21,12 @@ from haptics.scenes.bench import (
     damping_limit,
     mass_for_damping,
     motors_force,
+    rendered,
     smallest_mass,
 )
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
-from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, nominal_plant
-from haptics.simulation.loop import SimulatedRun, simulate, timing
+from haptics.simulation.assumptions import DELAY
+from haptics.simulation.loop import SimulatedRun
 from haptics.stability.discrete import DampingCap
 
 # Time to a corner and time back, time there, and time in which the guide reaches its constant speed, s.
@@ -103,18 +102,6 @@ def _allowed(force: float) -> str:
     return f"{force:g} N to within {100.0 * SHORT:g} %, that is {(1.0 - SHORT) * force:.2f} N,"
 
 
-def law_force(setting: OperatingResistance, distance: np.ndarray, limit: float) -> np.ndarray:
-    """Eq. (23) at rest: pull to the origin, (n,) N.
-
-    Args:
-        setting: k, r0, r1.
-        distance: (n,) from the origin, m.
-        limit: Largest force on the handle, N.
-    """
-    stretch = np.clip(distance - setting.dead_radius, 0.0, setting.full_radius - setting.dead_radius)
-    return np.minimum(setting.stiffness * stretch, limit)
-
-
 def _led(
     machine: MachineModel,
     name: str,
@@ -128,26 +115,15 @@ def _led(
     time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
     applied, limit = cap.applied(setting.damping), machine.design.requirements.force_N
     anchor = middle + _share(time)[:, None] * way
-    recording = simulate(
-        nominal_plant(machine),
-        default_controller(machine, PERIOD)._replace(force=limit),
-        law_table(replace(setting, origin=middle, damping=applied)),
-        timing(PERIOD, delay),
-        middle,
-        hand=GUIDE,
-        anchor=anchor,
-        push=np.zeros((len(time), 3)),
-        count=encoder_count(machine),
-        seed=seed,
-    )
+    recording = rendered(machine, setting, applied, delay, seed, middle, anchor)
     along = recording.position - middle
     distance = np.linalg.norm(along, axis=1)
     towards = -along / np.maximum(distance, 1e-9)[:, None]
     given = motors_force(machine, recording)
     pull, felt = (given * towards).sum(axis=1), -(recording.hand * towards).sum(axis=1)
-    at_rest = law_force(setting, distance, limit)
+    at_rest = np.linalg.norm(_law(setting, 0.0, limit, along, recording), axis=1)
     stays = (time > WAY_S + 0.6 * STAY_S) & (time < WAY_S + STAY_S)
-    strays = np.linalg.norm(given - _full_law(setting, applied, limit, recording.position - middle, recording), axis=1)
+    strays = np.linalg.norm(given - _law(setting, applied, limit, along, recording), axis=1)
     corner = "".join("-+"[int(s > 0)] + a for s, a in zip(signs, "xyz", strict=True))
     facts: dict[str, Any] = {
         "setting": name,
@@ -169,7 +145,7 @@ def _led(
     return SceneRun(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
 
 
-def _full_law(
+def _law(
     setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: SimulatedRun
 ) -> np.ndarray:
     """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""

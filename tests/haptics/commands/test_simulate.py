@@ -134,7 +134,7 @@ def test_a_broken_promise_is_exit_1(
 def test_a_handle_that_is_flung_away_is_written_and_exit_1(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("haptics.scenes.home.GUIDE", GUIDE._replace(mass=0.0, damping=0.0))  # no slide on the handle
+    monkeypatch.setattr("haptics.scenes.bench.GUIDE", GUIDE._replace(mass=0.0, damping=0.0))  # no slide on the handle
     assert call("--scene", "home", "--delay", 10, "--plot", "--json") == 1
     facts = json.loads(capsys.readouterr().out)
     flung = [run for run in facts["runs"] if run["supervisor_fault"]]
