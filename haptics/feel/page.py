@@ -39,7 +39,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
             {"question": answer.question, "good": answer.good, "short": answer.short, "text": answer.text}
             for answer in sheet.answers
         ],
-        "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries},
+        "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
         "simulated_wall_N_per_mm": {
             wall.axis: {
                 "nominal": wall.nominal.bisection * 1e-3,
@@ -108,7 +108,7 @@ def feel_text(sheet: Feel) -> str:
     rows = [
         f"{s.quantity.label:<44}{s.quantity.unit:>6}{_number(s, s.centre):>9}{_number(s, s.best[0]):>9}"
         f"{_number(s, s.worst[0]):>9}   {_place(s.worst[1])}"
-        for s in sheet.summaries
+        for s in sheet.summaries.values()
     ]
     return "\n".join([*lines, "", head, *rows])
 
@@ -141,7 +141,7 @@ def feel_markdown(sheet: Feel) -> str:
         "| figure | unit | centre | best | worst | worst at x, y, z, mm |",
         "|---|---|---:|---:|---:|---|",
     ]
-    for s in sheet.summaries:
+    for s in sheet.summaries.values():
         lines.append(
             f"| {s.quantity.label} | {s.quantity.unit} | {_number(s, s.centre)} | {_number(s, s.best[0])} | "
             f"{_number(s, s.worst[0])} | {_place(s.worst[1])} |"
@@ -220,26 +220,26 @@ def _stops(sheet: Feel) -> str:
     stop = sheet.machine.design.requirements.joint_torque_N_m
     if sheet.drive.motor <= stop:
         return f"The motors' own limit, {sheet.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."
+    given, own = (sheet.summaries[name].worst[0] for name in ("force_peak", "force_motor"))
     return (
-        f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives "
-        f"{sheet.summary('force_peak').worst[0]:.1f} N in every direction everywhere; with motors let go to their own "
-        f"limit, {sheet.drive.motor:.2f} N m, it would be {sheet.summary('force_motor').worst[0]:.1f} N for "
-        f"{sheet.machine.drive.peak_time_s:g} s."
+        f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives {given:.1f} N in "
+        f"every direction everywhere; with motors let go to their own limit, {sheet.drive.motor:.2f} N m, it would be "
+        f"{own:.1f} N for {sheet.machine.drive.peak_time_s:g} s."
     )
 
 
 def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
     devices = list(dict.fromkeys(row.device for row in rows))
     side = 2.0 * sheet.machine.design.cube.half_side_mm
-    mass, friction = sheet.summary("mass_max"), sheet.summary("friction_max")
+    mass, friction = sheet.summaries["mass_max"], sheet.summaries["friction_max"]
     ours = {
         "workspace_mm": f"{side:g} x {side:g} x {side:g}",
-        "force_continuous_N": f"{sheet.summary('force_continuous').worst[0]:.1f} everywhere, any direction",
-        "force_peak_N": f"{sheet.summary('force_peak').worst[0]:.1f} likewise, as the controller gives it",
+        "force_continuous_N": f"{sheet.summaries['force_continuous'].worst[0]:.1f} everywhere, any direction",
+        "force_peak_N": f"{sheet.summaries['force_peak'].worst[0]:.1f} likewise, as the controller gives it",
         "stiffness_N_per_mm": f"{min(w.nominal.bisection for w in sheet.stiffness.axes) / 1e3:.1f}",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
-        "resolution_mm": f"{MM_PER_M * sheet.summary('position_step').worst[0]:.3f}",
+        "resolution_mm": f"{MM_PER_M * sheet.summaries['position_step'].worst[0]:.3f}",
     }
     shown = {(row.device, row.quantity): row.shown for row in rows}
     lines = [f"| | {OURS} | {' | '.join(devices)} |", f"|---|---|{'---|' * len(devices)}"]
@@ -247,6 +247,6 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
         cells = " | ".join(shown.get((device, quantity), "not known") for device in devices)
         lines.append(f"| {label} | {ours[quantity]} | {cells} |")
         if quantity == "force_peak_N" and sheet.drive.motor > sheet.drive.peak:
-            own = f"{sheet.summary('force_motor').worst[0]:.1f} likewise, which the controller does not give"
+            own = f"{sheet.summaries['force_motor'].worst[0]:.1f} likewise, which the controller does not give"
             lines.append(f"| the same at the motor's own limit, N | {own} |{' - |' * len(devices)}")
     return lines

@@ -15,6 +15,7 @@ from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
+from haptics.rendering.laws.virtual_wall import AXES
 from haptics.simulation.assumptions import (
     CURRENT_LAG,
     DELAY,
@@ -27,7 +28,7 @@ from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.stiffness import NOMINAL_HAND, Stiffness, largest_walls
-from haptics.stability.wall_limit import AXES, START
+from haptics.stability.wall_limit import START
 from haptics.stability.wall_trial import PERIOD
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
@@ -135,7 +136,7 @@ class Feel:
     Attributes:
         machine: The device.
         drive: What its joints do.
-        summaries: One for each of `QUANTITIES`.
+        summaries: By name, one for each of `QUANTITIES`.
         slices: Figures on three planes of the cube, (3 heights, SLICE y, SLICE x).
         walls: Linear wall limits, N/m, at `wall_positions` (nz, ny, nx, 3).
         wall_positions: m.
@@ -145,16 +146,12 @@ class Feel:
 
     machine: MachineModel
     drive: Drive
-    summaries: tuple[Summary, ...]
+    summaries: dict[str, Summary]
     slices: FeelField
     walls: np.ndarray
     wall_positions: np.ndarray
     stiffness: Stiffness
     answers: tuple[Answer, ...]
-
-    def summary(self, name: str) -> Summary:
-        """The summary of a quantity."""
-        return next(found for found in self.summaries if found.quantity.name == name)
 
 
 def joint_drive(machine: MachineModel) -> Drive:
@@ -222,15 +219,15 @@ def feel(
     limits = np.array([linear_wall(machine, p) for p in positions.reshape(-1, 3)]).reshape(positions.shape[:-1])
     say("largest walls")
     found = walls(machine)
-    summaries = []
+    summaries: dict[str, Summary] = {}
     for quantity in QUANTITIES:
         if quantity.name == "wall":
-            summaries.append(summarise(quantity, linear_wall(machine, machine.centre), limits, positions))
+            summaries["wall"] = summarise(quantity, linear_wall(machine, machine.centre), limits, positions)
         else:
             value = float(middle.named()[quantity.name])
-            summaries.append(summarise(quantity, value, field.named()[quantity.name], field.position))
+            summaries[quantity.name] = summarise(quantity, value, field.named()[quantity.name], field.position)
     answers = (stays(machine, drive, summaries), hard(found), buzzes(found, summaries))
-    return Feel(machine, drive, tuple(summaries), slices, limits, positions, found, answers)
+    return Feel(machine, drive, summaries, slices, limits, positions, found, answers)
 
 
 def summarise(quantity: Quantity, middle: float, values: np.ndarray, positions: np.ndarray) -> Summary:
@@ -248,20 +245,12 @@ def summarise(quantity: Quantity, middle: float, values: np.ndarray, positions: 
     return Summary(quantity, middle, (float(flat[best]), places[best]), (float(flat[worst]), places[worst]))
 
 
-def _worst(summaries: list[Summary], name: str) -> float:
-    return next(found for found in summaries if found.quantity.name == name).worst[0]
-
-
-def _centre(summaries: list[Summary], name: str) -> float:
-    return next(found for found in summaries if found.quantity.name == name).centre
-
-
-def stays(machine: MachineModel, drive: Drive, summaries: list[Summary]) -> Answer:
+def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
     """Will the handle stay where it is left? Each joint's friction against what its compensation misses of the weight:
     at rest all three torques can be held if and only if none exceeds its friction.
     """
     least = joint_friction(machine).coulomb[0]
-    gravity = _worst(summaries, "gravity")
+    gravity = summaries["gravity"].worst[0]
     missed = MASS_ERROR * gravity
     good = missed <= least
     text = (
@@ -292,9 +281,9 @@ def hard(found: Stiffness) -> Answer:
     return Answer("Is the wall hard?", limit >= HARD, "Yes." if limit >= HARD else "No.", text)
 
 
-def buzzes(found: Stiffness, summaries: list[Summary]) -> Answer:
+def buzzes(found: Stiffness, summaries: dict[str, Summary]) -> Answer:
     """Does it buzz?"""
-    step, friction = START * _worst(summaries, "position_step"), _centre(summaries, "friction_min")
+    step, friction = START * summaries["position_step"].worst[0], summaries["friction_min"].centre
     shaken = found.shaken
     with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
     low = min((axis.simulated.lowest for axis in found.axes), key=lambda end: end.stiffness)

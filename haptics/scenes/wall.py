@@ -18,7 +18,7 @@ from haptics.scenes.bench import PERIOD, motors_force
 from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY
 from haptics.stability.wall_limit import START, WallSearch, search
-from haptics.stability.wall_trial import READY, WallTrial, simulated_predicate, wall_trial
+from haptics.stability.wall_trial import READY, WallBench, WallTrial
 
 # First step, ceiling and tolerance of the search for the limit, N/m: coarser and farther than the paper's protocol,
 # which `stiffness` follows.
@@ -43,12 +43,8 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
     runs: list[SceneRun] = []
     limits: dict[str, dict[str, Any]] = {}
     for axis in AXES:
-        limit_search = search(
-            simulated_predicate(machine, axis, who.hand, delay=delay, seed=seed),
-            step=STEP,
-            ceiling=CEILING,
-            tolerance=TOLERANCE,
-        )
+        bench = WallBench(machine, axis, who.hand, delay=delay, seed=seed)
+        limit_search = search(bench.stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE)
         published = MM_PER_M * STIFFNESS_N_PER_MM[axis]
         limits[axis] = {
             "simulated_N_per_mm": limit_search.bisection / MM_PER_M,
@@ -57,8 +53,7 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
         }
         above = ABOVE * (limit_search.bisection or START)
         for role, stiffness in (("first", START), ("published", published), ("above", above)):
-            trial = wall_trial(machine, axis, who.hand, stiffness, delay=delay, seed=seed)
-            runs.append(_run(machine, axis, role, trial, limit_search))
+            runs.append(_run(machine, axis, role, bench.trial(stiffness), limit_search))
     first = [run for run in runs if run.facts["role"] == "first"]
     promises = [
         Promise(

@@ -66,7 +66,7 @@ def _axis_facts(wall: AxisWall) -> dict[str, Any]:
         "default_wall_stands_with": dict(wall.steady),
         "passivity": {
             "default_wall": _verdict(wall.default_verdict),
-            "found_limit": None if wall.found_verdict is None else _verdict(wall.found_verdict),
+            "found_limit": None if wall.limit_verdict is None else _verdict(wall.limit_verdict),
         },
         "simulated_pushes": wall.trials,
     }
@@ -140,10 +140,10 @@ def stiffness_text(name: str, result: Stiffness) -> str:
         lines.append(f"  {wall.axis}  {says}{short}")
     lines += ["", "Passivity verdict (friction and delay nominal), kept apart from what is simulated:"]
     for wall in result.axes:
-        for stiffness, found_verdict in ((START, wall.default_verdict), (wall.nominal.bisection, wall.found_verdict)):
-            if found_verdict is not None:
-                lines.append(f"  {wall.axis}  {stiffness * N_PER_MM:5.2f} N/mm: {found_verdict.kind.value}")
-                lines += wrap(found_verdict.reason, WIDTH, initial_indent=" " * 7, subsequent_indent=" " * 7)
+        for stiffness, verdict in ((START, wall.default_verdict), (wall.nominal.bisection, wall.limit_verdict)):
+            if verdict is not None:
+                lines.append(f"  {wall.axis}  {stiffness * N_PER_MM:5.2f} N/mm: {verdict.kind.value}")
+                lines += wrap(verdict.reason, WIDTH, initial_indent=" " * 7, subsequent_indent=" " * 7)
     notes = [line for note in NOTE for line in wrap(note, WIDTH, subsequent_indent="  ")]
     return "\n".join([*lines, "", *notes])
 

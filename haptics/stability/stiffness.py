@@ -4,7 +4,7 @@ Three answers to one question, kept apart:
 
 - the simulation (`wall_trial`): friction that sticks, counts, saturation, leaving the wall. The nominal case by the
   paper's protocol and a bisection; its range by searches that begin at the linear limit of the extreme cases;
-- the linear loop of the whole device (`wall_limit.wall_interval`), over the same range;
+- the linear loop of the whole device (`linear_limits`), over the same range;
 - the passivity verdict (`passivity`), which asks for all passive hands instead of three.
 
 The range is hands x friction of the joints x delay, at its ends. In it the case that is extreme in the linear model is
@@ -17,21 +17,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from itertools import product
 
 from delta_cad.common.units import MM_PER_M
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
+from haptics.rendering.laws.virtual_wall import AXES
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import DampingCap, Timing, damping_cap
 from haptics.stability.estimator_models import LinearEstimator, linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.passivity import Verdict, verdict
-from haptics.stability.wall_limit import AXES, START, Predicate, WallSearch, search, wall_interval
-from haptics.stability.wall_trial import LEVELS, PERIOD, Level, simulated_predicate
+from haptics.stability.wall_limit import START, Predicate, WallSearch, search
+from haptics.stability.wall_trial import LEVELS, PERIOD, Level, WallBench
 
 NOMINAL_HAND = "medium"
 # Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
@@ -108,8 +109,8 @@ class AxisWall:
         published: What [RCIM2018] measured on its prototype, N/m.
         steady: Hand -> whether the default wall stands in the simulation, friction and delay nominal, wherever the
             encoders' counts lie (`PLACES`).
-        default_verdict: On the default wall, friction and delay nominal.
-        found_verdict: On the stiffest wall of the nominal simulated search; None where there is none.
+        default_verdict: Verdict on the default wall, friction and delay nominal.
+        limit_verdict: Verdict on the stiffest wall of the nominal simulated search; None where there is none.
         trials: Simulated pushes.
     """
 
@@ -122,7 +123,7 @@ class AxisWall:
     published: float
     steady: Mapping[str, bool]
     default_verdict: Verdict
-    found_verdict: Verdict | None
+    limit_verdict: Verdict | None
     trials: int
 
 
@@ -151,6 +152,27 @@ class Stiffness:
 
 
 # Axis, case and place of the encoders' counts (a seed) -> whether a wall of a stiffness stands.
+@dataclass(frozen=True)
+class WallLoop:
+    """The sampled loop whose walls are searched, and the hands that push against them.
+
+    Attributes:
+        machine: The device.
+        damping: Damping of the wall as applied, N s/m.
+        period: s.
+        delays: Least, nominal, largest, s.
+        estimators: Linear models of the velocity estimator.
+        hands: The set, by name.
+    """
+
+    machine: MachineModel
+    damping: float
+    period: float
+    delays: tuple[float, float, float]
+    estimators: Sequence[LinearEstimator]
+    hands: Mapping[str, Hand]
+
+
 Ask = Callable[[str, Corner, int], Predicate]
 
 
@@ -192,32 +214,22 @@ def largest_walls(
     estimators = linear_models(default_estimator(period))
     mass = linearise(nominal_plant(machine), machine.centre).smallest_mass
     cap = damping_cap(mass, period, delays[2], estimators, current_lag=CURRENT_LAG)
-    if ask is None:
-        ask = _simulation(machine, cap.applied(damping), period, hands)
+    loop = WallLoop(machine, cap.applied(damping), period, delays, estimators, hands)
+
+    def simulated(axis: str, c: Corner, seed: int) -> Predicate:
+        return WallBench(
+            machine, axis, hands[c.hand], c.friction, c.delay, damping=loop.damping, seed=seed, period=period,
+            substeps=SUBSTEPS,
+        ).stands  # fmt: skip
+
     walls = []
     for axis in axes:
         say(axis)
-        walls.append(_axis_wall(machine, axis, cap.applied(damping), period, delays, estimators, hands, ask))
+        walls.append(_axis_wall(loop, axis, ask or simulated))
     return Stiffness(tuple(walls), period, delays, damping, cap)
 
 
-def _simulation(machine: MachineModel, damping: float, period: float, hands: Mapping[str, Hand]) -> Ask:
-    given: dict[str, Any] = {"damping": damping, "period": period, "substeps": SUBSTEPS}
-    return lambda axis, c, seed: simulated_predicate(
-        machine, axis, hands[c.hand], c.friction, c.delay, seed=seed, **given
-    )
-
-
-def _axis_wall(
-    machine: MachineModel,
-    axis: str,
-    damping: float,
-    period: float,
-    delays: tuple[float, float, float],
-    estimators: Sequence[LinearEstimator],
-    hands: Mapping[str, Hand],
-    ask: Ask,
-) -> AxisWall:
+def _axis_wall(loop: WallLoop, axis: str, ask: Ask) -> AxisWall:
     trials = 0
 
     def stable_at(corner: Corner, seed: int = 0) -> Predicate:
@@ -233,75 +245,52 @@ def _axis_wall(
 
         return answer
 
-    name = NOMINAL_HAND if NOMINAL_HAND in hands else next(iter(hands))
-    corner = Corner(name, "nominal", delays[1])
+    name = NOMINAL_HAND if NOMINAL_HAND in loop.hands else next(iter(loop.hands))
+    corner = Corner(name, "nominal", loop.delays[1])
     nominal = search(stable_at(corner), tolerance=NOMINAL_TOLERANCE)
-    linear = linear_limits(machine, axis, damping, period, delays, estimators, hands)
-    middle = linear_limits(machine, axis, damping, period, delays, estimators, {name: hands[name]}, ("nominal",))
-    found = nominal.bisection
-    verdicts = [
-        _judge(machine, axis, stiffness, damping, Timing(period, delays[1], CURRENT_LAG), estimators, hands)
-        for stiffness in ((START, found) if found > 0.0 else (START,))
-    ]
+    linear = linear_limits(loop, axis)
+    (middle,) = linear_limits(replace(loop, hands={name: loop.hands[name]}), axis, ("nominal",))
+    limit = nominal.bisection
     return AxisWall(
         axis=axis,
         nominal=nominal,
         corner=corner,
-        linear_nominal=middle[0].stiffness,
+        linear_nominal=middle.stiffness,
         simulated=simulated_range(linear, stable_at),
         linear=Range(linear[0], linear[-1]),
         published=MM_PER_M * STIFFNESS_N_PER_MM[axis],
         steady={
-            hand: all(stable_at(Corner(hand, "nominal", delays[1]), seed)(START) for seed in range(PLACES))
-            for hand in hands
+            hand: all(stable_at(Corner(hand, "nominal", loop.delays[1]), seed)(START) for seed in range(PLACES))
+            for hand in loop.hands
         },
-        default_verdict=verdicts[0],
-        found_verdict=verdicts[1] if found > 0.0 else None,
+        default_verdict=_passivity(loop, axis, START),
+        limit_verdict=_passivity(loop, axis, limit) if limit > 0.0 else None,
         trials=trials,
     )
 
 
-def linear_limits(
-    machine: MachineModel,
-    axis: str,
-    damping: float,
-    period: float,
-    delays: tuple[float, float, float],
-    estimators: Sequence[LinearEstimator],
-    hands: Mapping[str, Hand],
-    levels: tuple[Level, ...] = ("least", "largest"),
-) -> list[End]:
-    """Limits of the linear loop of the whole device, ascending.
+def linear_limits(loop: WallLoop, axis: str, levels: tuple[Level, ...] = ("least", "largest")) -> list[End]:
+    """Limits of the linear loop of the whole device, ascending, one for each case.
 
     Args:
-        machine: The device.
+        loop: The sampled loop; of several models of its estimator the worst counts for a case.
         axis: "x", "y" or "z".
-        damping: Of the wall as applied, N s/m.
-        period: s.
-        delays: Least, nominal, largest, s.
-        estimators: Of the velocity; of several the worst counts for a case.
-        hands: By name.
-        levels: Of friction: its ends with the ends of the delay, or the nominal one with the nominal delay.
+        levels: Friction: its ends with the ends of the delay, or the nominal one with the nominal delay.
+
+    Returns:
+        The limits, N/m, with their cases.
     """
-    by_level = dict(zip(LEVELS, joint_friction(machine).viscous, strict=True))
-    found = wall_interval(
-        nominal_plant(machine),
-        machine.centre,
-        AXES[axis],
-        hands=hands,
-        viscous=[by_level[level] for level in levels],
-        delays=(delays[1],) if levels == ("nominal",) else tuple(sorted({delays[0], delays[2]})),
-        estimators=estimators,
-        damping=damping,
-        period=period,
-        current_lag=CURRENT_LAG,
-    )
-    worst: dict[Corner, float] = {}
-    for case in found.cases:
-        level: Level = next(level for level in levels if by_level[level] == case.viscous)
-        corner = Corner(case.hand, level, case.delay)
-        worst[corner] = min(case.device, worst.get(corner, math.inf))
-    return sorted((End(stiffness, corner) for corner, stiffness in worst.items()), key=lambda end: end.stiffness)
+    viscous = dict(zip(LEVELS, joint_friction(loop.machine).viscous, strict=True))
+    delays = loop.delays[1:2] if levels == ("nominal",) else sorted({loop.delays[0], loop.delays[2]})
+    ends = []
+    for level, delay in product(levels, delays):
+        here = linearise(nominal_plant(loop.machine)._replace(viscous=viscous[level]), loop.machine.centre)
+        timing = Timing(loop.period, delay, CURRENT_LAG)
+        for name, hand in loop.hands.items():
+            sampled = (here.joint_loop(AXES[axis], hand, timing, model) for model in loop.estimators)
+            worst = min(one.stiffness_limit(loop.damping).value for one in sampled)
+            ends.append(End(worst, Corner(name, level, delay)))
+    return sorted(ends, key=lambda end: end.stiffness)
 
 
 def simulated_range(linear: Sequence[End], stable_at: Callable[[Corner], Predicate]) -> Range:
@@ -372,17 +361,10 @@ def edge(stands: Predicate, guess: End) -> End:
     return End(low, guess.corner)
 
 
-def _judge(
-    machine: MachineModel,
-    axis: str,
-    stiffness: float,
-    damping: float,
-    timing: Timing,
-    estimators: Sequence[LinearEstimator],
-    hands: Mapping[str, Hand],
-) -> Verdict:
-    """Passivity verdict with nominal friction; of several models of the estimator the one that asks for most."""
-    here, normal = linearise(nominal_plant(machine), machine.centre), AXES[axis]
+def _passivity(loop: WallLoop, axis: str, stiffness: float) -> Verdict:
+    """Passivity verdict with nominal friction and delay, by the model of the estimator that asks for most."""
+    here, normal = linearise(nominal_plant(loop.machine), loop.machine.centre), AXES[axis]
     mass, friction = here.effective_mass(normal), here.effective_friction(normal)
-    verdicts = [verdict(mass, friction, timing, model, stiffness, damping, hands) for model in estimators]
-    return max(verdicts, key=lambda found: (list(type(found.kind)).index(found.kind), found.demand.friction))
+    timing = Timing(loop.period, loop.delays[1], CURRENT_LAG)
+    verdicts = [verdict(mass, friction, timing, m, stiffness, loop.damping, loop.hands) for m in loop.estimators]
+    return max(verdicts, key=lambda one: (list(type(one.kind)).index(one.kind), one.demand.friction))

@@ -22,7 +22,6 @@ from haptics.rendering.laws.virtual_wall import AXES, axis_wall
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loop import SUBSTEPS, SimulatedRun, simulate, timing
 from haptics.stability.oscillation import Oscillation, oscillation
-from haptics.stability.wall_limit import Predicate
 
 PERIOD = 1e-3  # Period of the paper's loop, s
 GAP = 2e-3  # Between the handle and the wall at the start, m
@@ -68,80 +67,6 @@ class WallTrial:
         return self.verdict is not None and not self.verdict.oscillates
 
 
-def wall_trial(
-    machine: MachineModel,
-    met: str,
-    hand: Hand,
-    stiffness: float,
-    *,
-    friction: Level = "nominal",
-    delay: float = DELAY[1] * PERIOD,
-    damping: float = 0.0,
-    seed: int = 0,
-    period: float = PERIOD,
-    substeps: int = SUBSTEPS,
-) -> WallTrial:
-    """Pushes the handle into one wall through the centre of the cube.
-
-    Args:
-        machine: The device.
-        met: Direction of the push that meets the wall, "+x" to "-z"; "x" is "+x".
-        hand: Whose; it needs a stiffness to lean with.
-        stiffness: K_e, N/m.
-        friction: Place in the range of the joints' friction.
-        delay: From reading to torque, s.
-        damping: Of the wall, N s/m.
-        seed: Of the places of the encoders' counts.
-        period: Of the loop, s.
-        substeps: Of the plant in a period.
-
-    Returns:
-        The trial.
-
-    Raises:
-        LawError: Stiffness, damping or direction are refused.
-        ValueError: The delay is, or the friction's name, or the hand has no stiffness.
-    """
-    return _WallBench(machine, met, hand, friction, delay, damping, seed, period, substeps).trial(stiffness)
-
-
-def simulated_predicate(
-    machine: MachineModel,
-    met: str,
-    hand: Hand,
-    friction: Level = "nominal",
-    delay: float = DELAY[1] * PERIOD,
-    *,
-    damping: float = 0.0,
-    seed: int = 0,
-    period: float = PERIOD,
-    substeps: int = SUBSTEPS,
-) -> Predicate:
-    """Whether a wall stands in the simulation, for `wall_limit.search`.
-
-    Args:
-        machine: The device.
-        met: As for `wall_trial`, as all that follows.
-        hand: Whose.
-        friction: Place in its range.
-        delay: s.
-        damping: N s/m.
-        seed: Of the counts; the same seed gives the same answers.
-        period: Of the loop, s.
-        substeps: Of the plant in a period; with 4 a question takes 40 % of the time, and limits stay where they are.
-
-    Returns:
-        Stiffness (N/m) -> whether it is stable; 40 ms a question.
-
-    Raises:
-        LawError: The direction or the damping is refused.
-        ValueError: Period or delay are, or the friction's name, or the hand has no stiffness.
-    """
-    bench = _WallBench(machine, met, hand, friction, delay, damping, seed, period, substeps)
-    bench.law(0.0)
-    return lambda stiffness: bench.trial(stiffness).stable
-
-
 def with_friction(machine: MachineModel, level: Level) -> Plant:
     """The device with friction at one place of its range.
 
@@ -160,18 +85,35 @@ def with_friction(machine: MachineModel, level: Level) -> Plant:
     return joint_friction(machine).of(nominal_plant(machine), LEVELS.index(level))
 
 
-class _WallBench:
-    """Plant, controller and hand that the trials of one search share."""
+class WallBench:
+    """Pushes of a hand against walls of any stiffness across one axis, through the centre of the cube.
+
+    Args:
+        machine: The device.
+        met: Direction of the push that meets the wall, "+x" to "-z"; "x" is "+x".
+        hand: The hand that pushes; it needs a stiffness to lean with.
+        friction: Place in the range of the joints' friction.
+        delay: Time from reading to torque, s.
+        damping: Damping of the wall, N s/m.
+        seed: Seed of the places of the encoders' counts; the same seed gives the same trials.
+        period: Period of the loop, s.
+        substeps: Steps of the plant in a period; with 4 a trial takes 40 % of the time, and limits stay where they are.
+
+    Raises:
+        LawError: Damping or direction are refused.
+        ValueError: Delay, period or the friction's name are refused, or the hand has no stiffness.
+    """
 
     def __init__(
         self,
         machine: MachineModel,
         met: str,
         hand: Hand,
-        friction: Level,
-        delay: float,
-        damping: float,
-        seed: int,
+        friction: Level = "nominal",
+        delay: float = DELAY[1] * PERIOD,
+        *,
+        damping: float = 0.0,
+        seed: int = 0,
         period: float = PERIOD,
         substeps: int = SUBSTEPS,
     ) -> None:
@@ -179,11 +121,11 @@ class _WallBench:
         axis_wall(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
         if not (math.isfinite(hand.stiffness) and hand.stiffness > 0.0):
             raise ValueError(f"the hand's stiffness is {hand.stiffness!r} N/m; it must be positive to lean on a wall")
-        axis, sign = AXES[self.met[1]], 1.0 if self.met[0] == "+" else -1.0
-        self.along, self.damping, self.hand, self.seed = sign * np.eye(3)[axis], damping, hand, seed
+        self.along = np.array(AXES[self.met[1]]) * (1.0 if self.met[0] == "+" else -1.0)
+        self.damping, self.hand, self.seed = damping, hand, seed
         force = machine.design.requirements.force_N
         self.centre = machine.centre
-        self.face = float(self.centre[axis])
+        self.face = float(self.centre["xyz".index(self.met[1])])
         self.lean = LEAN * force
         self.plant = with_friction(machine, friction)
         self.controller = default_controller(machine, period)._replace(force=force)
@@ -194,17 +136,23 @@ class _WallBench:
         self.share = share**3 * (10.0 + share * (6.0 * share - 15.0))
         self.still = np.zeros((ticks, 3))
 
-    def law(self, stiffness: float) -> np.ndarray:
-        return law_table(axis_wall(self.met, self.face, stiffness=stiffness, damping=self.damping))
+    def stands(self, stiffness: float) -> bool:
+        """Whether a wall of this stiffness (N/m) is stable, for `wall_limit.search`; a trial takes some 40 ms."""
+        return self.trial(stiffness).stable
 
     def trial(self, stiffness: float) -> WallTrial:
+        """One push against a wall of a stiffness K_e (N/m).
+
+        Raises:
+            LawError: The stiffness is refused.
+        """
         start = self.centre - GAP * self.along
         depth = min(self.lean / stiffness, DEEPEST) if stiffness > 0.0 else DEEPEST
         way = GAP + depth + min(self.lean, stiffness * depth) / self.hand.stiffness
         recording = simulate(
             self.plant,
             self.controller,
-            self.law(stiffness),
+            law_table(axis_wall(self.met, self.face, stiffness=stiffness, damping=self.damping)),
             self.clock,
             start,
             hand=self.hand,

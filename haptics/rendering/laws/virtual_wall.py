@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.common.jit import compiled
-from delta_cad.mechanism import Cube
 from haptics.rendering.law import (
     ForceLaw,
     Law,
@@ -27,7 +26,7 @@ from haptics.rendering.states import force_function
 
 # Depth over which the damping of a wall fades in, m: what a hand of 3 N reaches in a wall of 6 N/mm.
 WALL_BLEND = 0.5e-3
-AXES = {"x": 0, "y": 1, "z": 2}
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True)
@@ -110,33 +109,7 @@ def axis_wall(
     """
     if len(met) != 2 or met[0] not in "+-" or met[1] not in AXES:
         raise LawError(f'met is {met!r}; it must be "+x", "-x", "+y", "-y", "+z" or "-z"')
-    axis = np.eye(3)[AXES[met[1]]]
+    axis = np.array(AXES[met[1]])
     normal, unit = (-axis if met[0] == "+" else axis), finite("m")
     point = axis * unit.checked("position", position, unit.unit)
     return VirtualWall(stiffness=stiffness, point=point, normal=normal, damping=damping, blend=blend)
-
-
-def cube_walls(
-    cube: Cube, *, stiffness: float, damping: float = 0.0, blend: float = WALL_BLEND
-) -> tuple[VirtualWall, ...]:
-    """Six walls around the cube workspace.
-
-    Args:
-        cube: Inside of it no wall is touched.
-        stiffness: N/m, at least 0.
-        damping: As applied, N s/m, at least 0.
-        blend: m, positive.
-
-    Returns:
-        The walls met by +x, +y, +z, -x, -y, -z.
-
-    Raises:
-        LawError: A parameter is out of its bounds, or the cube has no width: its walls would push against each other.
-    """
-    width = positive("m")
-    width.checked("half_side", cube.half_side, width.unit)
-    return tuple(
-        axis_wall(sign + axis, corner[k], stiffness=stiffness, damping=damping, blend=blend)
-        for sign, corner in (("+", cube.upper), ("-", cube.lower))
-        for axis, k in AXES.items()
-    )

@@ -57,11 +57,11 @@ def measured() -> None:
     from haptics.model.hands import HANDS
     from haptics.model.machine import MachineModel
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
-    from haptics.stability.wall_trial import simulated_predicate
+    from haptics.stability.wall_trial import WallBench
 
     design = load_design(ROOT / "best.json")
     machine = MachineModel(design, Masses(*MASSES), drive_torque(design))
-    stands = simulated_predicate(machine, "x", HANDS["medium"], substeps=SUBSTEPS)
+    stands = WallBench(machine, "x", HANDS["medium"], substeps=SUBSTEPS).stands
     largest_walls(machine, axes=("x",))  # compiles what is not in the cache
 
     def seconds(function: Callable[[], Any]) -> float:

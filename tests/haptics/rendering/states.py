@@ -8,7 +8,7 @@ from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.home import Home
 from haptics.rendering.laws.operating_resistance import OperatingResistance
 from haptics.rendering.laws.spring import SpringDamper
-from haptics.rendering.laws.virtual_wall import VirtualWall
+from haptics.rendering.laws.virtual_wall import VirtualWall, axis_wall
 
 PROPERTY = settings(max_examples=200, deadline=None)
 SPEED_MAX = 1.0  # m/s, of the states drawn below
@@ -72,6 +72,12 @@ def walls():
         directions(),
         between(1e-4, 0.01),
     )
+
+
+def cube_walls(cube, **parameters):
+    """Six walls around a cube, inside of which none is touched."""
+    faces = (("+", cube.upper), ("-", cube.lower))
+    return tuple(axis_wall(sign + a, face[k], **parameters) for sign, face in faces for k, a in enumerate("xyz"))
 
 
 def constants():

@@ -14,13 +14,14 @@ from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.home import Home
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.rendering.laws.spring import SpringDamper
-from haptics.rendering.laws.virtual_wall import VirtualWall, axis_wall, cube_walls
+from haptics.rendering.laws.virtual_wall import VirtualWall, axis_wall
 from tests.haptics.rendering.states import (
     PROPERTY,
     ROUNDING,
     SPEED_MAX,
     K,
     between,
+    cube_walls,
     laws,
     near_edges,
     steepness,

@@ -23,7 +23,7 @@ from haptics.rendering.law import GAIN, KIND
 from haptics.rendering.laws.home import Home
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
 from haptics.rendering.laws.spring import SpringDamper
-from haptics.rendering.laws.virtual_wall import WALL_BLEND, VirtualWall, axis_wall, cube_walls
+from haptics.rendering.laws.virtual_wall import WALL_BLEND, VirtualWall, axis_wall
 from haptics.rendering.registry import COLUMNS
 from haptics.rendering.table import fade, total_energy, total_force
 from tests.haptics.rendering.states import (
@@ -32,6 +32,7 @@ from tests.haptics.rendering.states import (
     ROUNDING,
     K,
     between,
+    cube_walls,
     directions,
     laws,
     steepness,

@@ -13,12 +13,14 @@ import pytest
 from delta_cad.design import Design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses
+from haptics.control.filters import foaw
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
+from haptics.rendering.laws.virtual_wall import AXES
 from haptics.simulation.assumptions import DELAY, default_estimator, joint_friction, nominal_plant
 from haptics.stability.discrete import Timing
-from haptics.stability.estimator_models import linear_models
+from haptics.stability.estimator_models import LinearEstimator, linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.page import stiffness_facts, stiffness_text
 from haptics.stability.passivity import PassivityClass
@@ -32,13 +34,14 @@ from haptics.stability.stiffness import (
     Corner,
     End,
     Stiffness,
+    WallLoop,
     edge,
     largest_walls,
     linear_limits,
     simulated_range,
 )
-from haptics.stability.wall_limit import AXES, START, STEP, Predicate
-from haptics.stability.wall_trial import simulated_predicate
+from haptics.stability.wall_limit import START, STEP, Predicate
+from haptics.stability.wall_trial import WallBench
 
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 T = 1e-3
@@ -164,7 +167,7 @@ def test_walls_that_always_stand_are_lower_bounds(machine: MachineModel) -> None
 
 def test_linear_limits_are_those_of_each_case(machine: MachineModel) -> None:
     estimators = linear_models(default_estimator(T))
-    ends = linear_limits(machine, "z", 0.0, T, DELAYS, estimators, HANDS)
+    ends = linear_limits(WallLoop(machine, 0.0, T, DELAYS, estimators, HANDS), "z")
     assert [end.stiffness for end in ends] == sorted(end.stiffness for end in ends)
     assert {end.corner for end in ends} == {Corner(*case) for case in product(HANDS, ("least", "largest"), (0.0, T))}
     viscous = dict(zip(("least", "nominal", "largest"), joint_friction(machine).viscous, strict=True))
@@ -174,8 +177,20 @@ def test_linear_limits_are_those_of_each_case(machine: MachineModel) -> None:
         timing = Timing(T, end.corner.delay, par.current_lag)
         loop = here.joint_loop(AXES["z"], HANDS[end.corner.hand], timing, estimators[0])
         assert loop.radius(0.999 * end.stiffness, 0.0) < 1.0 < loop.radius(1.001 * end.stiffness, 0.0)
-    (one,) = linear_limits(machine, "z", 0.0, T, DELAYS, estimators, {"medium": HANDS["medium"]}, ("nominal",))
+    medium = {"medium": HANDS["medium"]}
+    (one,) = linear_limits(WallLoop(machine, 0.0, T, DELAYS, estimators, medium), "z", ("nominal",))
     assert one.corner == SOME
+
+
+def test_the_worst_window_of_an_adaptive_estimator_counts(machine: MachineModel) -> None:
+    models = linear_models(foaw(T, 1.0, 8))
+    loop = WallLoop(machine, 30.0, T, DELAYS, models, {"one": Hand(0.1, 2.0, 100.0)})
+
+    def limit(models: tuple[LinearEstimator, ...]) -> float:
+        return linear_limits(replace(loop, estimators=models), "z", ("nominal",))[0].stiffness
+
+    alone = [limit((model,)) for model in models]
+    assert limit(models) == min(alone) < 0.8 * max(alone)
 
 
 def test_the_simulation_of_best(simulated: Stiffness) -> None:
@@ -191,16 +206,16 @@ def test_the_simulation_of_best(simulated: Stiffness) -> None:
         assert wall.nominal.bisection > 0.67 * wall.linear_nominal
         assert wall.linear.lowest.stiffness < wall.linear_nominal < wall.linear.highest.stiffness
         assert wall.default_verdict.kind is not PassivityClass.PASSIVE  # K T / 2 alone is 15 times the viscous friction
-        assert wall.found_verdict is not None
-        assert wall.found_verdict.demand.friction > wall.default_verdict.demand.friction
+        assert wall.limit_verdict is not None
+        assert wall.limit_verdict.demand.friction > wall.default_verdict.demand.friction
 
 
 def test_later_torques_and_lighter_hands_bear_less(machine: MachineModel) -> None:
     """With the least friction, where the simulation comes near the linear model."""
     for hand, delay in (("medium", 2e-3), ("light", 0.5e-3)):
-        stands = simulated_predicate(machine, "x", HANDS[hand], "least", delay, substeps=4)
+        stands = WallBench(machine, "x", HANDS[hand], "least", delay, substeps=4).stands
         assert not stands(7000.0)
-    usual = simulated_predicate(machine, "x", HANDS["medium"], "least", 0.5e-3, substeps=4)
+    usual = WallBench(machine, "x", HANDS["medium"], "least", 0.5e-3, substeps=4).stands
     assert usual(7000.0)
     assert not usual(14000.0)  # half as much again as the linear limit of 9.5 N/mm
 
@@ -246,7 +261,7 @@ def test_facts_and_text_tell_the_same(simulated: Stiffness) -> None:
         ({"damping": float("nan")}, "damping is"),
         ({"period": 0.0}, "period"),
         ({"delay": -1e-3}, "delay"),
-        ({"hands": {}}, "set of hands is empty"),
+        ({"hands": {}}, "hands"),
     ],
 )
 def test_what_cannot_be_is_refused(machine: MachineModel, given: dict[str, Any], message: str) -> None:

@@ -1,17 +1,20 @@
-"""The search for the stiffest wall on known predicates, and the analytic interval."""
+"""The search for the stiffest wall on known answers and on the linear loop."""
+
+from itertools import product
 
 import numpy as np
 import pytest
 
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry
-from haptics.control.filters import backward_difference, foaw
+from haptics.control.filters import backward_difference
 from haptics.model.hands import HAND_MODELS, HANDS
-from haptics.model.plant import Hand, plant
+from haptics.model.plant import plant
+from haptics.rendering.laws.virtual_wall import AXES
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
-from haptics.stability.wall_limit import AXES, search, wall_interval, wall_predicate
+from haptics.stability.wall_limit import search
 
 PLANT = plant(
     DeltaGeometry(0.040, 0.030, 0.082, 0.112079),
@@ -19,7 +22,7 @@ PLANT = plant(
 )
 POSE = [0.01, 0.0, 0.09]
 T = 1e-3
-DIFFERENCE = linear_models(backward_difference(T))
+(DIFFERENCE,) = linear_models(backward_difference(T))
 
 
 @pytest.mark.parametrize(
@@ -68,50 +71,20 @@ def test_ceiling_below_the_start_is_refused() -> None:
             search(lambda _: True, ceiling=ceiling)
 
 
-def test_interval_is_that_of_its_cases() -> None:
-    found = wall_interval(
-        PLANT, POSE, AXES["x"], hands=HANDS, viscous=(0.0, 4e-4), delays=(0.0, T), estimators=DIFFERENCE, damping=1.0
-    )
-    assert len(found.cases) == 3 * 2 * 2
-    limits = [case.device for case in found.cases]
-    assert (found.lowest.device, found.highest.device) == (min(limits), max(limits))
-    assert (found.lowest.hand, found.lowest.viscous, found.lowest.delay) == ("light", 0.0, T)
-    assert (found.highest.hand, found.highest.viscous, found.highest.delay) == ("firm", 4e-4, 0.0)
-    assert all(case.monotone for case in found.cases)
-    for case in found.cases:
-        here = linearise(PLANT._replace(viscous=case.viscous), POSE)
+def test_search_finds_the_limit_of_the_linear_loop() -> None:
+    for (name, hand), viscous, delay in product(HANDS.items(), (0.0, 4e-4), (0.0, T)):
+        here, timing = linearise(PLANT._replace(viscous=viscous), POSE), Timing(T, delay)
+        along = here.axis_loop(AXES["x"], hand, timing, DIFFERENCE).stiffness_limit(1.0)
         # light damping: K < 2 b / T / (1 + 2 delay / T) of all damping there is, to first order; 15 % covers 28 N s/m
-        hand = HANDS[case.hand]
         damping = here.effective_friction(AXES["x"]) + hand.damping + 1.0
-        late = 1.0 if case.delay == 0.0 else 3.0
-        assert case.along == pytest.approx(2.0 * damping / T / late, rel=0.15)
-        stable = wall_predicate(here, AXES["x"], hand, Timing(T, case.delay), DIFFERENCE[0], damping=1.0)
-        assert stable(0.999 * case.device)
-        assert not stable(1.001 * case.device)
-        assert search(stable, ceiling=1e5, tolerance=1.0).bisection == pytest.approx(case.device, abs=1.0)
-
-
-def test_every_window_of_an_adaptive_estimator_is_a_case() -> None:
-    models = linear_models(foaw(T, 1.0, 8))
-    found = wall_interval(
-        PLANT,
-        POSE,
-        AXES["z"],
-        hands={"one": Hand(0.1, 2.0, 100.0)},
-        viscous=(0.0,),
-        delays=(0.0,),
-        estimators=models,
-        damping=30.0,
-    )
-    assert [case.estimator for case in found.cases] == [model.name for model in models]
-    assert found.lowest.device < 0.8 * found.highest.device
-
-
-def test_empty_sets_are_refused() -> None:
-    full = {"hands": HANDS, "viscous": (0.0,), "delays": (0.0,), "estimators": DIFFERENCE}
-    for name, empty in (("hands", {}), ("viscous", ()), ("delays", ()), ("estimators", ())):
-        with pytest.raises(ValueError, match="at least one"):
-            wall_interval(PLANT, POSE, AXES["x"], **{**full, name: empty})
+        assert along.value == pytest.approx(2.0 * damping / T / (1.0 if delay == 0.0 else 3.0), rel=0.15), name
+        loop = here.joint_loop(AXES["x"], hand, timing, DIFFERENCE)
+        limit = loop.stiffness_limit(1.0)
+        assert along.monotone
+        assert limit.monotone
+        assert loop.radius(0.999 * limit.value, 1.0) < 1.0 < loop.radius(1.001 * limit.value, 1.0)
+        found = search(lambda k, loop=loop: bool(loop.radius(k, 1.0) < 1.0), ceiling=1e5, tolerance=1.0)
+        assert found.bisection == pytest.approx(limit.value, abs=1.0)
 
 
 def test_axes_are_unit_vectors_of_the_base_frame() -> None:

@@ -17,8 +17,7 @@ from haptics.simulation.assumptions import CURRENT_LAG, default_estimator, encod
 from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
-from haptics.stability.wall_limit import wall_predicate
-from haptics.stability.wall_trial import LEVELS, simulated_predicate, wall_trial, with_friction
+from haptics.stability.wall_trial import LEVELS, WallBench, with_friction
 from tests.haptics.scene_machine import scene_machine
 
 MEDIUM = HANDS["medium"]
@@ -31,7 +30,7 @@ def machine(best: Design) -> MachineModel:
 
 @pytest.mark.parametrize("met", ["x", "-x", "+y", "-z"])
 def test_the_hand_leans_on_the_wall(machine: MachineModel, met: str) -> None:
-    trial = wall_trial(machine, met, MEDIUM, 2000.0)
+    trial = WallBench(machine, met, MEDIUM).trial(2000.0)
     assert trial.stable
     assert trial.faults == 0
     start, end = trial.recording.position[0], trial.recording.position[-1]
@@ -44,39 +43,40 @@ def test_the_hand_leans_on_the_wall(machine: MachineModel, met: str) -> None:
 
 
 def test_the_resolution_is_a_count_at_the_handle(machine: MachineModel) -> None:
-    trial = wall_trial(machine, "z", MEDIUM, 2000.0)
+    trial = WallBench(machine, "z", MEDIUM).trial(2000.0)
     g, p = machine.geometry, trial.recording.position[0] + [0.0, 0.0, 2e-3]
     theta, count = inverse_kinematics(g, p), encoder_count(machine)
     moved = [abs((forward_kinematics(g, theta + count * e) - p)[2]) for e in np.eye(3)]
     assert trial.resolution == pytest.approx(max(moved), rel=0.01)  # a count is small, yet finite
 
 
-def test_the_predicate_is_the_trial(machine: MachineModel) -> None:
-    stable = simulated_predicate(machine, "y", MEDIUM, seed=5)
-    for stiffness in (1100.0, 30e3):
-        assert stable(stiffness) == wall_trial(machine, "y", MEDIUM, stiffness, seed=5).stable
-    assert [stable(1100.0), stable(30e3)] == [True, False]
+def test_a_wall_stands_if_its_trial_is_stable_however_often(machine: MachineModel) -> None:
+    bench = WallBench(machine, "y", MEDIUM, seed=5)
+    for stiffness, stands in ((1100.0, True), (30e3, False)):
+        assert bench.stands(stiffness) == stands
+        again = WallBench(machine, "y", MEDIUM, seed=5).trial(stiffness)
+        assert again.stable == stands
+        np.testing.assert_array_equal(again.depth, bench.trial(stiffness).depth)  # a trial leaves no trace
 
 
 def test_a_soft_wall_is_leaned_on_with_less(machine: MachineModel) -> None:
     for stiffness in (1e-3, 50.0, 150.0):
-        trial = wall_trial(machine, "x", MEDIUM, stiffness)
+        trial = WallBench(machine, "x", MEDIUM).trial(stiffness)
         assert trial.depth.max() < 0.014  # ten millimetres and the swing of arriving
         assert trial.stable
-    assert not wall_trial(machine, "x", MEDIUM, 0.0).stable  # there is no wall to judge
+    assert not WallBench(machine, "x", MEDIUM).trial(0.0).stable  # there is no wall to judge
 
 
 def test_friction_holds_a_wall_that_would_swing(machine: MachineModel) -> None:
     """Frictionless in the linear loop, with all of it in the simulation: the latter bears more."""
     delay, stiffness = 0.5e-3, 3000.0
-    here = linearise(with_friction(machine, "least"), wall_trial(machine, "x", MEDIUM, 0.0).recording.position[0])
+    here = linearise(with_friction(machine, "least"), WallBench(machine, "x", MEDIUM).trial(0.0).recording.position[0])
     (estimator,) = linear_models(default_estimator())
     timing = Timing(1e-3, delay, CURRENT_LAG)
-    linear = wall_predicate(here, np.eye(3)[0], HANDS["light"], timing, estimator)
-    assert not linear(stiffness)
+    assert here.joint_loop(np.eye(3)[0], HANDS["light"], timing, estimator).radius(stiffness, 0.0) > 1.0
     swings = {}
     for level in LEVELS:
-        verdict = wall_trial(machine, "x", HANDS["light"], stiffness, friction=level).verdict
+        verdict = WallBench(machine, "x", HANDS["light"], level).trial(stiffness).verdict
         assert verdict is not None
         swings[level] = verdict.swing
     assert swings["least"] > swings["nominal"] > swings["largest"]
@@ -98,7 +98,7 @@ def test_a_fault_is_no_stable_wall(machine: MachineModel, monkeypatch: pytest.Mo
 
     default = module.default_controller
     monkeypatch.setattr(module, "default_controller", timid)
-    trial = wall_trial(machine, "x", MEDIUM, 1100.0)
+    trial = WallBench(machine, "x", MEDIUM).trial(1100.0)
     assert trial.faults
     assert trial.verdict is None
     assert not trial.stable
@@ -111,7 +111,7 @@ def test_a_fault_is_no_stable_wall(machine: MachineModel, monkeypatch: pytest.Mo
         ({"met": ""}, LawError, "met is"),
         ({"damping": -1.0}, LawError, "damping is"),
         ({"friction": "some"}, ValueError, "friction is 'some'"),
-        ({"hand": FREE}, ValueError, "must be positive to lean"),
+        ({"hand": FREE}, ValueError, "stiffness is 0.0 N/m"),
         ({"delay": -1e-3}, ValueError, "delay is"),
         ({"period": 0.0}, ValueError, "period is"),
     ],
@@ -120,11 +120,9 @@ def test_trials_that_are_refused(machine: MachineModel, change: dict[str, Any], 
     given: dict[str, Any] = {"met": "x", "hand": MEDIUM, **change}
     met, hand = given.pop("met"), given.pop("hand")
     with pytest.raises(error, match=message):
-        simulated_predicate(machine, met, hand, **given)
-    with pytest.raises(error, match=message):
-        wall_trial(machine, met, hand, 1100.0, **given)
+        WallBench(machine, met, hand, **given)
 
 
 def test_a_negative_stiffness_is_refused(machine: MachineModel) -> None:
-    with pytest.raises(LawError, match="stiffness is"):
-        wall_trial(machine, "x", MEDIUM, -1.0)
+    with pytest.raises(LawError, match=r"stiffness is -1\.0"):
+        WallBench(machine, "x", MEDIUM).trial(-1.0)
