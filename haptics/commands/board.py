@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, refuse
+from haptics.commands.device import device_arguments
 
 if TYPE_CHECKING:
     from haptics.devices.board import Board
@@ -18,8 +18,7 @@ TEXT = "a simulated controller board on a socket, for hosts that speak the proto
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    device_arguments(command)
     command.add_argument("--host", default="127.0.0.1", help="numeric address to listen on (default: %(default)s)")
     command.add_argument("--port", type=int, default=0, help="0 for any that is free; it is printed")
     command.add_argument("--allow-remote", action="store_true", help="let other machines connect: there is no password")

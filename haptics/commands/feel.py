@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from haptics.commands.device import device_arguments, refusing
 
 NAME = "feel"
 TEXT = "what the device will feel like: mass, friction, force, resolution, walls over the cube; writes out/NAME-feel/"
@@ -15,54 +16,48 @@ TEXT = "what the device will feel like: mass, friction, force, resolution, walls
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    device_arguments(command)
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
+@refusing
 def run(given: argparse.Namespace) -> int:
-    """Runs it and returns the exit code: 1 if the joints cannot give the design's force everywhere, or the default wall
-    oscillates.
-    """
+    """Runs it and returns the exit code: 1 if the joints lack the design's force, or the default wall oscillates."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import whole_folder
-    from delta_cad.design import DesignError
-    from delta_cad.drive.masses import MassError
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import QUANTITIES, feel
     from haptics.model.machine import load_machine
 
+    machine = load_machine(given.design, given.masses)
     try:
-        machine = load_machine(given.design, given.masses)
         with Line() as line:
-            found = feel(machine, say=line.show)
-            facts = json.dumps(feel_facts(found), indent=1)
+            sheet = feel(machine, say=line.show)
+            facts = json.dumps(feel_facts(sheet), indent=1)
             from haptics.feel.maps import feel_map
             from haptics.scenes.pictures.style import save
 
             line.show("maps")
             with whole_folder(given.out / f"{machine.design.name}-feel") as folder:
                 (folder / "feel.json").write_text(facts + "\n", encoding="utf-8")
-                (folder / "feel.md").write_text(feel_markdown(found), encoding="utf-8")
+                (folder / "feel.md").write_text(feel_markdown(sheet), encoding="utf-8")
                 for quantity in QUANTITIES:
                     if quantity.name in MAPS:
                         label = f"{quantity.label}, {quantity.unit}"
                         title = f"{machine.design.name}: {quantity.label}"
-                        figure = feel_map(title, label, *map_values(found, quantity), small=quantity.small)
+                        figure = feel_map(title, label, *map_values(sheet, quantity), small=quantity.small)
                         save(figure, folder / f"{quantity.name}.png")
-    except (DesignError, MassError) as error:
-        return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"{given.design}: cube: {error}", BAD_INPUT)
     except OSError as error:
         return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
-    print(facts if given.json else feel_text(found))
-    force, wanted = found.summary("force_continuous").worst[0], machine.design.requirements.force_N
+    print(facts if given.json else feel_text(sheet))
+    force, wanted = sheet.summaries["force_continuous"].worst[0], machine.design.requirements.force_N
     if force < wanted:
         return refuse(f"the joints give {force:.2f} N for ever in every direction, {wanted:g} N are asked for", NOT_MET)
-    if found.stiffness.shaken:
-        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in found.stiffness.shaken)
+    if sheet.stiffness.shaken:
+        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.stiffness.shaken)
         return refuse(f"the default wall oscillates: {says}", NOT_MET)
     return DONE

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 from delta_cad.common.console import BAD_INPUT, DONE, refuse
+from haptics.commands.device import device_arguments, refusing
 
 NAME = "firmware"
 TEXT = "the controller in C99 for a board: header, code with the design's numbers, and how to use it"
@@ -14,22 +15,17 @@ TEXT = "the controller in C99 for a board: header, code with the design's number
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    device_arguments(command)
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the files; replaced")
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
     command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
 
 
+@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from delta_cad.design import DesignError
-    from delta_cad.drive.masses import MassError
     from haptics.model.machine import load_machine
 
-    try:
-        machine = load_machine(given.design, given.masses)
-    except (DesignError, MassError) as error:
-        return refuse(str(error), BAD_INPUT)
+    machine = load_machine(given.design, given.masses)
     from haptics.firmware.generate import sources, write_firmware
     from haptics.simulation.assumptions import default_controller
 

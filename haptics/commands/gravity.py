@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 from delta_cad.common.units import MM_PER_M
+from haptics.commands.device import device_arguments, refusing
 
 NAME = "gravity"
 TEXT = "holding torques at a position, mm in and N m out; with --published what the paper's torques tell"
@@ -18,9 +18,8 @@ LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, metavar="FILE", help="design file, delta-design/1")
+    device_arguments(command, required=False)
     command.add_argument("--at", type=_position, metavar="X,Y,Z", help="mm in the base frame; default: cube's centre")
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
     command.add_argument(
         "--point-masses", type=_masses, metavar="G,G,G", help="the paper's m1, m2, m3 in g instead of the solids'"
     )
@@ -28,20 +27,17 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
+@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.published:
         return _published(given.json)
     if given.design is None:
         return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
-    from delta_cad.design import DesignError
-    from delta_cad.drive.masses import MassError
     from delta_cad.mechanism import MechanismError
 
     try:
         facts = _facts(given)
-    except (DesignError, MassError) as error:
-        return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"--at {','.join(f'{x:g}' for x in given.at)}: {error}", BAD_INPUT)
     if given.json:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from haptics.commands.device import device_arguments, refusing
 
 if TYPE_CHECKING:
     from haptics.model.machine import MachineModel
@@ -26,9 +27,8 @@ MS_PER_S = 1000.0
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    device_arguments(command)
     command.add_argument("--scene", required=True, choices=SCENES)
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
     command.add_argument("--hand", choices=HANDS, help="who pushes; of the scene wall only, default medium")
     command.add_argument("--delay", type=_delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
     command.add_argument("--seed", type=natural, default=0, metavar="N", help="places of the encoders' counts")
@@ -37,20 +37,16 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
+@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.hand is not None and given.scene != "wall":
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
     if given.plot:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
-    from delta_cad.design import DesignError
-    from delta_cad.drive.masses import MassError
     from haptics.model.machine import load_machine
 
-    try:
-        machine = load_machine(given.design, given.masses)
-    except (DesignError, MassError) as error:
-        return refuse(str(error), BAD_INPUT)
+    machine = load_machine(given.design, given.masses)
     folder = given.out / f"{machine.design.name}-{given.scene}"
     try:
         with Line() as line:

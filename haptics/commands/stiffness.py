@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from haptics.commands.device import device_arguments, refusing
 
 NAME = "stiffness"
 TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and the passivity verdict"
@@ -16,8 +17,7 @@ TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges an
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    device_arguments(command)
     command.add_argument("--damping", type=_at_least_0, default=0.0, metavar="B", help="of the wall, N s/m; default 0")
     command.add_argument("--period", type=_period, default=1.0, metavar="MS", help="of the loop, ms; default 1")
     command.add_argument(
@@ -27,12 +27,11 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
+@refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import write_whole
-    from delta_cad.design import DesignError
-    from delta_cad.drive.masses import MassError
     from haptics.model.machine import load_machine
     from haptics.stability.page import stiffness_facts, stiffness_text
     from haptics.stability.stiffness import largest_walls
@@ -40,29 +39,28 @@ def run(given: argparse.Namespace) -> int:
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:
         return refuse(f"--delay {given.delay:g} ms: must be at most 20 periods of {given.period:g} ms", BAD_INPUT)
+    machine = load_machine(given.design, given.masses)
     try:
-        machine = load_machine(given.design, given.masses)
         with Line() as line:
-            found = largest_walls(
+            walls = largest_walls(
                 machine,
                 damping=given.damping,
                 period=given.period / 1e3,
                 delay=delay,
                 say=lambda axis: line.show(f"wall across {axis}"),
             )
-        name = machine.design.name
-        facts = json.dumps(stiffness_facts(name, found), indent=1)
-        write_whole(given.out / f"{name}-stiffness.json", facts + "\n")
-    except (DesignError, MassError) as error:
-        return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
     except ValueError as error:
         return refuse(f"{given.design}: {error}", BAD_INPUT)
-    print(facts if given.json else stiffness_text(name, found))
-    if not found.shaken:
+    name = machine.design.name
+    facts = json.dumps(stiffness_facts(name, walls), indent=1)
+    try:
+        write_whole(given.out / f"{name}-stiffness.json", facts + "\n")
+    except OSError as error:
+        return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
+    print(facts if given.json else stiffness_text(name, walls))
+    if not walls.shaken:
         return DONE
-    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in found.shaken)
+    says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.shaken)
     return refuse(f"the default wall oscillates: {says}", NOT_MET)
 
 

@@ -1,0 +1,36 @@
+"""What the commands share: the design and its masses as arguments, and the device that they name."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+
+from delta_cad.common.console import BAD_INPUT, refuse
+
+Run = Callable[[argparse.Namespace], int]
+
+
+def device_arguments(command: argparse.ArgumentParser, *, required: bool = True) -> None:
+    """Adds the design file and the masses of its build to a command's arguments."""
+    command.add_argument("--design", type=Path, required=required, metavar="FILE", help="design file, delta-design/1")
+    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+
+
+def refusing(run: Run) -> Run:
+    """Lets a command refuse a design or masses that cannot be read, with one line and exit code 2."""
+
+    @wraps(run)
+    def wrapped(given: argparse.Namespace) -> int:
+        try:
+            return run(given)
+        except ValueError as error:
+            from delta_cad.design import DesignError  # only now: they load NumPy, whose threads a command may set first
+            from delta_cad.drive.masses import MassError
+
+            if isinstance(error, DesignError | MassError):
+                return refuse(str(error), BAD_INPUT)
+            raise
+
+    return wrapped
