@@ -78,6 +78,7 @@ class DisturbedDevice:
 
     def __init__(self, device: Device, disturbances: Mapping[int, Disturbance]) -> None:
         self.device, self._disturbances, self._reads = device, dict(disturbances), 0
+        self.write, self.close = device.write, device.close
 
     @property
     def time(self) -> float:
@@ -91,28 +92,20 @@ class DisturbedDevice:
         disturbance = self._disturbances.get(self._reads - 1)
         return sample if disturbance is None else disturbance(sample)
 
-    def write(self, torques: ArrayLike) -> None:
-        """See `Device`."""
-        self.device.write(torques)
-
-    def close(self) -> None:
-        """See `Device`."""
-        self.device.close()
-
 
 def invalid(joint: int) -> Disturbance:
     """An encoder that reads no number."""
-    return lambda sample: _with_angle(sample, joint, float("nan"))
+    return stuck(joint, float("nan"))
 
 
 def jumped(joint: int, turn: float) -> Disturbance:
     """An encoder that is off by `turn`, rad."""
-    return lambda sample: _with_angle(sample, joint, float(sample.angles[joint]) + turn)
+    return lambda sample: _turned(sample, joint, float(sample.angles[joint]) + turn)
 
 
 def stuck(joint: int, angle: float) -> Disturbance:
     """An encoder that reads `angle`, rad, whatever the joint does."""
-    return lambda sample: _with_angle(sample, joint, angle)
+    return lambda sample: _turned(sample, joint, angle)
 
 
 def late(seconds: float) -> Disturbance:
@@ -125,7 +118,7 @@ def signalling(flags: int) -> Disturbance:
     return lambda sample: sample._replace(flags=sample.flags | flags)
 
 
-def _with_angle(sample: Reading, joint: int, angle: float) -> Reading:
+def _turned(sample: Reading, joint: int, angle: float) -> Reading:
     changed = sample.angles.copy()
     changed[joint] = angle
     return sample._replace(angles=changed)
