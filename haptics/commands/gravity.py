@@ -83,17 +83,17 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
 def _published(as_json: bool) -> int:
     from haptics.gravity.identify import identify
 
-    found = identify()
+    fit = identify()
     facts = {
-        "at_wrists_g": found.at_wrists_kg * 1e3,
-        "at_elbow_g": found.at_elbow_kg * 1e3,
-        "origin_height_mm": found.origin_height_m * MM_PER_M,
-        "fitted_mN_m": (found.torques_N_m * 1e3).tolist(),
-        "published_mN_m": (found.published_N_m * 1e3).tolist(),
-        "rms_mN_m": found.rms_N_m * 1e3,
-        "spread_at_origin_mN_m": found.spread_N_m * 1e3,
+        "at_wrists_g": fit.at_wrists_kg * 1e3,
+        "at_elbow_g": fit.at_elbow_kg * 1e3,
+        "origin_height_mm": fit.origin_height_m * MM_PER_M,
+        "fitted_mN_m": (fit.torques_N_m * 1e3).tolist(),
+        "published_mN_m": (fit.published_N_m * 1e3).tolist(),
+        "rms_mN_m": fit.rms_N_m * 1e3,
+        "spread_at_origin_mN_m": fit.spread_N_m * 1e3,
         "masses": 3,
-        "identifiable": found.rank,
+        "identifiable": fit.rank,
     }
     if as_json:
         print(json.dumps(facts, indent=1))

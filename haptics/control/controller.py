@@ -1,7 +1,7 @@
 """One tick of the controller: angles in, torques out; compiled, without allocation.
 
-The order is fixed: pose from the angles; the supervisor judges what was read; joint rates, and the handle's velocity by
-`v = J theta_dot`; the force of all laws; `torque = J^T F`, scaled as a whole where the joints cannot give it beside
+The order is fixed: pose from the angles; the supervisor checks what was read; joint rates, and the handle's velocity by
+`v = J theta_dot`; the force of all laws; `torque = J^T F`, scaled by one factor where the joints cannot give it beside
 gravity; the supervisor lets pass what is safe. The same tick drives the simulation and a device in Python, and is what
 the C controller is held against. Importing this module loads numba.
 """
@@ -34,8 +34,8 @@ class Controller(NamedTuple):
 
     Attributes:
         model: The device as the controller knows it.
-        estimator: Of the joint rates.
-        limits: Of the supervisor.
+        estimator: Estimator of the joint rates.
+        limits: Limits of the supervisor.
         force: Largest force on the handle, N; what laws ask beyond is scaled down in its direction. May be infinite.
     """
 
@@ -73,7 +73,7 @@ def fresh(controller: Controller) -> Memory:
 
 @compiled
 def tick(controller, memory, laws, now, theta, out):
-    """One period.
+    """Computes the torques of one period from the angles read.
 
     Args:
         controller: `Controller`.

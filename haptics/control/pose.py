@@ -51,7 +51,7 @@ def model(geometry: DeltaGeometry, masses: Masses, gravity_vector: tuple[float, 
 
     Args:
         geometry: The mechanism.
-        masses: Of the moving bodies.
+        masses: Masses of the moving bodies.
         gravity_vector: (3,) in the base frame, m/s^2.
 
     Returns:

@@ -6,9 +6,9 @@ and `c <= (l_i + g_i) / -f_i` for f_i < 0, so that
 
     c = min(1, min_i (l_i - sign(f_i) g_i) / |f_i|)
 
-One factor for all joints scales the force at the handle as a whole, since f is linear in F: c F is what is applied. A
-joint that gravity alone takes beyond its limit leaves nothing to give away: gravity is clipped there and c = 0.
-Importing this module loads numba.
+One factor for all joints keeps the direction of the force at the handle, since f is linear in F: c F is what is
+applied. A joint that gravity alone takes beyond its limit leaves nothing to give away: gravity is clipped there and
+c = 0. Importing this module loads numba.
 """
 
 from __future__ import annotations

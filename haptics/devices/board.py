@@ -36,9 +36,9 @@ class Board:
 
     Args:
         device: What is driven. It is read once a tick.
-        period: Of the tick, s.
-        torque_limit: Of a joint, N m; what is beyond is clipped.
-        counts: Of an encoder's turn, told to the host.
+        period: Period of the tick, s.
+        torque_limit: Torque limit of a joint, N m; what is beyond is clipped.
+        counts: Counts in a turn of an encoder, reported to the host.
         watchdog: Time without a good COMMAND after which torque goes to zero, s, until the host asks for another.
 
     Attributes:

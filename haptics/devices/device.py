@@ -16,7 +16,7 @@ from haptics.devices.recording import Recorder, Recording
 
 
 class DeviceError(RuntimeError):
-    """The device cannot do what was asked; the message says what and why."""
+    """The device cannot do what it is called for; the message names it and the cause."""
 
 
 class DeviceLostError(DeviceError):
@@ -32,7 +32,7 @@ class Reading(NamedTuple):
 
     Attributes:
         angles: (3,) shoulder angles, rad; NaN for an encoder that knows of its own fault.
-        time: Of the reading on the device's clock, s.
+        time: Time of the reading on the device's clock, s.
         flags: Bits of `faults.EXTERNAL` that the device holds up.
     """
 

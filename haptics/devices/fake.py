@@ -16,7 +16,7 @@ class FakeDevice:
     """Plays a script of readings and keeps every write.
 
     Args:
-        script: For each reading angles (3) in rad, a whole `Reading`, or an exception to raise.
+        script: For each reading angles (3) in rad, a `Reading`, or an exception to raise.
         period: Between two readings given as angles, s.
         refusals: Exceptions to raise at writing, by the number of the write.
 

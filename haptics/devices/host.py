@@ -1,7 +1,7 @@
 """The host: the compiled controller as what `device.run` calls at each tick, and what an operator may do meanwhile.
 
-What a device tells of itself (its watchdog, its emergency stop) reaches the supervisor at every tick, beside the host's
-own emergency stop; a device that does not answer any more is the supervisor's DEVICE_LOST. Importing this module loads
+What a device reports of itself (watchdog, emergency stop) reaches the supervisor at every tick, beside the host's own
+emergency stop; a device that does not answer any more is the supervisor's DEVICE_LOST. Importing this module loads
 numba.
 """
 
@@ -30,7 +30,7 @@ SAME_PERIOD = 1e-6  # Relative difference of two periods that are the same: less
 
 @runtime_checkable
 class Guarded(Protocol):
-    """A device with a watchdog of its own, which cuts the torque until it is told to end that."""
+    """A device with a watchdog of its own, which cuts the torque until the host ends that."""
 
     def reset_watchdog(self) -> None:
         """The next write ends what the watchdog began."""
@@ -45,14 +45,14 @@ class Host:
     the ticks, where `drive` calls `until`.
 
     Args:
-        controller: Of the device.
+        controller: Controller of the device.
         laws: A law or a table of laws, as `haptics.rendering.law_table` takes them.
 
     Attributes:
-        controller: As given.
-        supervisor: Of the controller: `state`, `latched`, `present`.
-        memory: Of the controller; its supervisor's part is that of `supervisor`.
-        bits: What the supervisor found at the last tick and what is latched; `faults.described` has the words.
+        controller: The controller.
+        supervisor: Supervisor of the controller: `state`, `latched`, `present`.
+        memory: Memory of the controller; its supervisor's part is that of `supervisor`.
+        bits: Findings of the last tick and latched faults; `faults.described` gives their text.
 
     Raises:
         LawError: The laws are refused.
@@ -102,7 +102,7 @@ class Host:
         until: Callable[[Reading], bool] | None = None,
         recorder: Recorder | None = None,
     ) -> Recording:
-        """Drives a device as `device.run` does, and tells the supervisor if it is lost.
+        """Drives a device as `device.run` does, and signals its loss to the supervisor.
 
         Afterwards the device is closed and without torque, and the supervisor disabled, or in FAULT if something has
         latched; another device may be driven next, and has its own clock and its own angles.
@@ -146,7 +146,7 @@ class Host:
         self.supervisor.disable()
 
     def reset(self) -> None:
-        """Clears what is latched, and ends what the device's own watchdog began; `enable` is asked for apart."""
+        """Clears what is latched, and ends what the device's own watchdog began; `enable` is a request of its own."""
         if isinstance(self._device, Guarded):
             self._device.reset_watchdog()
         self.supervisor.reset()
@@ -168,7 +168,7 @@ class Host:
 
         Args:
             laws: A law or a table of laws, as `haptics.rendering.law_table` takes them.
-            seconds: Of the fade, s; 0 for at once, None for `limits.fade`.
+            seconds: Time of the fade, s; 0 for at once, None for `limits.fade`.
 
         Raises:
             LawError: The laws are refused; the old ones stay.

@@ -1,4 +1,4 @@
-"""Datagrams between two ends: the interface, and UDP, which stays on this machine unless told otherwise."""
+"""Datagrams between two ends: the interface, and UDP, which stays on this machine unless other machines are allowed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class UdpLink:
 
     Args:
         host: Numeric address of the other end.
-        port: Its port.
+        port: Port of the other end.
         allow_remote: Whether it may be on another machine.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The packets between host and board, version 1; the page beside it, `haptics/PROTOCOL.md`, says what they mean."""
+"""The packets between host and board, version 1; the page beside it, `PROTOCOL.md`, says what they mean."""
 
 from __future__ import annotations
 
@@ -81,11 +81,11 @@ class Packet(NamedTuple):
     Attributes:
         kind: What it is.
         session: Number of the session, chosen by the host at HELLO.
-        sequence: Of the sender, one more for each packet, modulo 2^32.
+        sequence: Number in the sender's sequence, one more for each packet, modulo 2^32.
         answers: Sequence of the other side's newest packet; 0 for none.
-        time: Of the sender's clock, ns.
+        time: Time by the sender's clock, ns.
         values: As `PAYLOAD` says.
-        flags: See above.
+        flags: Bits of a STATE or a COMMAND.
     """
 
     kind: PacketKind
@@ -114,7 +114,7 @@ def encode(packet: Packet, version: int = VERSION) -> bytes:
 def decode(data: bytes) -> Packet:
     """Bytes from the wire as a packet.
 
-    Magic, version and check are in the same places in every version, so that another version can be told from noise.
+    Magic, version and check are in the same places in every version, so that another version is not taken for noise.
 
     Raises:
         PacketError: They are none; `wrong` says why. Angles may be NaN, all other numbers must be finite.

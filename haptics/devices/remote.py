@@ -48,7 +48,7 @@ class RemoteDevice:
         period: The board's, s.
         watchdog: As the board set it, s.
         torque_limit: The board's own, N m.
-        counts_per_turn: Of an encoder.
+        counts_per_turn: Counts in a turn of an encoder.
         counts: Packets dropped, and why; STATEs that never came (LOST) or were overtaken by a newer one (SKIPPED);
             STATEs that know an older command than the newest (UNANSWERED).
 
@@ -194,7 +194,7 @@ class RemoteDevice:
 
 
 def _refusal(packet: Packet) -> str:
-    """A REFUSED in words."""
+    """Message of a REFUSED."""
     reason, version = int(packet.values[0]), int(packet.values[1])
     known = {Reason.VERSION: "another version", Reason.BUSY: "it has a host already", Reason.WATCHDOG: "the watchdog"}
     why = known[Reason(reason)] if reason in list(Reason) else f"reason {reason}"

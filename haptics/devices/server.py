@@ -19,7 +19,7 @@ def listen(host: str = "127.0.0.1", port: int = 0, *, allow_remote: bool = False
         allow_remote: Whether other machines may reach it.
 
     Returns:
-        The socket; `getsockname()` tells its port.
+        The socket; `getsockname()` has its port.
 
     Raises:
         ValueError: See `link.udp_socket`.
@@ -50,14 +50,14 @@ def serve(
 
     Args:
         board: The board.
-        listening: Its socket; left open.
+        listening: Socket of the board; left open.
         patience: Longest wait for the COMMAND to a STATE before the next tick, s; the period of a paced board.
         paced: Whether each tick takes all of that time, as on a real board; otherwise the next follows the COMMAND.
         idle: Time without a datagram after which it ends, s.
         once: Whether it ends with the first session.
         clock: Grows by the second.
         ready: Waits so many seconds of that clock for a datagram, and says whether there is one.
-        stop: Asked at each tick.
+        stop: Called at each tick; true ends the serving.
 
     Returns:
         Number of sessions.

@@ -1,4 +1,4 @@
-"""What the handle feels like at positions: mass, friction, resolution, force, gravity; arrays over positions.
+"""Mass, friction, resolution, force and gravity at the handle, over arrays of positions.
 
 With `torque = J^T force`, `v = J theta_dot` and G the inverse Jacobian, rows G_i, joint rates of a motion n are
 `G n`, and a torque of joint i is the force G_i at the handle. From that, exactly:
@@ -45,11 +45,11 @@ class Drive:
 
     Attributes:
         continuous: Torque for ever, as far as the controller allows it.
-        peak: For a moment, likewise.
-        motor: For a moment, as far as the motor goes; no controller of this project asks for more than `peak`.
+        peak: Torque for a moment, as far as the controller allows it.
+        motor: Torque for a moment, as far as the motor goes; no controller of this project asks for more than `peak`.
         coulomb: Friction.
-        count: Of the encoder, rad.
-        step: Of the torque command.
+        count: Count of the encoder, rad.
+        step: Step of the torque command.
     """
 
     continuous: float
@@ -71,13 +71,13 @@ class FeelField:
         mass_axes: (..., 3) along x, y, z with the others free, kg.
         friction_min: Coulomb friction at the handle in the best direction of motion, N; also the smallest force that
             moves a handle at rest.
-        friction_max: In the worst, N.
+        friction_max: Coulomb friction in the worst direction, N.
         position_step: Handle's way for one count of the encoder that moves it most, m.
         force_step: Change of the force for one step of the torque command that changes it most, N.
         force_continuous: Force that is there in every direction for ever, gravity held, N; negative where the joints
             cannot even hold that.
-        force_peak: Likewise for a moment, N.
-        force_peak_best: Likewise in the best direction, N.
+        force_peak: Force that is there in every direction for a moment, N.
+        force_peak_best: Force for a moment in the best direction, N.
         force_motor: In every direction for a moment, if the controller let the motors go to their own limit, N.
         gravity: Largest torque of a joint that holds the weight, N m.
     """
@@ -98,10 +98,10 @@ class FeelField:
 
     def named(self) -> dict[str, np.ndarray]:
         """Each figure's array by its name, the axes' masses as three."""
-        found = {field.name: getattr(self, field.name) for field in fields(self)}
-        del found["position"]
-        masses = found.pop("mass_axes")
-        return found | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        del values["position"]
+        masses = values.pop("mass_axes")
+        return values | {f"mass_{axis}": masses[..., k] for k, axis in enumerate("xyz")}
 
 
 def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
@@ -109,7 +109,7 @@ def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
 
     Args:
         g: The mechanism.
-        masses: Of the moving bodies.
+        masses: Masses of the moving bodies.
         p: (..., 3) platform centre, m.
 
     Returns:
@@ -125,7 +125,7 @@ def mass_matrix(g: DeltaGeometry, masses: Masses, p: ArrayLike) -> np.ndarray:
 
 
 def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
-    """The figures at positions.
+    """Computes mass, friction, resolution and force at positions.
 
     Args:
         machine: The device.
@@ -183,7 +183,7 @@ def inscribed_ball(columns: np.ndarray, gravity: np.ndarray, limit: float) -> np
     Args:
         columns: (..., 3 chains, 3) J_i, m/rad.
         gravity: (..., 3 chains) torque that holds the weight, N m.
-        limit: Of each joint, N m.
+        limit: Limit of each joint, N m.
 
     Returns:
         (...) N; negative where a joint cannot hold the weight.

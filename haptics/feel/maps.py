@@ -25,7 +25,7 @@ def feel_map(
 
     Args:
         title: What it is.
-        label: Of the scale, with the unit.
+        label: Label of the scale, with the unit.
         x_mm: (nx,) places.
         y_mm: (ny,) places.
         z_mm: (3,) heights.

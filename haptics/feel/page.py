@@ -216,7 +216,7 @@ def feel_markdown(sheet: Feel) -> str:
 
 
 def _stops(sheet: Feel) -> str:
-    """Which force is the device's: what its controller gives, not what its motors could."""
+    """States the force that the controller gives, and what the motors by themselves could."""
     stop = sheet.machine.design.requirements.joint_torque_N_m
     if sheet.drive.motor <= stop:
         return f"The motors' own limit, {sheet.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."

@@ -30,9 +30,9 @@ class PublishedDevice:
     Attributes:
         device: Maker and name.
         quantity: One of `LABELS`.
-        value: The figure; None where it is words.
+        value: The figure; None where it is text.
         bound: "<", ">", "~" or nothing before it.
-        text: The words; empty where it is a figure.
+        text: The text; empty where it is a figure.
         confirmed: Whether the source was opened; if not, the figure is from memory.
         source: Where it is published.
     """

@@ -42,8 +42,8 @@ MASS_ERROR = 0.05
 # N/m from which a wall passes for hard: L. B. Rosenberg, B. D. Adelstein, IEEE Symposium on Research Frontiers in
 # Virtual Reality, 1993; from memory, not opened.
 HARD = 2000.0
-# N/m from which nobody tells it from rigid: 15 to 42 N/mm, H. Z. Tan et al., ASME IMECE DSC 55-1, 1994; from memory,
-# not opened.
+# N/m from which a wall passes for rigid: 15 to 42 N/mm, H. Z. Tan et al., ASME IMECE DSC 55-1, 1994; from memory, not
+# opened.
 RIGID = 15e3
 # N: smallest step of a force that fingertips feel on a still handle, about; from memory (detection thresholds of 0.03
 # to 0.06 N), no single source was opened.
@@ -100,10 +100,10 @@ class Summary:
     """A figure over the cube, SI.
 
     Attributes:
-        quantity: Which.
+        quantity: The quantity.
         centre: In the cube's centre.
-        best: The best value, and where (3,), m.
-        worst: The worst, likewise.
+        best: The best value, and its position (3,), m.
+        worst: The worst value, and its position (3,), m.
     """
 
     quantity: Quantity
@@ -117,10 +117,10 @@ class Answer:
     """One of a designer's questions.
 
     Attributes:
-        question: In words.
+        question: The question.
         good: Whether the answer is the one that is hoped for.
         short: Yes or no.
-        text: In words, with the figures.
+        text: The answer with its figures.
     """
 
     question: str
@@ -199,8 +199,8 @@ def feel(
 
     Args:
         machine: The device.
-        walls: Who finds its largest walls.
-        say: Told what is being done.
+        walls: Function that finds its largest walls.
+        say: Called with the step that begins.
 
     Returns:
         The figures.
@@ -218,7 +218,7 @@ def feel(
     positions = cube_points(machine, *WALL_GRID)
     limits = np.array([linear_wall(machine, p) for p in positions.reshape(-1, 3)]).reshape(positions.shape[:-1])
     say("largest walls")
-    found = walls(machine)
+    stiffness = walls(machine)
     summaries: dict[str, Summary] = {}
     for quantity in QUANTITIES:
         if quantity.name == "wall":
@@ -226,16 +226,16 @@ def feel(
         else:
             value = float(middle.named()[quantity.name])
             summaries[quantity.name] = summarise(quantity, value, field.named()[quantity.name], field.position)
-    answers = (stays(machine, drive, summaries), hard(found), buzzes(found, summaries))
-    return Feel(machine, drive, summaries, slices, limits, positions, found, answers)
+    answers = (stays(machine, drive, summaries), hard(stiffness), buzzes(stiffness, summaries))
+    return Feel(machine, drive, summaries, slices, limits, positions, stiffness, answers)
 
 
 def summarise(quantity: Quantity, middle: float, values: np.ndarray, positions: np.ndarray) -> Summary:
     """Best and worst value of a quantity with their positions.
 
     Args:
-        quantity: Which.
-        middle: Its value in the centre.
+        quantity: The quantity.
+        middle: Value in the centre.
         values: (...) SI.
         positions: (..., 3) m.
     """
@@ -246,8 +246,8 @@ def summarise(quantity: Quantity, middle: float, values: np.ndarray, positions: 
 
 
 def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
-    """Will the handle stay where it is left? Each joint's friction against what its compensation misses of the weight:
-    at rest all three torques can be held if and only if none exceeds its friction.
+    """Compares each joint's friction with what its compensation misses of the weight, so that the handle stays where it
+    is left: at rest all three torques can be held if and only if none exceeds its friction.
     """
     least = joint_friction(machine).coulomb[0]
     gravity = summaries["gravity"].worst[0]
@@ -265,12 +265,12 @@ def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) ->
     return Answer("Will the handle stay where it is left?", good, short, text)
 
 
-def hard(found: Stiffness) -> Answer:
-    """Is the wall hard?"""
-    wall = min(found.axes, key=lambda axis: axis.nominal.bisection)
+def hard(stiffness: Stiffness) -> Answer:
+    """Compares the largest stable wall with what passes for hard and for rigid."""
+    wall = min(stiffness.axes, key=lambda axis: axis.nominal.bisection)
     limit = wall.nominal.bisection
-    low = min((axis.simulated.lowest for axis in found.axes), key=lambda end: end.stiffness)
-    high = max((axis.simulated.highest for axis in found.axes), key=lambda end: end.stiffness)
+    low = min((axis.simulated.lowest for axis in stiffness.axes), key=lambda end: end.stiffness)
+    high = max((axis.simulated.highest for axis in stiffness.axes), key=lambda end: end.stiffness)
     kind = "nobody tells it from rigid" if limit >= RIGID else "it feels hard" if limit >= HARD else "it feels soft"
     text = (
         f"The stiffest stable wall across {wall.axis}, the worst axis, has {limit / MM_PER_M:.1f} N/mm "
@@ -281,12 +281,12 @@ def hard(found: Stiffness) -> Answer:
     return Answer("Is the wall hard?", limit >= HARD, "Yes." if limit >= HARD else "No.", text)
 
 
-def buzzes(found: Stiffness, summaries: dict[str, Summary]) -> Answer:
-    """Does it buzz?"""
+def buzzes(stiffness: Stiffness, summaries: dict[str, Summary]) -> Answer:
+    """Compares the walls with the default one, and the force step of a count with what is felt."""
     step, friction = START * summaries["position_step"].worst[0], summaries["friction_min"].centre
-    shaken = found.shaken
+    shaken = stiffness.shaken
     with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
-    low = min((axis.simulated.lowest for axis in found.axes), key=lambda end: end.stiffness)
+    low = min((axis.simulated.lowest for axis in stiffness.axes), key=lambda end: end.stiffness)
     wall = f"A wall of {START / MM_PER_M:g} N/mm "
     wall += f"buzzes: {with_whom}" if shaken else "is steady with each hand of the set, friction and delay nominal"
     if low.stiffness < START:

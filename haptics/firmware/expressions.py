@@ -18,7 +18,7 @@ from haptics.firmware.inference import inferred
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, is_table
 
 REAL = types.float64
-WHOLE = types.int64
+INTEGER = types.int64
 MATH = {"sqrt", "sin", "cos", "exp", "hypot", "atan2", "tan", "acos", "asin", "atan", "log", "log1p", "expm1"}
 OPERATORS = {
     ast.Add: "+",
@@ -143,7 +143,7 @@ class Expressions:
         if isinstance(value, bool):
             return literal(value), types.boolean
         if isinstance(value, int):  # IntEnum members too
-            return literal(int(value)), WHOLE
+            return literal(int(value)), INTEGER
         if isinstance(value, float):
             return literal(value), REAL
         raise self.refuse(node, f"{value!r} is no number")
@@ -183,9 +183,9 @@ class Expressions:
             text, kind = self.value(node.value.value)
             which = ast.literal_eval(node.slice)
             if is_row(kind) and which == 0:
-                return f"{text}.n", WHOLE
+                return f"{text}.n", INTEGER
             if is_table(kind) and which in (0, 1):
-                return f"{text}.{('rows', 'columns')[which]}", WHOLE
+                return f"{text}.{('rows', 'columns')[which]}", INTEGER
             raise self.refuse(node, "this array has no such axis")
         text, kind = self.value(node.value)
         at = self.places(node.slice)
@@ -217,12 +217,12 @@ class Expressions:
             return self.power(node)
         (a, left), (b, right) = self.value(node.left), self.value(node.right)
         real = isinstance(left, types.Float) or isinstance(right, types.Float)
-        kind = REAL if real else WHOLE
+        kind = REAL if real else INTEGER
         if isinstance(node.op, ast.Div):
             return f"((double)({a}) / (double)({b}))", REAL
         if isinstance(node.op, ast.FloorDiv | ast.Mod) and not real:
             sign = "/" if isinstance(node.op, ast.FloorDiv) else "%"  # none of our whole numbers is negative
-            return f"({a} {sign} {b})", WHOLE
+            return f"({a} {sign} {b})", INTEGER
         if type(node.op) not in OPERATORS:
             raise self.refuse(node, f"{ast.unparse(node)} has no translation")
         return f"({a} {OPERATORS[type(node.op)]} {b})", kind
@@ -244,7 +244,7 @@ class Expressions:
         if isinstance(node.op, ast.USub):
             return f"(-({text}))", kind
         if isinstance(node.op, ast.Invert):
-            return f"(~({text}))", WHOLE
+            return f"(~({text}))", INTEGER
         raise self.refuse(node, f"{ast.unparse(node)} has no translation")
 
     def of_boolop(self, node: ast.BoolOp) -> Value:
@@ -281,21 +281,21 @@ class Expressions:
         texts = [text for text, _ in values]
         real = any(isinstance(kind, types.Float) for _, kind in values)
         if called in (min, max):
-            name, kind = f"{'' if real else 'i'}{called.__name__}2", REAL if real else WHOLE
+            name, kind = f"{'' if real else 'i'}{called.__name__}2", REAL if real else INTEGER
             text = texts[0]
             for other in texts[1:]:
                 text = f"{name}({text}, {other})"
             return text, kind
         if called is abs:
-            return (f"fabs({texts[0]})", REAL) if real else (f"llabs({texts[0]})", WHOLE)
+            return (f"fabs({texts[0]})", REAL) if real else (f"llabs({texts[0]})", INTEGER)
         if called is int:
-            return f"((long long)({texts[0]}))", WHOLE
+            return f"((long long)({texts[0]}))", INTEGER
         if called is float:
             return f"((double)({texts[0]}))", REAL
         if called is math.floor:
-            return f"((long long)floor({texts[0]}))", WHOLE
+            return f"((long long)floor({texts[0]}))", INTEGER
         if called is len and is_row(values[0][1]):
-            return f"{texts[0]}.n", WHOLE
+            return f"{texts[0]}.n", INTEGER
         if getattr(called, "__module__", "") == "math" and called.__name__ in MATH:
             return f"{called.__name__}({', '.join(texts)})", REAL
         raise self.refuse(node, f"{ast.unparse(node.func)} has no translation")
@@ -303,7 +303,7 @@ class Expressions:
 
 def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
     """Name of each local variable -> its type; a double where one of its versions is."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name, kind in typemap.items():
         variable = name.split(".")[0]
         if variable.startswith("$") or variable in ("arg", "_"):
@@ -311,9 +311,9 @@ def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
         plain = _plain(kind)
         if not (is_scalar(plain) or is_row(plain) or is_table(plain) or is_record(plain)):
             continue
-        if variable not in found or isinstance(plain, types.Float):
-            found[variable] = plain
-    return found
+        if variable not in result or isinstance(plain, types.Float):
+            result[variable] = plain
+    return result
 
 
 def _plain(kind: Any) -> Any:
@@ -321,7 +321,7 @@ def _plain(kind: Any) -> Any:
     if isinstance(kind, types.Boolean | types.BooleanLiteral):
         return types.boolean
     if isinstance(kind, types.Integer | types.IntegerLiteral):
-        return WHOLE
+        return INTEGER
     if isinstance(kind, types.Array):
         return types.Array(kind.dtype, kind.ndim, "C")
     return kind

@@ -17,7 +17,7 @@ from typing import Any
 
 from numba.core import types
 
-from haptics.firmware.expressions import WHOLE, Expressions
+from haptics.firmware.expressions import INTEGER, Expressions
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, record_name, struct, tuple_name
 
 
@@ -57,7 +57,7 @@ class Translation:
         return name, self._returns[name]
 
     def _name(self, function: Any) -> str:
-        """Module's last word and the function's own; numbered where two have the same, as those made in a loop do."""
+        """Last part of the module's name and the function's own, numbered where two are the same."""
         if function not in self._names:
             plain = f"{function.py_func.__module__.rsplit('.', 1)[-1]}_{function.py_func.__name__.strip('_')}"
             same = sum(name.rpartition("__")[0] == plain or name == plain for name in self._names.values())
@@ -182,9 +182,9 @@ class _Function(Expressions):
         start, stop, step = ("0LL", texts[0], "1LL") if len(texts) == 1 else (*texts, "1LL")[:3]
         down = step.lstrip("(").startswith("-")
         if target.id != "_":
-            self.types.setdefault(target.id, WHOLE)
-        counter = self.temporary(WHOLE, start)
-        end = self.temporary(WHOLE, stop)
+            self.types.setdefault(target.id, INTEGER)
+        counter = self.temporary(INTEGER, start)
+        end = self.temporary(INTEGER, stop)
         self.emit(f"for (; {counter} {'>' if down else '<'} {end}; {counter} += {step}) {{")
         if target.id != "_":
             self.lines.append("    " * (self.depth + 1) + f"{self.local(target.id)} = {counter};")

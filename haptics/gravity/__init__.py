@@ -1,4 +1,4 @@
-"""Holding torques against gravity, and what the published ones tell."""
+"""Holding torques against gravity, and the masses that the published ones identify."""
 
 from haptics.gravity.torque import arm_directions, gravity_torque, potential_energy
 

@@ -1,4 +1,4 @@
-"""What the published holding torques tell about the prototype's masses, and what they cannot tell.
+"""Identification of the prototype's masses from the published holding torques, and what these leave open.
 
 With the paper's point masses and gravity along -z the torque of joint i is
 `g (W (J^T z)_i + E L_A cos theta_i)`, `W = m1 + 3 m3 / 2` on the wrists and `E = (m2 + m3) / 2` on each elbow. The
@@ -26,7 +26,7 @@ ORIGIN_MM = (50.0, 100.0)
 
 @dataclass(frozen=True)
 class Identified:
-    """The fit.
+    """Masses fitted to the published torques.
 
     Attributes:
         at_wrists_kg: W, platform and one and a half forearm pairs.
@@ -36,7 +36,7 @@ class Identified:
         published_N_m: (2, 3) printed.
         rms_N_m: Root mean square of their difference.
         spread_N_m: Standard deviation of the three torques at the origin, which symmetry wants equal: the noise.
-        rank: Of the three masses, how many combinations the torques see.
+        rank: Number of combinations of the three masses that the torques determine.
     """
 
     at_wrists_kg: float
@@ -74,17 +74,17 @@ def identify() -> Identified:
         return by_sum, np.linalg.lstsq(by_sum, torques.ravel(), rcond=None)[0]
 
     def misfit(height: float) -> float:
-        by_sum, found = sums(height)
-        return float(((by_sum @ found - torques.ravel()) ** 2).sum())
+        by_sum, masses = sums(height)
+        return float(((by_sum @ masses - torques.ravel()) ** 2).sum())
 
     low, high = (height / MM_PER_M for height in ORIGIN_MM)
     best: Any = minimize_scalar(misfit, bounds=(low, high), method="bounded", options={"xatol": 1e-7})
     height = float(best.x)
-    by_sum, found = sums(height)
-    fitted = (by_sum @ found).reshape(torques.shape)
+    by_sum, masses = sums(height)
+    fitted = (by_sum @ masses).reshape(torques.shape)
     return Identified(
-        at_wrists_kg=float(found[0]),
-        at_elbow_kg=float(found[1]),
+        at_wrists_kg=float(masses[0]),
+        at_elbow_kg=float(masses[1]),
         origin_height_m=height,
         torques_N_m=fitted,
         published_N_m=torques,

@@ -1,4 +1,4 @@
-"""One device to be driven: its design file and the masses that the build found for it."""
+"""One device to be driven: its design file and the masses from its build."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class MachineModel:
 
     Attributes:
         design: The design.
-        masses: Of the moving bodies, rotor and pinion included.
+        masses: Masses of the moving bodies, rotor and pinion included.
         drive: What the drive gives at the joint.
     """
 
@@ -87,7 +87,7 @@ def _require_assembled(design: Design, file: Path) -> None:
 
 
 def _require_same_design(path: Path, design: Design) -> None:
-    """Refuses masses that say that they were built from another design; a file that does not say is the user's word."""
+    """Refuses masses that say that they were built from another design; a file that does not say is trusted."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -49,12 +49,12 @@ class Plant(NamedTuple):
         rod_cross: m_uv, kg.
         rod_wrist: m_vv, kg.
         gravity_x: Acceleration of gravity in the base frame, m/s^2.
-        gravity_y: Likewise.
-        gravity_z: Likewise.
+        gravity_y: Its part along y, m/s^2.
+        gravity_z: Its part along z, m/s^2.
         coulomb: Friction torque of a joint that slips, N m.
         viscous: N m s/rad.
         presliding: Turn by which the bristle bends before it slips, rad.
-        bristle_damping: Of a bristle that is not bent, N m s/rad; none where it slips.
+        bristle_damping: Bristle damping of a bristle that is not bent, N m s/rad; none where it slips.
         current_lag: Time constant of the current loop, s; 0 for none.
     """
 
@@ -106,11 +106,11 @@ def plant(
     bristle_damping: float = 0.0,
     current_lag: float = 0.0,
 ) -> Plant:
-    """The parameters of a machine.
+    """Collects the parameters of a machine.
 
     Args:
         geometry: The mechanism.
-        masses: Of the moving bodies.
+        masses: Masses of the moving bodies.
         gravity_vector: (3,) in the base frame, m/s^2.
         coulomb: N m at a joint.
         viscous: N m s/rad at a joint.
@@ -245,7 +245,7 @@ def derivative(par, hand, anchor, force, command, state, theta, work, out):
         hand: The hand.
         anchor: (3,) where the person wants the handle, m.
         force: (3,) further force on the handle, N.
-        command: (3,) torque that the motors are asked for, N m.
+        command: (3,) torque commanded of the motors, N m.
         state: (STATES,) state; its bristles are those at the angles `theta`.
         theta: (3,) shoulder angles at which the step began, rad.
         work: (6, 3) room; afterwards as `motion` leaves it.

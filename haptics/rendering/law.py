@@ -28,7 +28,7 @@ class Parameter(NamedTuple):
     """Unit, width and check of a parameter; the annotation of a law's field.
 
     Attributes:
-        unit: Of its numbers.
+        unit: Unit of the numbers.
         width: How many columns it takes.
         checked: Field name, value and unit -> the checked number or vector; raises `LawError`.
     """

@@ -35,12 +35,12 @@ def total_force(laws, px, py, pz, vx, vy, vz):
 
     Args:
         laws: (n, COLUMNS) table.
-        px: Position in the base frame, m; likewise py, pz.
-        py: m.
-        pz: m.
-        vx: Velocity, m/s; likewise vy, vz.
-        vy: m/s.
-        vz: m/s.
+        px: Position along x in the base frame, m.
+        py: Along y, m.
+        pz: Along z, m.
+        vx: Velocity along x, m/s.
+        vy: Along y, m/s.
+        vz: Along z, m/s.
 
     Returns:
         fx, fy, fz: N in the base frame, before saturation.
@@ -61,9 +61,9 @@ def total_energy(laws, px, py, pz):
 
     Args:
         laws: (n, COLUMNS) table.
-        px: Position in the base frame, m; likewise py, pz.
-        py: m.
-        pz: m.
+        px: Position along x in the base frame, m.
+        py: Along y, m.
+        pz: Along z, m.
 
     Returns:
         J; each law's own text says where it is 0.
@@ -93,7 +93,7 @@ def fade(gain, target, step):
     Args:
         gain: Now.
         target: 1 to switch on, 0 to switch off.
-        step: Largest change in a tick: the period over the time of the whole fade.
+        step: Largest change in a tick: the period over the time of the fade.
 
     Returns:
         The gain; the force of the law then changes in a tick by at most `step` times itself, besides what p and v do.

@@ -46,7 +46,7 @@ def damping_limit(mass: float, delay: float, stiffness: float, period: float = P
     Args:
         mass: Effective mass, kg.
         delay: From reading to torque, s.
-        stiffness: Of the spring, N/m.
+        stiffness: Stiffness of the spring, N/m.
         period: s.
 
     Returns:

@@ -1,6 +1,6 @@
-"""The way home: the handle is let go away from the origin; does it come home, how fast, how far does it overshoot?
+"""The way home of a handle that is let go away from the origin: settling time, overshoot, oscillation.
 
-A damping beyond what the loop bears is applied as asked for, too, so that it is seen what the cap is for.
+A damping beyond what the loop bears is applied uncapped, too, and shows what the cap prevents.
 
 Source:
     [RCIM2018] figure 16, with k = 0.4 N/mm; b = 500 N s/m was chosen there, 400 shown.
@@ -39,11 +39,11 @@ DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)  # N s/m; the last two are the p
 PAPERS = DAMPINGS[-2:]
 FREE_S = 6.0  # Time that the handle is given, s; a damper of 500 N s/m takes about that
 START = 0.6  # Where it is let go along (1, 1, 1): share of half the cube's side
-WINDOW = 0.5  # Length of each of the two windows at the end of the way in which an oscillation is judged, s
-SLOW = 0.1  # What is slower than this is a way, not a buzz, s
+WINDOW = 0.5  # Length of each of the two windows at the end of the way in which the handle is tested for oscillation, s
+SLOW = 0.1  # Motion slower than this is the way home, not a buzz, s
 # Times the friction that may hold the handle before it is home: the bristles' bend and one count beyond it.
 ARRIVED = 1.05
-STILL = 1e-7  # Swing, m, below which no frequency is told: ten times the last digit of the series that are written
+STILL = 1e-7  # Swing, m, below which no frequency is given: ten times the last digit of the series that are written
 # Counts of the encoders that a swing must have to be called a ringing; what is less, hardly any of them sees.
 RINGS = 0.5
 
@@ -54,9 +54,9 @@ class Buzz:
 
     Attributes:
         swing: Peak to peak of the position along its main direction in the last window, m.
-        force: Peak to peak of the force asked for along it, N.
-        frequency: Of the position's strongest line, Hz; None where the swing is below `STILL`.
-        kind: As `oscillation` has it; "free" where no force is asked for at all, so that no loop can oscillate.
+        force: Peak to peak of the rendered force along it, N.
+        frequency: Frequency of the position's strongest line, Hz; None where the swing is below `STILL`.
+        kind: Kind of `oscillation`; "free" where no force is rendered at all, so that no loop can oscillate.
         saturated: Share of the time in which the force is at its limit.
         ratio: Root mean square of the position in the last window to that in the one before.
         counts: The swing in counts of the encoder that sees most of it.
@@ -77,10 +77,10 @@ def home(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int =
     Args:
         machine: The device.
         delay: s.
-        seed: Of the encoders.
+        seed: Seed of the places of the encoders' counts.
 
     Returns:
-        The scene: a run for each damping as it is applied, and for those of the paper one more as they are asked for.
+        The scene: a run for each damping as it is applied, and for those of the paper one more without the cap.
     """
     setting, mass = PAPER_SETTINGS[SETTING], smallest_mass(machine)
     cap = damping_limit(mass, delay, setting.stiffness)
@@ -124,7 +124,7 @@ def ideal_settling(machine: MachineModel, setting: OperatingResistance, damping:
     """Time of an ideal, continuous damper without mass and friction to the home radius, s.
 
     Args:
-        machine: Its force limit and home radius.
+        machine: The device, for its force limit and home radius.
         setting: k, r0, r1.
         damping: N s/m.
         distance: At the start, m.
@@ -214,7 +214,7 @@ def _verdict(facts: dict[str, Any]) -> str:
 
 
 def _until(distance: np.ndarray, time: np.ndarray, dead_radius: float) -> int:
-    """Ticks up to which a run is judged: up to the dead zone, where there is no force, if it takes long; else all."""
+    """Ticks up to which a run is tested: up to the dead zone, where there is no force, if it takes long; else all."""
     arrived = np.flatnonzero((distance <= dead_radius) & (time > 2.0 * WINDOW + 2.0 * SLOW))
     early = (distance[(time > 0.0) & (time <= 2.0 * WINDOW + 2.0 * SLOW)] <= dead_radius).any()
     return int(arrived[0]) if len(arrived) and not early else len(time)
@@ -226,7 +226,7 @@ def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until:
     Args:
         machine: The device.
         recording: At least two windows and the two ends of the moving mean before it.
-        limit: Of the force, N.
+        limit: Limit of the force, N.
         until: The tick.
 
     Returns:
@@ -249,7 +249,7 @@ def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until:
     x, f = position @ along, force @ along
     last = off_line(x[-(n // 2) :])
     swing = float(np.ptp(last))
-    pushed = bool(size.any())  # in the dead zone nothing is asked for
+    pushed = bool(size.any())  # in the dead zone no force is rendered
     kind = oscillation(x, size, PERIOD, resolution, window=WINDOW).kind if pushed else "free"
     return Buzz(
         swing,

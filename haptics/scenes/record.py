@@ -1,4 +1,4 @@
-"""What a scene gives back: runs with their time series and figures, promises kept or not, and sentences about it."""
+"""Results of a scene: runs with time series and figures, promises kept or not, and a discussion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SceneRun:
     """One run of a scene.
 
     Attributes:
-        name: Of its files: letters, digits, dot, dash, underscore, plus.
+        name: Name of the run's files: letters, digits, dot, dash, underscore, plus.
         label: What a person reads.
         recording: What happened.
         series: Name with its unit -> (n,) column; see `series`.
@@ -50,12 +50,12 @@ class Promise:
 
 @dataclass(frozen=True)
 class Scene:
-    """All of a scene.
+    """Results of a scene.
 
     Attributes:
-        name: Of the scene.
+        name: Name of the scene.
         figures: The paper's figures that it stands beside.
-        runs: In order.
+        runs: Runs in the order simulated.
         facts: Common to all runs.
         promises: Those that decide the exit code.
         discussion: Sentences: what differs from the paper, and why.
@@ -107,14 +107,14 @@ def _decimals(name: str) -> int:
 
 
 def supervised(recording: SimulatedRun, begin: float) -> dict[str, Any]:
-    """What the supervisor found from the moment on when the scene proper begins.
+    """Findings of the supervisor from the beginning of the scene proper.
 
     Args:
         recording: What happened.
         begin: s.
 
     Returns:
-        Whether it latched a fault, and its findings in words.
+        Whether it latched a fault, and its findings as text.
     """
     bits = int(np.bitwise_or.reduce(recording.bits[recording.time > begin]))
     return {"supervisor_fault": bool(bits & LATCHING), "supervisor_findings": described(bits)}

@@ -33,7 +33,7 @@ from haptics.stability.discrete import DampingCap
 WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
 # Share of a force by which a corner may miss it: counts flicker at rest, damping makes force of them, and the limit
 # cuts it on one side. That takes up to 2.2 % from the mean on the committed design, over five seeds and delays of 0,
-# 0.5 and 1 ms; twice that, and less than a hand tells apart, about 7 % (from memory).
+# 0.5 and 1 ms; twice that, and less than a hand distinguishes, about 7 % (from memory).
 SHORT = 0.05
 
 
@@ -43,10 +43,10 @@ def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed:
     Args:
         machine: The device.
         delay: s.
-        seed: Of the encoders.
+        seed: Seed of the places of the encoders' counts.
 
     Returns:
-        The scene: 16 runs. Their facts hold the force at the corner, the damping asked for and applied, and how far the
+        The scene: 16 runs. Their facts hold the force at the corner, the damping requested and applied, and how far the
         force strays from eq. (23) with the damping applied.
     """
     mass = smallest_mass(machine)
@@ -98,7 +98,7 @@ def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed:
 
 
 def _allowed(force: float) -> str:
-    """A force with what it may be short by, in words."""
+    """Text of a force and of how much it may be short."""
     return f"{force:g} N to within {100.0 * SHORT:g} %, that is {(1.0 - SHORT) * force:.2f} N,"
 
 

@@ -1,4 +1,4 @@
-"""Virtual walls: a hand pushes the handle into a wall across each axis and holds; does the wall stand?
+"""Virtual walls across each axis, against which a hand pushes the handle and holds it: do they stand?
 
 Source:
     [RCIM2018] eq. (24), figures 17 and 18, table 13.
@@ -34,7 +34,7 @@ def wall(machine: MachineModel, *, hand: str = "medium", delay: float = DELAY[1]
         machine: The device.
         hand: Name in `HAND_MODELS`.
         delay: s.
-        seed: Of the encoders.
+        seed: Seed of the places of the encoders' counts.
 
     Returns:
         The scene: 9 runs.

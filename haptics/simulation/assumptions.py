@@ -125,7 +125,7 @@ def default_controller(
     Args:
         machine: The device.
         period: s.
-        estimator: Of the joint rates; None for `default_estimator`.
+        estimator: Estimator of the joint rates; None for `default_estimator`.
         **limits: Any of `SafetyLimits`, to replace what follows from the design.
 
     Returns:

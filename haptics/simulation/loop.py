@@ -47,8 +47,8 @@ class SimulatedRun:
         velocity: (n, 3) true velocity, m/s.
         measured: (n, 3) position by the encoders, m.
         estimated: (n, 3) velocity that the controller believes, m/s.
-        force: (n, 3) force that the laws ask for, N.
-        torque: (n, 3) torque asked of the motors, N m.
+        force: (n, 3) force that the laws render, N.
+        torque: (n, 3) torque commanded of the motors, N m.
         applied: (n, 3) torque of the motors at the joints, N m.
         hand: (n, 3) force of the hand on the handle, N.
         energy: (n,) kinetic and potential energy of the device, J.
@@ -113,14 +113,14 @@ def simulate(
         controller: The controller, whose model of the device may differ.
         laws: (m, COLUMNS) force laws.
         clock: The clock.
-        start: (3,) position of the handle at rest, or a whole (STATES,) state, SI.
+        start: (3,) position of the handle at rest, or a (STATES,) state, SI.
         hand: The hand.
         anchor: (n, 3) where the person wants the handle at each tick, m.
         push: (n, 3) further force on the handle, N.
-        count: Of the encoders at the joint, rad; 0 for exact readings.
-        seed: Of the place of the counts.
+        count: Count of the encoders at the joint, rad; 0 for exact readings.
+        seed: Seed of the place of the counts.
         held: (n,) whether the hand holds the handle at each tick; None for always.
-        memory: Of the controller, changed in place; None for a fresh one, enabled at once.
+        memory: Memory of the controller, changed in place; None for a fresh one, enabled at once.
 
     Returns:
         n rows.

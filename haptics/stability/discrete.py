@@ -3,7 +3,7 @@
 Between samples `M q'' + D q' + S q = f`: device and hand, Kelvin-Voigt to ground. Every period the controller reads q,
 estimates its rate and asks for `u = -E (K q + B rate)`, with E which coordinates the gains act on. u is held for a
 period and arrives `delay` later: whole periods and a fraction. The motor follows as `f' = (u - f) / lag`, or at once.
-Matrix exponentials carry the state over a period, in two pieces where the held value changes within it; nothing is
+Matrix exponentials carry the state over a period, in two steps where the held value changes within it; nothing is
 approximated. Left out, because the model is linear: Coulomb friction, quantisation, saturation, leaving the wall.
 
 The loop matrix is affine in K and B, so gains are scanned as stacks of matrices.
@@ -92,14 +92,14 @@ class Timing:
             raise ValueError(f"{self}: all must be finite, none negative, and the period positive")
 
     @property
-    def whole(self) -> int:
+    def whole_periods(self) -> int:
         """Whole periods of the delay."""
         return math.floor(self.delay / self.period + ALIGNED)
 
     @property
     def fraction(self) -> float:
         """The rest of the delay as a share of a period, 0 up to 1."""
-        rest = self.delay / self.period - self.whole
+        rest = self.delay / self.period - self.whole_periods
         return rest if rest > ALIGNED else 0.0
 
 
@@ -193,7 +193,7 @@ def sampled_loop(
     Args:
         body: Device and hand, n coordinates.
         timing: Period, delay, lag.
-        estimator: Of each coordinate's rate.
+        estimator: Estimator of each coordinate's rate.
         acting: (n, n) E; a plane wall of normal n seen in coordinates q with `x = J q` has `J^T n n^T J`. The unit
             matrix if left out.
         scale: Mass along which the gains act, kg; the largest mass of the body if left out.
@@ -208,7 +208,7 @@ def sampled_loop(
     plant = len(step)
     filter_step, filter_in, direct = estimator.realisation()
     filters = len(filter_step)
-    way = timing.whole + (timing.fraction > 0.0)
+    way = timing.whole_periods + (timing.fraction > 0.0)
     first_filter, first_way = plant, plant + n * filters
     size = first_way + n * way
 
@@ -223,7 +223,7 @@ def sampled_loop(
     free[first_filter:first_way, first_filter:first_way] = np.kron(filter_step, np.eye(n))
     free[first_filter:first_way, :n] = np.kron(filter_in[:, None], np.eye(n))
     gains = np.zeros((2, size, size))
-    arrivals = [(timing.whole, late)] + ([(timing.whole + 1, early)] if timing.fraction > 0.0 else [])
+    arrivals = [(timing.whole_periods, late)] + ([(timing.whole_periods + 1, early)] if timing.fraction > 0.0 else [])
     for age, push in arrivals:
         if age == 0:
             gains[:, :plant] += push @ ask
@@ -280,8 +280,8 @@ def limits(
         radius: (m,) gains -> (m,) spectral radii.
         lowest: Foot of the scan; what is stable there counts as stable from 0.
         highest: Top of the scan.
-        points: Of the grid; an island narrower than its step (18 % at 96 over seven decades) may be overlooked.
-        rounds: Of the bisection, all changes at once; 36 leave 1e-11 of the gain.
+        points: Points of the grid; an island narrower than its step (18 % at 96 over seven decades) may be overlooked.
+        rounds: Rounds of the bisection, all changes at once; 36 leave 1e-11 of the gain.
 
     Returns:
         The stable intervals.
@@ -305,7 +305,7 @@ def limits(
 
 @dataclass(frozen=True)
 class DampingCap:
-    """Damping that a loop may be asked for.
+    """Damping that a loop bears, and the cap that is kept.
 
     Attributes:
         limit: Where it becomes unstable, N s/m.
@@ -342,10 +342,10 @@ def damping_cap(
             directions the smallest eigenvalue of the mass matrix.
         period: s.
         delay: From the sample to the force, s.
-        estimator: Of the velocity; of several (FOAW) the worst counts.
+        estimator: Estimator of the velocity; of several (FOAW) the worst counts.
         margin: Factor that is kept from the limit, at least 1; 2 is the usual gain margin of 6 dB.
         current_lag: Time constant of the current loop, s.
-        stiffness: Of a spring rendered with it, N/m.
+        stiffness: Stiffness of a spring rendered with it, N/m.
 
     Returns:
         Limit and cap.

@@ -25,7 +25,7 @@ class LinearEstimator:
     `v_k = sum_i numerator[i] x_(k-i) - sum_(j >= 1) denominator[j] v_(k-j)`.
 
     Attributes:
-        name: As a reader is told.
+        name: Name in reports.
         numerator: 1/s, from the newest sample back.
         denominator: Dimensionless, its first is 1.
 
@@ -78,7 +78,7 @@ def linear_models(estimator: Estimator) -> tuple[LinearEstimator, ...]:
     """Linear filter that an estimator of the controller is equivalent to.
 
     Args:
-        estimator: Of `haptics.control.filters`.
+        estimator: Estimator of `haptics.control.filters`.
 
     Returns:
         One model of a difference or a low-pass. Of an adaptive window (FOAW) one for each window that it may hold: 1,

@@ -72,7 +72,7 @@ class Linearised:
         return sampled_loop(body, timing, estimator)
 
     def joint_loop(self, normal: ArrayLike, hand: Hand, timing: Timing, estimator: LinearEstimator) -> SampledLoop:
-        """A wall with the whole device behind it, in the joints, where velocity is estimated and commands arrive.
+        """A wall with all of the device behind it, in the joints, where velocity is estimated and commands arrive.
 
         `torque = -J^T n (K n^T J d theta + B n^T J theta_dot)`; gains in N/m and N s/m.
 
@@ -80,7 +80,7 @@ class Linearised:
             normal: (3,) unit normal of the wall.
             hand: Who holds the handle, alike in all directions.
             timing: Period, delay, lag.
-            estimator: Of each joint's rate.
+            estimator: Estimator of each joint's rate.
 
         Raises:
             ValueError: Not a unit vector.

@@ -1,4 +1,4 @@
-"""Does a recorded push against a wall oscillate? One criterion, for simulated and measured series alike.
+"""Oscillation of a recorded push against a wall: one criterion for simulated and measured series.
 
 After the push the hand holds still, so position and force should settle. The last two windows of the record are
 compared, each with its straight line (creep) taken off. It oscillates if in the last one the position
@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 # Two full swings in a window of half a second are 4 Hz; the softest wall of the protocol with the heaviest hand of the
 # set, 1100 N/m on 0.94 kg, swings at 5.4 Hz.
 REVERSALS = 4
-GROWS = 1.1  # Ratio of two windows' swings from which growth is told from beats and rounding of a steady cycle
+GROWS = 1.1  # Ratio of two windows' swings from which growth is distinguished from beats and rounding of a steady cycle
 
 Kind = Literal["settles", "sustained", "grows", "diverged"]
 
@@ -36,7 +36,7 @@ class Oscillation:
     Attributes:
         kind: "settles", "sustained", "grows" or "diverged".
         swing: Peak to peak of the position in the last window, m.
-        ratio: Of the root mean squares of the last window and the one before; 0 if both are still, infinite if it
+        ratio: Ratio of the root mean squares of the last window and the one before; 0 if both are still, infinite if it
             began in the last.
         force_swing: Peak to peak of the force in the last window, N.
         frequency: From the reversals in the last window, Hz; 0 without any.
@@ -66,7 +66,7 @@ def oscillation(
     counts: float = 3.0,
     decay: float = 0.5,
 ) -> Oscillation:
-    """Judges a record from the moment on when the push is steady.
+    """Decides whether a record oscillates, from where the push is steady.
 
     Args:
         position: (n,) true position along the wall's normal, m; measured ones will do, a count coarser.
@@ -78,7 +78,7 @@ def oscillation(
         decay: Ratio of the last window's swing to the one's before, below which it dies away.
 
     Returns:
-        The judgement with the amplitudes behind it.
+        The decision with the amplitudes behind it.
 
     Raises:
         ValueError: The series differ in length or are shorter than two windows, a parameter is not positive, or the

@@ -29,7 +29,7 @@ def stiffness_facts(name: str, result: Stiffness) -> dict[str, Any]:
     """The facts.
 
     Args:
-        name: Of the design.
+        name: Name of the design.
         result: Walls of the device.
 
     Returns:
@@ -101,7 +101,7 @@ def stiffness_text(name: str, result: Stiffness) -> str:
     """The facts as lines of plain text.
 
     Args:
-        name: Of the design.
+        name: Name of the design.
         result: Walls of the device.
     """
     applied = result.cap.applied(result.damping)

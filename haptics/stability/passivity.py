@@ -71,13 +71,13 @@ class Verdict:
     Attributes:
         kind: PASSIVE: with any passive hand, steady or not; STABLE_WITH_HAND_SET: not passive, but each hand of the set
             makes a stable linear loop; FAILS: at least one hand of the set does not.
-        friction: Of the device, N s/m.
+        friction: Friction of the device, N s/m.
         demand: What passivity asks for.
         missing_friction: By how much the device falls short, N s/m; 0 where it is passive.
         radii: Spectral radius with each hand.
         spectral_margin: Smallest `1 - radius` of the set.
-        worst_hand: Whose it is.
-        reason: In words.
+        worst_hand: Hand with that radius.
+        reason: Explanation with its figures.
     """
 
     kind: PassivityClass
@@ -98,7 +98,7 @@ def friction_demand(
     Args:
         frequency: (...) rad/s, above 0 and up to pi / T.
         timing: Period, delay, lag.
-        estimator: Of the velocity.
+        estimator: Estimator of the velocity.
         stiffness: K, N/m.
         damping: B, N s/m.
 
@@ -109,7 +109,7 @@ def friction_demand(
     back = np.exp(-1j * np.asarray(frequency, dtype=float) * T)  # 1 / z
     step = 1.0 - back
     own, square = _deficit(timing, back)
-    wall = (stiffness + damping * estimator.response(1.0 / back)) * back ** (timing.whole + 1) / step  # W
+    wall = (stiffness + damping * estimator.response(1.0 / back)) * back ** (timing.whole_periods + 1) / step  # W
     passed = (wall * (T - step * own)).real  # Re(W S); the hold's shape is 1 - (1 - 1/z) r(t)
     spread = np.abs(wall * step) ** 2 * np.maximum(T * square - np.abs(own) ** 2, 0.0)  # |W|^2 V, no cancellation
     if part == 0.0 and timing.current_lag == 0.0:
@@ -142,12 +142,12 @@ def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: flo
 
     Args:
         timing: Period, delay, lag.
-        estimator: Of the velocity.
+        estimator: Estimator of the velocity.
         stiffness: K, N/m.
         damping: B, N s/m.
 
     Returns:
-        The demand and its frequency; found by refining, not enclosed (`GRID`).
+        The demand and its frequency; by refining a grid, not enclosed (`GRID`).
     """
     top = math.pi / timing.period
     grid = np.concatenate([np.geomspace(LOWEST * top, top / 100.0, GRID // 4), np.linspace(top / 100.0, top, GRID)])
@@ -159,7 +159,7 @@ def required_friction(timing: Timing, estimator: LinearEstimator, stiffness: flo
     inner = values[1:-1]
     peaks = np.flatnonzero((inner >= values[:-2]) & (inner >= values[2:])) + 1
     starts = {0, len(grid) - 1, *peaks[np.argsort(values[peaks])[-4:]].tolist()}
-    return max((_refined(demand, grid, i) for i in starts), key=lambda found: found.friction)
+    return max((_refined(demand, grid, i) for i in starts), key=lambda peak: peak.friction)
 
 
 def _refined(demand, grid: np.ndarray, i: int) -> Demand:
@@ -189,9 +189,9 @@ def verdict(
 
     Args:
         mass: Effective mass of the device, kg.
-        friction: Its viscous friction, N s/m; Coulomb friction is not counted on.
+        friction: Viscous friction of the device, N s/m; Coulomb friction is not counted on.
         timing: Period, delay, lag.
-        estimator: Of the velocity.
+        estimator: Estimator of the velocity.
         stiffness: K, N/m.
         damping: B, N s/m.
         hands: The set, by name.

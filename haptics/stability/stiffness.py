@@ -8,7 +8,7 @@ Three answers to one question, kept apart:
 - the passivity verdict (`passivity`), which asks for all passive hands instead of three.
 
 The range is hands x friction of the joints x delay, at its ends. In it the case that is extreme in the linear model is
-searched first. Each other case whose linear limit is within `RIVAL` times of it is then asked once at the value found,
+searched first. Each other case whose linear limit is within `RIVAL` times of it is then tried once at that value,
 and takes its place if it answers worse (or better, at the upper end). Cases farther off are not simulated.
 Nothing here is fitted to what the paper measured. Importing this module loads numba.
 """
@@ -38,13 +38,13 @@ NOMINAL_HAND = "medium"
 # Steps of the plant in a period: half a period's delay needs an even number. At 40 % of the time of 10 substeps; over
 # the places of the encoders' counts the nominal limit lies at 7.9 to 8.4 N/mm with 4, at 7.9 to 8.6 with 20.
 SUBSTEPS = 4
-# Softest and stiffest wall that is asked, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
+# Softest and stiffest wall that is tried, N/m. Into the stiffest 3 N lean by 0.06 mm, two counts of an encoder of 14
 # bits on an arm of 80 mm: what happens beyond is not the wall.
 FLOOR, CEILING = 50.0, 50e3
 TOLERANCE = 0.05  # Relative tolerance of the ends of the range; the assumptions behind them are not known better
 NOMINAL_TOLERANCE = 25.0  # Tolerance of the nominal bisection, N/m: an eighth of the paper's step
 PLACES = 3  # Places of the encoders' counts with each of which the default wall must stand: one could be lucky
-# Factor between questions while no change is bracketed; ratio of linear limits up to which a case is asked: in trials
+# Factor between trials while no change is bracketed; ratio of linear limits up to which a case is tried: in trials
 # friction raised the limit of a light hand to three times the linear one, and nothing moved any farther.
 STRIDE, RIVAL = 1.5, 3.0
 
@@ -54,7 +54,7 @@ class Corner:
     """A case of what is not known.
 
     Attributes:
-        hand: Its name.
+        hand: Name of the hand.
         friction: Place in the range of the joints' friction.
         delay: From reading to torque, s.
     """
@@ -72,8 +72,8 @@ class End:
     """One end of a range.
 
     Attributes:
-        stiffness: Largest stable one of the case, N/m; 0 where the softest wall asked oscillates.
-        corner: Which case.
+        stiffness: Largest stable one of the case, N/m; 0 where the softest wall tried oscillates.
+        corner: The case.
         open: It is stable up to `CEILING`: the limit lies above.
     """
 
@@ -87,8 +87,8 @@ class Range:
     """Largest stable stiffness over all cases.
 
     Attributes:
-        lowest: Its smallest value.
-        highest: Its largest.
+        lowest: Smallest value.
+        highest: Largest value.
     """
 
     lowest: End
@@ -102,7 +102,7 @@ class AxisWall:
     Attributes:
         axis: "x", "y" or "z"; the handle meets the wall in its positive direction, at the cube's centre.
         nominal: The simulated search with the nominal case.
-        corner: That case.
+        corner: The nominal case.
         linear_nominal: Linear limit of that case, N/m.
         simulated: Range of the simulation.
         linear: Range of the linear loop.
@@ -135,7 +135,7 @@ class Stiffness:
         axes: x, y, z.
         period: s.
         delays: Least, nominal, largest, s.
-        damping: Of the wall as asked for, N s/m.
+        damping: Damping of the wall as requested, N s/m.
         cap: What the loop bears of it.
     """
 
@@ -191,16 +191,16 @@ def largest_walls(
 
     Args:
         machine: The device.
-        damping: Of the wall as asked for, N s/m; applied as far as `damping_cap` allows.
-        period: Of the loop, s.
+        damping: Damping of the wall as requested, N s/m; applied as far as `damping_cap` allows.
+        period: Period of the loop, s.
         delay: From reading to torque, s; None for the range of `assumptions.DELAY`.
-        axes: Which.
+        axes: Axes across which the walls stand.
         hands: The set, by name.
-        ask: Who answers whether a wall stands; None for the simulation.
-        say: Told which axis is being searched.
+        ask: Answers whether a wall stands; None for the simulation.
+        say: Called with the axis whose search begins.
 
     Returns:
-        What is known.
+        Limits, ranges and verdicts.
 
     Raises:
         ValueError: Damping, period or delay cannot be, or the set of hands is empty.
@@ -328,11 +328,11 @@ def edge(stands: Predicate, guess: End) -> End:
     stiffer one swallows. Of several such edges this is the one that is met first from the guess.
 
     Args:
-        stands: Asked.
-        guess: Where it begins, and the case.
+        stands: Whether a wall of a stiffness (N/m) stands.
+        guess: Stiffness at which the search begins, and the case.
 
     Returns:
-        The edge; 0 where the softest wall asked does not stand, open where the stiffest does.
+        The edge; 0 where the softest wall tried does not stand, open where the stiffest does.
     """
     at = min(max(guess.stiffness, FLOOR), CEILING)
     if stands(at):

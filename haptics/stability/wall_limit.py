@@ -19,7 +19,7 @@ class WallSearch:
     Attributes:
         protocol: Last stable stiffness of the paper's steps, N/m; None if the first one oscillates.
         bisection: Largest stable stiffness to the tolerance, N/m.
-        history: Each stiffness asked (N/m) with its answer, in order.
+        history: Each stiffness tried (N/m) with its answer, in order.
         ceiling_reached: It never oscillated up to the ceiling; both values are then lower bounds.
     """
 
@@ -35,11 +35,11 @@ def search(
     """Largest stable stiffness by the paper's protocol, then by bisection within its last step.
 
     Args:
-        stable: Asked once for each stiffness.
+        stable: Called once for each stiffness, N/m.
         start: First stiffness, N/m.
         step: N/m.
-        ceiling: Where it gives up, N/m.
-        tolerance: Of the bisection, N/m.
+        ceiling: Stiffness at which the search ends, N/m.
+        tolerance: Tolerance of the bisection, N/m.
 
     Returns:
         Both values and the history. If the first stiffness oscillates already, the bisection is between 0 and it.

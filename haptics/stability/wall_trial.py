@@ -1,7 +1,7 @@
-"""A push against a virtual wall in the time domain: a hand comes, leans on the wall and holds still; does it oscillate?
+"""A push against a virtual wall in the time domain: a hand comes, leans on the wall and holds still.
 
 The handle rests `GAP` before the wall, the hand moves its aim smoothly into it until it leans on it with `LEAN`, and
-holds. `oscillation` judges what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and
+holds. `oscillation` decides on what follows. Nothing is linear here: counts, bristles, saturation, the supervisor and
 leaving the wall are all in it. One trial of two seconds takes some 40 ms. Importing this module loads numba.
 """
 
@@ -32,8 +32,8 @@ LEAN = 0.6
 DEEPEST = 10e-3
 READY = 0.6  # Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest
 COMES = 0.4  # Time in which the hand's aim moves into the wall, s
-CALMS = 0.1  # What the push itself stirs up is not judged, s
-WINDOW = 0.5  # Length of each of the two windows in which an oscillation is judged, s
+CALMS = 0.1  # Time left out, in which what the push itself stirs up dies away, s
+WINDOW = 0.5  # Length of each of the two windows that are tested for oscillation, s
 
 Level = Literal["least", "nominal", "largest"]
 LEVELS: tuple[Level, ...] = ("least", "nominal", "largest")  # Places in the ranges of `assumptions.Friction`
@@ -44,11 +44,11 @@ class WallTrial:
     """One push against one wall.
 
     Attributes:
-        stiffness: Of the wall, N/m.
+        stiffness: Stiffness of the wall, N/m.
         recording: What happened; the hand sets out at `READY`.
         depth: (n,) of the handle in the wall, m; negative before it.
         push: (n,) force of the wall that the laws ask for, N.
-        verdict: Judged from when the push is over; None where the supervisor cut the force.
+        verdict: Verdict from when the push is over; None where the supervisor cut the force.
         resolution: One count at the handle along the normal, m.
         faults: What the supervisor latched.
     """
@@ -72,7 +72,7 @@ def with_friction(machine: MachineModel, level: Level) -> Plant:
 
     Args:
         machine: The device.
-        level: Which.
+        level: Place in the range.
 
     Returns:
         The plant.
@@ -164,8 +164,8 @@ class WallBench:
         depth = (recording.position - self.centre) @ self.along
         push = -recording.force @ self.along
         faults = int(np.bitwise_or.reduce(recording.bits)) & LATCHING
-        judged = slice(round((READY + COMES + CALMS) / self.clock.period), None)
+        settled = slice(round((READY + COMES + CALMS) / self.clock.period), None)
         verdict = None
-        if not faults and (push[judged] != 0.0).any():
-            verdict = oscillation(depth[judged], push[judged], self.clock.period, self.resolution, window=WINDOW)
+        if not faults and (push[settled] != 0.0).any():
+            verdict = oscillation(depth[settled], push[settled], self.clock.period, self.resolution, window=WINDOW)
         return WallTrial(stiffness, recording, depth, push, verdict, self.resolution, faults)

@@ -61,13 +61,13 @@ def share_allowed(level, growth, step, memory, turns, before, target):
     """Largest share of a wanted torque that the tank can answer for.
 
     Args:
-        level: Of the tank, J.
+        level: Level of the tank, J.
         growth: By how much the largest turn can grow from tick to tick, rad.
         step: Largest change of a torque in a tick, N m.
         memory: Array that holds the following, each (3) from the index given; slices would cost a reference count.
-        turns: Of the largest turn of each joint in the coming tick, rad.
-        before: Of the torque of the tick before, N m.
-        target: Of the wanted torque, N m.
+        turns: Index of the largest turn of each joint in the coming tick, rad.
+        before: Index of the torque of the tick before, N m.
+        target: Index of the wanted torque, N m.
 
     Returns:
         Between 0 and 1; 1 if all of it is allowed, 0 if it must be braked. |torque| rises with the share, also where

@@ -1,4 +1,4 @@
-"""What the supervisor can find: a code, a text, how grave it is, what is done about it, and how it is cleared.
+"""Findings of the supervisor: code, text, severity, reaction, and how each is cleared.
 
 A finding is a bit, `1 << code`, so that any number of them is one integer. A WARNING is present as long as its
 condition is and takes force away smoothly; a FAULT latches until the operator resets it.
@@ -31,7 +31,7 @@ class Severity(IntEnum):
 class Reaction(IntEnum):
     """What is done, from the mildest; of several latched faults the strictest counts.
 
-    NONE only tells. FADE takes the scene's force away as far as the finding says; HOLD keeps the gravity torque alone;
+    NONE reports. FADE takes the scene's force away as far as the finding says; HOLD keeps the gravity torque alone;
     DAMP keeps it and adds `-damping theta_dot`; BRAKE damps without gravity, where the pose is known too badly to hold
     it; OFF lets all torque go to zero. Each goes along the slew limits.
     """
@@ -83,7 +83,7 @@ class About(NamedTuple):
     """What a code means and what is done about it.
 
     Attributes:
-        text: What was found.
+        text: The finding.
         severity: WARNING or FAULT.
         reaction: What is done.
         cleared: How it goes away.
@@ -153,7 +153,7 @@ def findings(bits: int) -> tuple[FaultCode, ...]:
 
 
 def described(bits: int) -> str:
-    """The findings in words, for a log or a message; "no findings" where there is none."""
+    """The findings as text for a log or a message; "no findings" where there is none."""
     parts = [f"{int(f)} {f.name}: {TABLE[f].text} ({TABLE[f].severity.name.lower()})" for f in findings(bits)]
     return "; ".join(parts) or "no findings"
 

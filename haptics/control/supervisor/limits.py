@@ -1,4 +1,4 @@
-"""What the supervisor holds the machine to: one record of plain floats, checked, and made from a design."""
+"""Limits that the supervisor holds the machine to: a checked record of plain floats, made from a design."""
 
 from __future__ import annotations
 
@@ -47,20 +47,20 @@ class SafetyLimits(NamedTuple):
         reach_min: Closure w below which it is a fault, m.
         volume_low: det S / L_B^3 below which force fades.
         volume_min: det S / L_B^3 below which it is a fault.
-        speed: Of the handle, m/s.
+        speed: Speed of the handle, m/s.
         velocity_lag: Time constant of the supervisor's own velocities, s.
-        torque: Of a joint, N m.
-        slew: Of the rendered torque, N m/s.
-        gravity_slew: Of the gravity torque, N m/s; the output's slew is the sum of both.
-        damping: Of the damping reaction, N m s/rad.
-        stale: Age of the host's last word at which force fades, s; infinite for a controller without host.
+        torque: Torque of a joint, N m.
+        slew: Slew of the rendered torque, N m/s.
+        gravity_slew: Slew of the gravity torque, N m/s; the output's slew is the sum of both.
+        damping: Coefficient of the damping reaction, N m s/rad.
+        stale: Age of the host's last command at which force fades, s; infinite for a controller without host.
         fade: Time in which it fades then, s.
         ramp: Time in which force comes in after enabling, or comes back, s.
         ramp_fall: Time in which it goes again while the scene pushes the handle away, s;
             also that over which its power is averaged.
         ramp_power: Power to the hand up to which force goes on coming in, W.
         energy: Capacity of the energy tank, J.
-        energy_start: Its level at enabling, J.
+        energy_start: Level of the tank at enabling, J.
         energy_time: Time of asking for more than the tank has that is a fault, s.
         motor: Thermal parameters of each joint's motor.
     """
@@ -163,8 +163,8 @@ def safety_limits(
 
     Args:
         design: A validated design.
-        period: Of the tick, s.
-        ambient_C: Of the motors.
+        period: Period of the tick, s.
+        ambient_C: Temperature of the air at the motors.
         **changes: Any figure of `SafetyLimits` or of its motor's `Heat`, to replace what follows from the design.
 
     Returns:

@@ -51,7 +51,7 @@ class Supervisor:
         self.memory[m.REQUEST] = m.DISABLE
 
     def reset(self) -> None:
-        """Clears what is latched at the next check; the state is DISABLED then, and `enable` is asked for apart."""
+        """Clears what is latched at the next check; the state is DISABLED then; `enable` is a request of its own."""
         self.memory[m.REQUEST] = m.RESET
 
     def heard(self) -> None:

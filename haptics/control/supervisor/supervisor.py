@@ -8,7 +8,7 @@ A controller calls two functions a tick, in this order, on one array of `MEMORY`
 `rendered` is J^T of the scene's force, `gravity` what holds the moving bodies; they are limited apart, each with its
 own slew limit, because only the first is held to an energy. Nothing is allocated, nothing raises; the bits are those
 of `faults`, those present at this tick and those latched together. The reactions are in `faults`, the energy rule in
-`energy_tank`, the motors' temperature in `motor_heat`. What can be told of a frozen encoder without false alarms:
+`energy_tank`, the motors' temperature in `motor_heat`. What can be known of a frozen encoder without false alarms:
 
 - At rest an encoder is rightly still, so stillness alone is nothing. But a joint keeps one count only while the handle
   moves on a sphere about its elbow. A hand draws such a sphere for a while, most of all where friction holds the joint:
@@ -17,10 +17,10 @@ of `faults`, those present at this tick and those latched together. The reaction
   range) away from where it was is frozen. Not the path counts but the distance: a hand that trembles along the sphere
   adds up a long path and no distance. Until then the force is that of a wrong pose, within its limits and the tank.
 - If all stand still under a rendered torque for `frozen_time`, a weight may hang on the handle, or the encoders' bus is
-  dead. The supervisor asks: it takes the force away within `probe_time`. A handle in a hand, or under a weight, or
+  dead. The supervisor probes: it takes the force away within `probe_time`. A handle in a hand, or under a weight, or
   against a spring gives way by a count long before that (0.03 N on a stiff hand), and the force comes back. If no
   count changes for another half of that time without force, the encoder is frozen, or the handle jammed: both stop.
-- Not found: all encoders dead while no force is asked for; one that flickers between two counts.
+- Not detected: all encoders dead while no force is rendered; one that flickers between two counts.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ def _ramp(lim, mem, dt):
 
 @compiled
 def check(lim, mem, now, theta, p, reach, volume):
-    """Judges what was read, and moves the state on. Call it once a tick, before `limit`.
+    """Checks what was read, and moves the state on. Call it once a tick, before `limit`.
 
     Args:
         lim: The limits, `SafetyLimits`.
@@ -311,7 +311,7 @@ def limit(lim, mem, rendered, gravity, out):
         mem: (MEMORY,) memory.
         rendered: (3,) torque of the scene's force, N m.
         gravity: (3,) torque that holds the moving bodies, N m.
-        out: (3,) filled: finite, |out| <= torque, |change| <= (slew + gravity_slew) period, whatever is asked for.
+        out: (3,) filled: finite, |out| <= torque, |change| <= (slew + gravity_slew) period, whatever is demanded.
 
     Returns:
         Bits of what is present and of what is latched.

@@ -17,11 +17,11 @@ SHORT_S, LAST_S = 0.6, 0.1
 
 @styled
 def home_picture(scene: Scene, name: str) -> Figure:
-    """Draws the first moments, the whole time, and the last tenth of a second of the force.
+    """Draws the first moments, all the time, and the last tenth of a second of the force.
 
     Args:
-        scene: Of `home`.
-        name: Of the design.
+        scene: Scene made by `home`.
+        name: Name of the design.
 
     Returns:
         The figure, 11 x 7.2 inches.
@@ -33,7 +33,7 @@ def home_picture(scene: Scene, name: str) -> Figure:
         fontsize=12,
     )
     grid = figure.add_gridspec(2, 2)
-    first, whole, force = (
+    first, entire, force = (
         figure.add_subplot(grid[0, 0]),
         figure.add_subplot(grid[0, 1]),
         figure.add_subplot(grid[1, :]),
@@ -45,7 +45,7 @@ def home_picture(scene: Scene, name: str) -> Figure:
     start = scene.facts["distance_at_start_mm"]
     radius = scene.facts["home_radius_mm"]
 
-    for ax in (first, whole):
+    for ax in (first, entire):
         ax.axhspan(0.0, radius, color=GREY, alpha=0.13, linewidth=0.0)
         ax.set(ylim=(0.0, 1.05 * start), xlabel="time, s", ylabel="distance from the origin, mm")
     ends = []
@@ -63,12 +63,12 @@ def home_picture(scene: Scene, name: str) -> Figure:
     for run in [*capped[-1:], *beyond]:
         time, distance = run.series["time_s"], run.series["distance_mm"]
         now = time >= 0.0
-        whole.plot(time[now], distance[now], color=colours[run.name], linewidth=1.6)
+        entire.plot(time[now], distance[now], color=colours[run.name], linewidth=1.6)
         text = f"{run.facts['damping_applied_N_s_per_m']:.3g} N s/m" + ("" if run.facts["capped"] else ",\nas asked")
         ends.append((float(distance[-1]), text, colours[run.name]))
-    whole.text(0.5 * time_end, 0.35 * radius, "home: friction holds the handle", color=GREY, ha="center", fontsize=8.5)
-    whole.set(xlim=(0.0, time_end), title="the paper's damping as it asks for it, and capped")
-    label_ends(whole, ends, gap=0.115)
+    entire.text(0.5 * time_end, 0.35 * radius, "home: friction holds the handle", color=GREY, ha="center", fontsize=8.5)
+    entire.set(xlim=(0.0, time_end), title="the paper's damping as it asks for it, and capped")
+    label_ends(entire, ends, gap=0.115)
 
     shown = [run for run in (*capped[-1:], *beyond[-1:]) if not run.facts["supervisor_fault"]]
     half = 1.12 * max(scene.facts["force_limit_N"], 1.0)
@@ -94,7 +94,7 @@ def home_picture(scene: Scene, name: str) -> Figure:
 
 
 def _main(series: dict[str, np.ndarray]) -> np.ndarray:
-    """(n,) force asked for along the direction in which it swings most in the last half second, N."""
+    """(n,) rendered force along the direction in which it swings most in the last half second, N."""
     force = np.column_stack([series[f"force_asked_{a}_N"] for a in "xyz"])
     last = force[-500:] - force[-500:].mean(axis=0)
     direction = np.linalg.svd(last, full_matrices=False)[2][0]

@@ -19,11 +19,11 @@ STAY = (4.2, 4.5)  # While the handle stays at the corner, s
 
 @styled
 def resistance_picture(scene: Scene, name: str) -> Figure:
-    """Draws both settings, over the whole way and near the origin.
+    """Draws both settings, over all the way and near the origin.
 
     Args:
-        scene: Of `resistance`.
-        name: Of the design.
+        scene: Scene made by `resistance`.
+        name: Name of the design.
 
     Returns:
         The figure, 11 x 7.4 inches.

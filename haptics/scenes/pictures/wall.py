@@ -19,8 +19,8 @@ def wall_picture(scene: Scene, name: str) -> Figure:
     """Draws three walls across each axis.
 
     Args:
-        scene: Of `wall`.
-        name: Of the design.
+        scene: Scene made by `wall`.
+        name: Name of the design.
 
     Returns:
         The figure, 12 x 6.4 inches.
@@ -62,5 +62,5 @@ def wall_picture(scene: Scene, name: str) -> Figure:
 
 
 def _short(verdict: str) -> str:
-    """A verdict in a word or two."""
+    """Verdict without its explanation."""
     return verdict.split(":")[0].removeprefix("oscillates and ")
