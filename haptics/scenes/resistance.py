@@ -121,7 +121,7 @@ def _led(
     towards = -along / np.maximum(distance, 1e-9)[:, None]
     given = motors_force(machine, recording)
     pull, felt = (given * towards).sum(axis=1), -(recording.hand * towards).sum(axis=1)
-    at_rest = np.linalg.norm(_law(setting, 0.0, limit, along, recording), axis=1)
+    at_rest = np.minimum(setting.stiffness * _stretch(setting, distance), limit)
     stays = (time > WAY_S + 0.6 * STAY_S) & (time < WAY_S + STAY_S)
     strays = np.linalg.norm(given - _law(setting, applied, limit, along, recording), axis=1)
     corner = "".join("-+"[int(s > 0)] + a for s, a in zip(signs, "xyz", strict=True))
@@ -145,12 +145,17 @@ def _led(
     return SceneRun(f"{name}_{corner}", f"{name} to {corner}", recording, columns, facts)
 
 
+def _stretch(setting: OperatingResistance, distance: np.ndarray) -> np.ndarray:
+    """Stretch of the spring of eq. (23) at distances from the origin, m."""
+    return np.clip(distance - setting.dead_radius, 0.0, setting.full_radius - setting.dead_radius)
+
+
 def _law(
     setting: OperatingResistance, damping: float, limit: float, along: np.ndarray, recording: SimulatedRun
 ) -> np.ndarray:
     """(n, 3) eq. (23) with damping at the true position and velocity, cut to the limit in its direction, N."""
     distance = np.linalg.norm(along, axis=1)
-    stretch = np.clip(distance - setting.dead_radius, 0.0, setting.full_radius - setting.dead_radius)
+    stretch = _stretch(setting, distance)
     force = -(setting.stiffness * stretch / np.maximum(distance, 1e-9))[:, None] * along
     force -= damping * np.clip(stretch / 1e-3, 0.0, 1.0)[:, None] * recording.velocity
     size = np.linalg.norm(force, axis=1)
