@@ -62,14 +62,14 @@ def test_published(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["gravity"], "--design FILE is needed"),
-        (["gravity", "--design", "none.json"], "none.json: cannot be read"),
-        (["gravity", "--design", BEST, "--at", "0,0,300", "--point-masses", "1,1,1"], "chain 0 cannot be closed"),
+        (["gravity"], "--design"),
+        (["gravity", "--design", "none.json"], "none.json: "),
+        (["gravity", "--design", BEST, "--at", "0,0,300", "--point-masses", "1,1,1"], "--at 0,0,300: chain 0"),
         (["gravity", "--design", BEST, "--at", "0,0"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "-1,nan,2"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "0,0,1e308"], "argument --at"),
         (["gravity", "--design", BEST, "--point-masses", "-1,1,2"], "argument --point-masses"),
-        (["gravity", "--design", BEST, "--masses", "none.json"], "none.json: cannot be read"),
+        (["gravity", "--design", BEST, "--masses", "none.json"], "none.json: "),
         (["weight"], "invalid choice"),
         ([], "COMMAND"),
     ],
@@ -87,7 +87,7 @@ def test_bad_input_is_one_line_and_exit_2(
 def test_masses_of_another_design_are_refused(tmp_path: Path, masses: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(json.dumps(changed(cube__half_side_mm=30.0)))
-    with pytest.raises(MassError, match="was built from another design"):
+    with pytest.raises(MassError, match=r"json: .*dashboard-joystick"):
         load_machine(other, masses)
     data = json.loads(masses.read_text())
     del data["input_sha256"]

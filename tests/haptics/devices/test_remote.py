@@ -1,5 +1,7 @@
 """Host and board over a link that loses, repeats, reorders and spoils; no socket, no clock but the test's."""
 
+import errno
+import os
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -248,7 +250,7 @@ def test_torque_that_is_none_is_not_sent() -> None:
     wire = Wire(board())
     device = remote(wire)
     before = wire.sent
-    with pytest.raises(ValueError, match="three finite numbers"):
+    with pytest.raises(ValueError, match=r"^torques"):
         device.write([np.nan, 0.0, 0.0])
     assert wire.sent == before
 
@@ -272,7 +274,7 @@ def test_a_lost_hello_or_welcome_is_repeated_and_the_session_is_one() -> None:
 
 def test_nobody_answers() -> None:
     wire = Wire(board(), up=lambda _n, _data: [])
-    with pytest.raises(DeviceLostError, match=r"no board answers within 0.5 s"):
+    with pytest.raises(DeviceLostError, match=r"0\.5 s"):
         remote(wire)
     assert wire.closed
     assert wire.sent == TRIES
@@ -282,15 +284,15 @@ def test_nobody_answers() -> None:
 def test_a_dead_port() -> None:
     wire = Wire(board())
     wire.dead = True
-    with pytest.raises(DeviceLostError, match="the board is gone: Connection refused"):
+    with pytest.raises(DeviceLostError, match=os.strerror(errno.ECONNREFUSED)):
         remote(wire)
     assert wire.closed
     wire = Wire(board())
     device = remote(wire)
     wire.dead = True
-    with pytest.raises(DeviceLostError, match="Connection refused"):
+    with pytest.raises(DeviceLostError, match=os.strerror(errno.ECONNREFUSED)):
         device.read()
-    with pytest.raises(DeviceLostError, match="Connection refused"):
+    with pytest.raises(DeviceLostError, match=os.strerror(errno.ECONNREFUSED)):
         device.write(PULL)
     device.close()
     assert wire.closed
@@ -302,7 +304,7 @@ def test_a_board_that_falls_silent() -> None:
     device.read()
     wire.down = lambda _n, _data: []
     before = wire.now
-    with pytest.raises(DeviceLostError, match=r"has sent nothing for 0.05 s"):
+    with pytest.raises(DeviceLostError, match=r"0\.05 s"):
         device.read()
     assert wire.now - before == pytest.approx(0.05)
     device.close()
@@ -313,7 +315,7 @@ def test_a_board_that_sends_only_noise_is_lost_too() -> None:
     wire = Wire(board())
     device = remote(wire)
     wire.down = lambda _n, _data: [b"noise"]
-    with pytest.raises(DeviceLostError, match="has sent nothing"):
+    with pytest.raises(DeviceLostError):
         device.read()
 
 
@@ -321,19 +323,19 @@ def test_the_board_ends_the_session() -> None:
     wire = Wire(board())
     device = remote(wire)
     wire.arrived.append(wire.board.farewell() or b"")
-    with pytest.raises(DeviceLostError, match="the board has ended the session"):
+    with pytest.raises(DeviceLostError):
         device.read()
     assert wire.board.farewell() is None
 
 
 def test_another_version_is_refused_by_both() -> None:
     old = Wire(board(), up=lambda _n, data: [encode(decode(data), version=2)])
-    with pytest.raises(DeviceRefusedError, match=r"refuses: another version \(it speaks version 1\)"):
+    with pytest.raises(DeviceRefusedError, match="version 1"):
         remote(old)
     assert old.closed
     assert old.board.counts["VERSION"] == 1
     new = Wire(board(), down=lambda _n, data: [encode(decode(data), version=2)])
-    with pytest.raises(DeviceRefusedError, match="speaks another version of the protocol"):
+    with pytest.raises(DeviceRefusedError, match="version"):
         remote(new)
 
 
@@ -364,13 +366,13 @@ def test_a_second_host_is_refused_until_the_watchdog_has_let_go() -> None:
 @pytest.mark.parametrize("watchdog", [0.0, 5e-4, 0.2, -1.0])
 def test_a_watchdog_that_is_none_is_refused(watchdog: float) -> None:
     assert LONGEST_WATCHDOG < 0.2
-    with pytest.raises(DeviceRefusedError, match="refuses: the watchdog"):
+    with pytest.raises(DeviceRefusedError, match="watchdog"):
         remote(Wire(board()), watchdog=watchdog)
 
 
 def test_a_reason_of_a_later_board_is_told_by_its_number() -> None:
     wire = Wire(board(), down=lambda _n, _data: [encode(Packet(PacketKind.REFUSED, 77, 1, 0, 0, (9, 1)))])
-    with pytest.raises(DeviceRefusedError, match="refuses: reason 9"):
+    with pytest.raises(DeviceRefusedError, match="reason 9"):
         remote(wire)
 
 
@@ -393,7 +395,7 @@ def test_a_closed_device_is_closed() -> None:
     device.close()
     assert wire.sent == sent
     for use in (device.read, lambda: device.write(PULL)):
-        with pytest.raises(DeviceError, match="the remote device is closed"):
+        with pytest.raises(DeviceError):
             use()
 
 

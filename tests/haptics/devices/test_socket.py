@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -81,7 +82,7 @@ def test_a_board_that_dies_is_lost(process: tuple[subprocess.Popen[str], int]) -
             board.wait()
         return PULL
 
-    with pytest.raises(DeviceLostError, match="the board is gone: Connection refused"):
+    with pytest.raises(DeviceLostError, match=os.strerror(errno.ECONNREFUSED)):
         run(device, tick, ticks=100)
     assert 20 <= len(done) <= 21
 
@@ -106,26 +107,26 @@ def test_noise_on_the_boards_port_does_no_harm(process: tuple[subprocess.Popen[s
 def test_a_port_without_a_board() -> None:
     with listen() as free:
         port = free.getsockname()[1]
-    with pytest.raises(DeviceLostError, match="the board is gone: Connection refused"):
+    with pytest.raises(DeviceLostError, match=os.strerror(errno.ECONNREFUSED)):
         RemoteDevice(UdpLink("127.0.0.1", port))
 
 
 @pytest.mark.parametrize("host", ["192.0.2.1", "0.0.0.0", "::"])
 def test_other_machines_must_be_allowed(host: str) -> None:
-    with pytest.raises(ValueError, match="is not a loopback address; other machines must be allowed expressly"):
+    with pytest.raises(ValueError, match="loopback"):
         UdpLink(host, 1)
-    with pytest.raises(ValueError, match="is not a loopback address"):
+    with pytest.raises(ValueError, match="loopback"):
         listen(host)
     udp_socket(host, allow_remote=True).close()
 
 
 def test_names_are_no_addresses() -> None:
-    with pytest.raises(ValueError, match=r"'localhost' is not a numeric address, such as 127.0.0.1"):
+    with pytest.raises(ValueError, match=r"^'localhost'"):
         UdpLink("localhost", 1)
 
 
 def test_a_port_that_is_taken() -> None:
-    with listen() as first, pytest.raises(OSError, match="in use"):
+    with listen() as first, pytest.raises(OSError, match=os.strerror(errno.EADDRINUSE)):
         listen(port=first.getsockname()[1])
 
 
@@ -298,13 +299,13 @@ def test_ctrl_c_before_any_host(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--port", "70000"], "--port 70000: must be 0 to 65535"),
-        (["--idle", "0"], "--idle 0: must be more than 0 s"),
-        (["--idle", "nan"], "--idle nan: must be more than 0 s"),
+        (["--port", "70000"], "--port 70000"),
+        (["--idle", "0"], "--idle 0"),
+        (["--idle", "nan"], "--idle nan"),
         (["--host", "192.0.2.1"], "--host 192.0.2.1 --port 0: 192.0.2.1 is not a loopback address"),
         (["--host", "here"], "'here' is not a numeric address"),
         (["--design", "gone.json"], "gone.json"),
-        (["--masses", "gone.json"], "gone.json: cannot be read"),
+        (["--masses", "gone.json"], "gone.json: "),
     ],
 )
 def test_wrong_arguments_are_refused_in_one_line(

@@ -107,11 +107,11 @@ def test_the_allowed_torque_falls_from_the_limit_to_the_continuous_one() -> None
 
 @pytest.mark.parametrize("drive", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_drive_that_is_none_is_refused(drive: float) -> None:
-    with pytest.raises(ValueError, match=r"drive is .*; it must be finite and positive"):
+    with pytest.raises(ValueError, match=r"^drive is"):
         motor_heat(MOTORS[0], drive)
 
 
 @pytest.mark.parametrize("ambient", [95.0, float("nan")])
 def test_air_that_is_too_hot_is_refused(ambient: float) -> None:
-    with pytest.raises(ValueError, match=r"ambient_C is .*; it must be below 95 C for maxon-re30-310007"):
+    with pytest.raises(ValueError, match=r"^ambient_C is .* 95 C"):
         motor_heat(catalogue.motor("maxon-re30-310007"), DRIVE, ambient)

@@ -235,14 +235,14 @@ def test_refusals() -> None:
         (1.0, -1.0, None),
         (1.0, 0.0, Hand(0, -1, 0)),
     ):
-        with pytest.raises(ValueError, match="none negative"):
+        with pytest.raises(ValueError, match=r"^mass"):
             axis(mass, friction, hand)
     for timing in ((0.0, 0.0, 0.0), (T, -T, 0.0), (T, 0.0, math.inf)):
-        with pytest.raises(ValueError, match="period positive"):
+        with pytest.raises(ValueError, match="period="):
             Timing(*timing)
     for margin in (0.5, math.nan):
         with pytest.raises(ValueError, match="margin"):
             damping_cap(0.2, T, 0.0, DIFFERENCE, margin)
-    with pytest.raises(ValueError, match="no estimator"):
+    with pytest.raises(ValueError, match="estimator"):
         damping_cap(0.2, T, 0.0, ())
     assert DampingCap(10.0, 2.0).applied(7.0) == 5.0

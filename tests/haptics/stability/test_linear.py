@@ -1,5 +1,7 @@
 """The linearised device against the nonlinear one: energies, and the sampled plant's own transition by differences."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -149,15 +151,15 @@ def test_on_the_axis_of_symmetry_one_axis_is_the_whole_device() -> None:
 def test_refusals() -> None:
     par = plant(GEOMETRY, MASSES)
     for p in ([0.0, 0.0, 0.5], [np.nan, 0.0, 0.09]):
-        with pytest.raises(ValueError, match="cannot be linearised"):
+        with pytest.raises(ValueError, match=re.escape(f"{p} m")):
             linearise(par, p)
     here = linearise(par, POSE)
     for normal in ([0.0, 0.0, 1.1], [1.0, 0.0], [np.nan, 0.0, 1.0]):
-        with pytest.raises(ValueError, match="unit vector"):
+        with pytest.raises(ValueError, match=r"^normal is"):
             here.effective_mass(normal)
-        with pytest.raises(ValueError, match="unit vector"):
+        with pytest.raises(ValueError, match=r"^normal is"):
             here.effective_friction(normal)
-        with pytest.raises(ValueError, match="unit vector"):
+        with pytest.raises(ValueError, match=r"^normal is"):
             here.axis_loop(normal, FREE, Timing(T), DIFFERENCE)
-        with pytest.raises(ValueError, match="unit vector"):
+        with pytest.raises(ValueError, match=r"^normal is"):
             here.joint_loop(normal, FREE, Timing(T), DIFFERENCE)

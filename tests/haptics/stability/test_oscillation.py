@@ -92,12 +92,12 @@ def test_only_the_last_two_windows_count() -> None:
 
 def test_refusals() -> None:
     x = swing(2e-4)
-    with pytest.raises(ValueError, match="not at the wall"):
+    with pytest.raises(ValueError, match=" 1 s"):
         oscillation(x, np.zeros(len(x)), T, COUNT)
     for short in (x[:999], x[:0]):
-        with pytest.raises(ValueError, match="two windows"):
+        with pytest.raises(ValueError, match="500 samples"):
             oscillation(short, short, T, COUNT)
-    with pytest.raises(ValueError, match="two windows"):
+    with pytest.raises(ValueError, match="500 samples"):
         oscillation(x, x[:-1], T, COUNT)
     for name in ("period", "resolution", "window"):
         with pytest.raises(ValueError, match=name):
