@@ -155,7 +155,7 @@ def test_fraction_of_a_delay_is_continuous_between_whole_ones() -> None:
     limit = [loop.stiffness_limit(3.0).value for loop in loops]
     assert limit[0] == pytest.approx(limit[1], rel=1e-5)
     assert limit[2] == pytest.approx(limit[1], rel=1e-5)
-    assert Timing(T, 3.0 * T).whole == 3
+    assert Timing(T, 3.0 * T).whole_periods == 3
     assert Timing(T, 3.0 * T).fraction == 0.0
     assert Timing(T, 0.3 * T).fraction == pytest.approx(0.3)
 

@@ -90,7 +90,7 @@ def test_energy_of_a_sine_of_displacements(timing: Timing, estimator: LinearEsti
         for j in range(1, len(estimator.denominator)):
             velocity[i] -= estimator.denominator[j] * velocity[i - j]
     force = K * x + B * velocity
-    late = timing.whole
+    late = timing.whole_periods
     span = slice(2000, 2000 + 30000)
     moved = np.diff(x, append=0.0)[span]
     given = np.roll(force, late)[span]
