@@ -45,15 +45,18 @@ class Board:
         counts: How many packets were dropped, and why.
         sessions: How many were opened.
         served: How many COMMANDs were taken.
+        peer: Address of the session's host; None without a session.
+        answered: Whether the newest STATE has its COMMAND, so that a simulated clock need not wait any longer.
+        tripped: Whether the watchdog has cut the torque; RESET_WATCHDOG on a COMMAND, or a new session, ends it.
         stop: Whether the emergency stop is pressed: torque is zero then.
     """
 
     def __init__(self, device: Device, period: float, torque_limit: float, counts: int, watchdog: float = 0.02) -> None:
         self._device, self._period, self._limit, self._counts_per_turn = device, period, torque_limit, counts
         self._default_watchdog = self._watchdog = watchdog
-        self._peer: Any = None
+        self.peer: Any = None
         self._session = self._sequence = self._heard = 0
-        self._silent, self._tripped, self._answered = 0.0, False, False
+        self._silent, self.tripped, self.answered = 0.0, False, False
         self._torques, self._time = np.zeros(3), 0.0
         self.counts: Counter[str] = Counter()
         self.sessions = self.served = 0
@@ -62,22 +65,7 @@ class Board:
     @property
     def connected(self) -> bool:
         """Whether there is a session."""
-        return self._peer is not None
-
-    @property
-    def peer(self) -> Any:
-        """Where the session's host is; None without a session."""
-        return self._peer
-
-    @property
-    def answered(self) -> bool:
-        """Whether the newest STATE has its COMMAND, so that a simulated clock need not wait any longer."""
-        return self._answered
-
-    @property
-    def tripped(self) -> bool:
-        """Whether the watchdog has cut the torque; RESET_WATCHDOG on a COMMAND, or a new session, ends it."""
-        return self._tripped
+        return self.peer is not None
 
     def received(self, data: bytes, peer: Any) -> bytes | None:
         """Takes a datagram.
@@ -96,7 +84,7 @@ class Board:
             return self._refusal(0, 0, Reason.VERSION) if error.wrong is Wrong.VERSION else None
         if packet.kind is PacketKind.HELLO:
             return self._hello(packet, peer)
-        if peer != self._peer or packet.session != self._session:
+        if peer != self.peer or packet.session != self._session:
             self.counts["STRANGER"] += 1
             return None
         if packet.kind is PacketKind.BYE:
@@ -112,18 +100,18 @@ class Board:
     def tick(self) -> bytes | None:
         """One period: the watchdog, the torques, the reading. Returns the STATE to send, None without a session."""
         if self.connected:
-            self._silent = 0.0 if self._answered else self._silent + self._period
-            if self._silent > self._watchdog + 0.5 * self._period and not self._tripped:
-                self._tripped = True
+            self._silent = 0.0 if self.answered else self._silent + self._period
+            if self._silent > self._watchdog + 0.5 * self._period and not self.tripped:
+                self.tripped = True
                 self.counts["TRIPPED"] += 1
-        off = self._tripped or self.stop or not self.connected
+        off = self.tripped or self.stop or not self.connected
         self._device.write(np.zeros(3) if off else self._torques)
         sample: Reading = self._device.read()
         self._time = sample.time
         if not self.connected:
             return None
-        self._answered = False
-        flags = WATCHDOG_TRIPPED * self._tripped | STOP_PRESSED * self.stop
+        self.answered = False
+        flags = WATCHDOG_TRIPPED * self.tripped | STOP_PRESSED * self.stop
         return self._packet(PacketKind.STATE, tuple(float(a) for a in sample.angles), flags)
 
     def farewell(self) -> bytes | None:
@@ -136,32 +124,32 @@ class Board:
 
     def end(self) -> None:
         """Ends the session and lets all torque go."""
-        self._peer, self._torques, self._tripped = None, np.zeros(3), False
+        self.peer, self._torques, self.tripped = None, np.zeros(3), False
         self._device.write(self._torques)
 
     def _hello(self, packet: Packet, peer: Any) -> bytes:
         requested = packet.values[0]
-        if self.connected and peer != self._peer and not self._tripped:
+        if self.connected and peer != self.peer and not self.tripped:
             self.counts["BUSY"] += 1
             return self._refusal(packet.session, packet.sequence, Reason.BUSY)
         if not self._period <= requested <= LONGEST_WATCHDOG:
             return self._refusal(packet.session, packet.sequence, Reason.WATCHDOG)
-        again = self.connected and peer == self._peer and packet.session == self._session
+        again = self.connected and peer == self.peer and packet.session == self._session
         if not again:  # a HELLO is repeated when its WELCOME was lost; the session goes on then
             self.end()
-            self._peer, self._session, self._watchdog = peer, packet.session, requested
-            self._sequence, self._silent, self._answered = 0, 0.0, True
+            self.peer, self._session, self._watchdog = peer, packet.session, requested
+            self._sequence, self._silent, self.answered = 0, 0.0, True
             self.sessions += 1
         self._heard = packet.sequence if not again or newer(packet.sequence, self._heard) else self._heard
         return self._packet(PacketKind.WELCOME, (self._period, self._watchdog, self._limit, self._counts_per_turn))
 
     def _command(self, packet: Packet) -> None:
-        self._heard, self._answered = packet.sequence, True
+        self._heard, self.answered = packet.sequence, True
         self.served += 1
         if packet.answers != self._sequence:
             self.counts["LATE"] += 1
         if packet.flags & RESET_WATCHDOG:
-            self._tripped, self._silent = False, 0.0
+            self.tripped, self._silent = False, 0.0
         self._torques = np.clip(packet.values, -self._limit, self._limit)
 
     def _packet(self, kind: PacketKind, values: tuple[float, ...] = (), flags: int = 0) -> bytes:

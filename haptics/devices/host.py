@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,15 +25,6 @@ from haptics.rendering.law import GAIN, ForceLaw
 from haptics.rendering.table import fade
 
 SAME_PERIOD = 1e-6  # Relative difference of two periods that are the same: less than the error of any quartz
-
-
-@runtime_checkable
-class Guarded(Protocol):
-    """A device with a watchdog of its own, which cuts the torque until the host ends that."""
-
-    def reset_watchdog(self) -> None:
-        """The next write ends what the watchdog began."""
-        ...
 
 
 class Host:
@@ -147,8 +137,8 @@ class Host:
 
     def reset(self) -> None:
         """Clears what is latched, and ends what the device's own watchdog began; `enable` is a request of its own."""
-        if isinstance(self._device, Guarded):
-            self._device.reset_watchdog()
+        if reset_watchdog := getattr(self._device, "reset_watchdog", None):
+            reset_watchdog()
         self.supervisor.reset()
 
     def emergency_stop(self, pressed: bool = True) -> None:

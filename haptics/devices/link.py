@@ -1,29 +1,12 @@
-"""Datagrams between two ends: the interface, and UDP, which stays on this machine unless other machines are allowed."""
+"""Datagrams between two ends by UDP, which stays on this machine unless other machines are allowed."""
 
 from __future__ import annotations
 
 import ipaddress
 import select
 import socket
-from typing import Protocol
 
 LARGEST = 2048  # Longest datagram that is read, bytes; ours have at most 60
-
-
-class Link(Protocol):
-    """One end that knows its other end."""
-
-    def send(self, data: bytes) -> None:
-        """Sends a datagram; it may be lost. Raises OSError if the other end is known to be gone."""
-        ...
-
-    def receive(self, seconds: float) -> bytes | None:
-        """The next datagram, or None if none came in that time. Raises OSError if the other end is known to be gone."""
-        ...
-
-    def close(self) -> None:
-        """Lets it go."""
-        ...
 
 
 class UdpLink:
@@ -43,15 +26,15 @@ class UdpLink:
         self._socket.connect((host, port))
 
     def send(self, data: bytes) -> None:
-        """See `Link`."""
+        """Sends a datagram; it may be lost. Raises OSError if the other end is known to be gone."""
         self._socket.send(data)
 
     def receive(self, seconds: float) -> bytes | None:
-        """See `Link`."""
+        """The next datagram, or None if none came in that time. Raises OSError if the other end is known to be gone."""
         return self._socket.recv(LARGEST) if readable(self._socket, max(seconds, 0.0)) else None
 
     def close(self) -> None:
-        """See `Link`."""
+        """Closes the socket."""
         self._socket.close()
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.devices.device import DeviceError, EndOfRecordingError, Reading, three_torques
@@ -63,16 +62,3 @@ class RecordedDevice:
     def _require_open(self) -> None:
         if self._closed:
             raise DeviceError("the recorded device is closed")
-
-
-def difference(recording: Recording, again: Recording) -> np.ndarray:
-    """Torques of a replay less those of the recording.
-
-    Args:
-        recording: The first.
-        again: The second, of the same ticks or fewer.
-
-    Returns:
-        (n, 3) N m for the ticks of `again`.
-    """
-    return again.torques - recording.torques[: len(again.torques)]

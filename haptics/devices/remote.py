@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from haptics.devices.board import NS_PER_S
 from haptics.devices.device import DeviceError, DeviceLostError, Reading, three_torques
-from haptics.devices.link import Link
+from haptics.devices.link import UdpLink
 from haptics.devices.protocol import (
     FAULT_OF_FLAG,
     RESET_WATCHDOG,
@@ -59,7 +59,7 @@ class RemoteDevice:
 
     def __init__(
         self,
-        link: Link,
+        link: UdpLink,
         *,
         watchdog: float = 0.02,
         timeout: float = 0.1,

@@ -258,7 +258,7 @@ class WatchedDevice(FakeDevice):
     tripped = True
 
     def reset_watchdog(self) -> None:
-        """See `host.Guarded`."""
+        """What a device with a watchdog of its own has."""
         self.tripped = False
 
     def read(self) -> Reading:
