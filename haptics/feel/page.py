@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from textwrap import wrap
 from typing import Any
 
@@ -35,10 +36,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "name": sheet.machine.design.name,
-        "answers": [
-            {"question": answer.question, "good": answer.good, "short": answer.short, "text": answer.text}
-            for answer in sheet.answers
-        ],
+        "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
         "simulated_wall_N_per_mm": {
             wall.axis: {

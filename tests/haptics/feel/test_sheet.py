@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +18,7 @@ from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import SingularError
 from haptics.commands.cli import main
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-from haptics.feel.reference_devices import FILE, LABELS, ReferenceDeviceError, reference_devices
+from haptics.feel.reference_devices import FILE, LABELS, reference_devices
 from haptics.feel.sheet import (
     HARD,
     MASS_ERROR,
@@ -201,30 +202,17 @@ def test_maps_are_of_the_slices(found: Feel) -> None:
 
 def test_figures_of_other_devices_have_sources() -> None:
     rows = reference_devices()
+    with FILE.open() as file:
+        assert {row["confirmed"] for row in csv.DictReader(file)} == {"yes", "no"}
     assert {row.device for row in rows} == {"Force Dimension omega.3", "Novint Falcon", "3D Systems Touch"}
     for row in rows:
+        assert row.device
         assert row.quantity in LABELS
+        assert row.bound in ("", "<", ">", "~")
+        assert (row.value is None) == bool(row.text)
         assert ("from memory" in row.source) != row.confirmed or row.confirmed
         assert row.confirmed or row.source.startswith("from memory")
         assert row.shown.endswith("(?)") == (not row.confirmed)
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("A,weight_kg,1,,,yes,s", "quantity is 'weight_kg'"),
-        ("A,friction_N,1,>>,,yes,s", "bound is '>>'"),
-        ("A,friction_N,1,,,maybe,s", "confirmed 'maybe'"),
-        ("A,friction_N,x,,,yes,s", "value is 'x'"),
-        ("A,friction_N,,,,yes,s", "value"),
-        ("A,friction_N,1,,,yes,", "source"),
-    ],
-)
-def test_a_data_file_that_is_refused(line: str, message: str, tmp_path: Path) -> None:
-    file = tmp_path / "devices.csv"
-    file.write_text(FILE.read_text().splitlines()[0] + "\n" + line + "\n")
-    with pytest.raises(ReferenceDeviceError, match=f"line 2.*{message}"):
-        reference_devices(file)
 
 
 @pytest.fixture(scope="module")
