@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from functools import cache
-from typing import Any, ParamSpec, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,48 +14,37 @@ from delta_cad.common.jit import in_turn
 from haptics.rendering.law import ForceLaw, Law, LawError
 
 AT_REST = (0.0, 0.0, 0.0)  # No velocity, m/s
-P = ParamSpec("P")
+CALLED = """
+
+Called with states, and the attributes by name:
+
+Args:
+    p: (..., 3) position in the base frame, m.
+    v: (..., 3) velocity, m/s; p and v are broadcast.
+    **parameters: Attributes of the law.
+
+Returns:
+    (..., 3) N on the handle in the base frame, before saturation.
+
+Raises:
+    LawError: A parameter is out of its bounds, or p or v does not end in an axis of 3 or is not finite.
+"""
 
 
-class ForceFunction(Protocol[P]):
-    """A law as a function of states."""
-
-    def __call__(self, p: ArrayLike, v: ArrayLike = AT_REST, *args: P.args, **parameters: P.kwargs) -> np.ndarray:
-        """Force on the handle.
-
-        Args:
-            p: (..., 3) position in the base frame, m.
-            v: (..., 3) velocity, m/s; p and v are broadcast.
-            *args: None.
-            **parameters: Those of the law, by name.
-
-        Returns:
-            (..., 3) N in the base frame, before saturation.
-
-        Raises:
-            LawError: A parameter is out of its bounds, or p or v does not end in an axis of 3 or is not finite.
-        """
-        ...
-
-
-def force_function(law: Law, parameters: Callable[P, ForceLaw]) -> ForceFunction[P]:
+def force_function(law: Law, parameters: Callable[..., ForceLaw]) -> Callable[..., np.ndarray]:
     """The force of a law over states and parameters, documented by the law's own text.
 
     Args:
         law: The law.
-        parameters: The dataclass of its parameters; a type checker takes their names from it.
+        parameters: The dataclass of its parameters.
     """
 
-    def force(p: ArrayLike, v: ArrayLike = AT_REST, *args: P.args, **given: P.kwargs) -> np.ndarray:
-        row = np.concatenate([[0.0, 1.0], parameters(*args, **given).values()])
+    def force(p: ArrayLike, v: ArrayLike = AT_REST, **given: Any) -> np.ndarray:
+        row = np.concatenate([[0.0, 1.0], parameters(**given).values()])
         return forces(_over_states(law.force), row[None], p, v)
 
-    own = inspect.signature(force).parameters
-    named = inspect.signature(parameters).parameters.values()
-    signature = inspect.Signature([own["p"], own["v"], *(one.replace(kind=one.KEYWORD_ONLY) for one in named)])
-    force.__signature__ = signature  # pyright: ignore[reportFunctionMemberAccess]
-    force.__doc__ = f"{parameters.__doc__}\n\nCalled with positions and velocities: {ForceFunction.__call__.__doc__}"
-    return force  # pyright: ignore[reportReturnType]
+    force.__doc__ = inspect.cleandoc(parameters.__doc__ or "") + CALLED
+    return force
 
 
 def forces(loop: Callable[..., None], table: np.ndarray, p: ArrayLike, v: ArrayLike) -> np.ndarray:

@@ -54,18 +54,16 @@ SHORTEST = 1e-3
 LONGEST = 1.0  # An interval is taken as no longer than this, s: a drive's own watchdog cuts the torque long before
 
 
-def reset_memory(limits: SafetyLimits, memory: np.ndarray | None = None) -> np.ndarray:
+def reset_memory(limits: SafetyLimits) -> np.ndarray:
     """A memory that knows nothing, with cold motors, disabled.
 
     Args:
         limits: The limits.
-        memory: (MEMORY,) filled in place if given.
 
     Returns:
         (MEMORY,) the memory.
     """
-    memory = np.empty(MEMORY) if memory is None else memory
-    memory[:] = 0.0
+    memory = np.zeros(MEMORY)
     memory[[STALE, EDGE, NEAR, PROBE]] = 1.0
     memory[ALLOWED] = limits.torque
     memory[FASTEST : FASTEST + 3] = limits.joint_speed
