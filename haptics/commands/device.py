@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -16,6 +17,19 @@ def device_arguments(command: argparse.ArgumentParser, *, required: bool = True)
     """Adds the design file and the masses of its build to a command's arguments."""
     command.add_argument("--design", type=Path, required=required, metavar="FILE", help="design file, delta-design/1")
     command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+
+
+def number(meaning: str, low: float, high: float = math.inf) -> Callable[[str], float]:
+    """Reader of a finite number between two bounds, for argparse, whose messages name its meaning."""
+
+    def read(text: str) -> float:
+        value = float(text)
+        if not (low <= value <= high and math.isfinite(value)):
+            raise ValueError(text)
+        return value
+
+    read.__name__ = f"{meaning}:"
+    return read
 
 
 def refusing(run: Run) -> Run:

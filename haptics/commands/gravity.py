@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
@@ -19,9 +20,17 @@ LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command, required=False)
-    command.add_argument("--at", type=_position, metavar="X,Y,Z", help="mm in the base frame; default: cube's centre")
     command.add_argument(
-        "--point-masses", type=_masses, metavar="G,G,G", help="the paper's m1, m2, m3 in g instead of the solids'"
+        "--at",
+        type=_three("position such as 0,0,95", -LARGEST),
+        metavar="X,Y,Z",
+        help="mm in the base frame; default: cube's centre",
+    )
+    command.add_argument(
+        "--point-masses",
+        type=_three("masses such as 60,50,20", 0.0),
+        metavar="G,G,G",
+        help="the paper's m1, m2, m3 in g instead of the solids'",
     )
     command.add_argument("--published", action="store_true", help="fit the paper's torques; needs no design")
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
@@ -110,23 +119,12 @@ def _published(as_json: bool) -> int:
     return DONE
 
 
-def _position(text: str) -> tuple[float, ...]:
-    return _three(text)
+def _three(meaning: str, low: float) -> Callable[[str], tuple[float, ...]]:
+    def read(text: str) -> tuple[float, ...]:
+        numbers = tuple(float(part) for part in text.split(","))
+        if len(numbers) != 3 or not all(math.isfinite(n) and low <= n <= LARGEST for n in numbers):
+            raise ValueError(text)
+        return numbers
 
-
-def _masses(text: str) -> tuple[float, ...]:
-    masses = _three(text)
-    if min(masses) < 0.0:
-        raise ValueError(text)
-    return masses
-
-
-def _three(text: str) -> tuple[float, ...]:
-    numbers = tuple(float(part) for part in text.split(","))
-    if len(numbers) != 3 or not all(math.isfinite(n) and abs(n) <= LARGEST for n in numbers):
-        raise ValueError(text)
-    return numbers
-
-
-_position.__name__ = "position such as 0,0,95:"  # as argparse names it
-_masses.__name__ = "masses such as 60,50,20:"
+    read.__name__ = f"{meaning}:"  # as argparse names it
+    return read

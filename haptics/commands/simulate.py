@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
-from haptics.commands.device import device_arguments, refusing
+from haptics.commands.device import device_arguments, number, refusing
 
 if TYPE_CHECKING:
     from haptics.model.machine import MachineModel
@@ -30,7 +31,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
     device_arguments(command)
     command.add_argument("--scene", required=True, choices=SCENES)
     command.add_argument("--hand", choices=HANDS, help="who pushes; of the scene wall only, default medium")
-    command.add_argument("--delay", type=_delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
+    delay = number(f"delay in ms, 0 to {LONGEST_MS:g}", 0.0, LONGEST_MS)
+    command.add_argument("--delay", type=delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
     command.add_argument("--seed", type=natural, default=0, metavar="N", help="places of the encoders' counts")
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="parent folder, default out")
     command.add_argument("--plot", action="store_true", help="draw pictures, too")
@@ -60,7 +62,7 @@ def run(given: argparse.Namespace) -> int:
     if given.json:
         print(json.dumps(facts, indent=1, allow_nan=False))
     else:
-        _tell(facts, folder)
+        _print(facts, folder)
     return DONE if scene.kept else NOT_MET
 
 
@@ -143,22 +145,24 @@ def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, A
         names = [f"series/{run.name}.csv" for run in scene.runs]
         names += [f"series/{run.name}.parquet" for run in scene.runs] if parquet else []
         if plot:
-            from haptics.scenes.pictures.scenes import pictures
+            from haptics.scenes.pictures.style import save
 
-            names += pictures(scene, machine, part)
+            picture = import_module(f"haptics.scenes.pictures.{scene.name}").picture
+            save(picture(scene, machine.design.name), part / f"{scene.name}.png")
+            names.append(f"{scene.name}.png")
         files = {"folder": str(folder), "names": ["facts.json", *names], "parquet": parquet}
         text = json.dumps({**facts, "files": files}, indent=1, allow_nan=False)
         (part / "facts.json").write_text(text + "\n", encoding="utf-8")
     return files
 
 
-def _tell(facts: dict[str, Any], folder: Path) -> None:
+def _print(facts: dict[str, Any], folder: Path) -> None:
     a = facts["assumptions"]
     print(
         f"{facts['name']}: {facts['scene']}, beside {facts['paper_figures']} of [RCIM2018]; 1 kHz, delay "
         f"{a['delay_s'] * MS_PER_S:g} ms, seed {a['seed']}"
     )
-    {"resistance": _tell_resistance, "home": _tell_home, "wall": _tell_wall}[facts["scene"]](facts)
+    {"resistance": _print_resistance, "home": _print_home, "wall": _print_wall}[facts["scene"]](facts)
     print()
     for sentence in facts["discussion"]:
         print(f"- {sentence}")
@@ -169,7 +173,7 @@ def _tell(facts: dict[str, Any], folder: Path) -> None:
     print(f"{len(facts['files']['names'])} files in {folder}{without}")
 
 
-def _tell_resistance(facts: dict[str, Any]) -> None:
+def _print_resistance(facts: dict[str, Any]) -> None:
     for name, s in facts["settings"].items():
         print(
             f"{name}: k {s['stiffness_N_per_m']:g} N/m, r0 {s['dead_radius_mm']:g} mm, r1 {s['full_radius_mm']:g} mm; "
@@ -184,7 +188,7 @@ def _tell_resistance(facts: dict[str, Any]) -> None:
                 )
 
 
-def _tell_home(facts: dict[str, Any]) -> None:
+def _print_home(facts: dict[str, Any]) -> None:
     print(f"let go {facts['distance_at_start_mm']:.1f} mm from the origin, k {facts['stiffness_N_per_m']:g} N/m")
     print("  b N s/m   settling s   overshoot mm   at the end mm   shakes um    at Hz   verdict")
     for run in facts["runs"]:
@@ -196,7 +200,7 @@ def _tell_home(facts: dict[str, Any]) -> None:
         )
 
 
-def _tell_wall(facts: dict[str, Any]) -> None:
+def _print_wall(facts: dict[str, Any]) -> None:
     hand = facts["hand"]
     print(f"hand: {hand['name']}, {hand['mass']:g} kg, {hand['damping']:g} N s/m, {hand['stiffness']:g} N/m")
     print("  axis   wall N/mm   penetration mm   force N   swing um    at Hz   verdict")
@@ -210,13 +214,3 @@ def _tell_wall(facts: dict[str, Any]) -> None:
 
 def _number(value: float | None, decimals: int) -> str:
     return "-" if value is None else f"{value:.{decimals}f}"
-
-
-def _delay(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value <= LONGEST_MS:
-        raise ValueError(text)
-    return value
-
-
-_delay.__name__ = f"delay in ms, 0 to {LONGEST_MS:g}:"  # as argparse names it

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 from pathlib import Path
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
-from haptics.commands.device import device_arguments, refusing
+from haptics.commands.device import device_arguments, number, refusing
 
 NAME = "stiffness"
 TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges and the passivity verdict"
@@ -18,10 +17,11 @@ TEXT = "largest stable wall per axis, N/mm: simulated and linear, with ranges an
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--damping", type=_at_least_0, default=0.0, metavar="B", help="of the wall, N s/m; default 0")
-    command.add_argument("--period", type=_period, default=1.0, metavar="MS", help="of the loop, ms; default 1")
+    at_least_0, period = number("number of at least 0", 0.0), number("period from 0.05 to 10 ms", 0.05, 10.0)
+    command.add_argument("--damping", type=at_least_0, default=0.0, metavar="B", help="of the wall, N s/m; default 0")
+    command.add_argument("--period", type=period, default=1.0, metavar="MS", help="of the loop, ms; default 1")
     command.add_argument(
-        "--delay", type=_at_least_0, metavar="MS", help="from reading to torque, ms; default: from 0 to a period"
+        "--delay", type=at_least_0, metavar="MS", help="from reading to torque, ms; default: from 0 to a period"
     )
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
@@ -62,21 +62,3 @@ def run(given: argparse.Namespace) -> int:
         return DONE
     says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.shaken)
     return refuse(f"the default wall oscillates: {says}", NOT_MET)
-
-
-def _at_least_0(text: str) -> float:
-    value = float(text)
-    if not (math.isfinite(value) and value >= 0.0):
-        raise ValueError(text)
-    return value
-
-
-def _period(text: str) -> float:
-    value = float(text)
-    if not 0.05 <= value <= 10.0:
-        raise ValueError(text)
-    return value
-
-
-_at_least_0.__name__ = "number of at least 0:"  # as argparse names it
-_period.__name__ = "period from 0.05 to 10 ms:"

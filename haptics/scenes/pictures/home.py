@@ -16,7 +16,7 @@ SHORT_S, LAST_S = 0.6, 0.1
 
 
 @styled
-def home_picture(scene: Scene, name: str) -> Figure:
+def picture(scene: Scene, name: str) -> Figure:
     """Draws the first moments, all the time, and the last tenth of a second of the force.
 
     Args:

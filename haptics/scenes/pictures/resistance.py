@@ -18,7 +18,7 @@ STAY = (4.2, 4.5)  # While the handle stays at the corner, s
 
 
 @styled
-def resistance_picture(scene: Scene, name: str) -> Figure:
+def picture(scene: Scene, name: str) -> Figure:
     """Draws both settings, over all the way and near the origin.
 
     Args:

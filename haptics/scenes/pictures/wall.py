@@ -15,7 +15,7 @@ TIME_S = (-0.05, 1.5)
 
 
 @styled
-def wall_picture(scene: Scene, name: str) -> Figure:
+def picture(scene: Scene, name: str) -> Figure:
     """Draws three walls across each axis.
 
     Args:

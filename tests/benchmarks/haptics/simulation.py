@@ -187,7 +187,8 @@ def measured() -> None:
 
 def led() -> None:
     """Does what `simulate --scene resistance --plot` does, in a folder that goes away."""
-    from haptics.scenes.pictures.scenes import pictures
+    from haptics.scenes.pictures.resistance import picture
+    from haptics.scenes.pictures.style import save
     from haptics.scenes.resistance import resistance
     from haptics.simulation.series import write_csv, write_parquet
 
@@ -197,7 +198,7 @@ def led() -> None:
         for taken in scene.runs:
             write_csv(Path(folder) / f"{taken.name}.csv", taken.series)
             write_parquet(Path(folder) / f"{taken.name}.parquet", taken.series)
-        pictures(scene, machine, Path(folder))
+        save(picture(scene, machine.design.name), Path(folder) / "resistance.png")
 
 
 def felt() -> None:
