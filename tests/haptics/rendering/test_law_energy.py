@@ -74,9 +74,10 @@ def test_force_at_rest_is_minus_the_gradient_of_the_stored_energy(data):
     p, h = data.draw(near_edges(law)), 1e-8
     steps = h * np.eye(3)
     slope = (stored_energy(row, p + steps) - stored_energy(row, p - steps)) / (2 * h)
-    # the force changes by at most k h over the step, also where it has a kink; the energy, up to k (0.35 m)^2 / 2, is
-    # rounded to a few units of its last place
-    tolerance = getattr(law, "stiffness", 0.0) * h + 8 * np.finfo(float).eps * (K * 0.35**2 + 5.0) / h
+    # the force changes by at most k h over the step, also where it has a kink; energy and position, which is tens of
+    # metres out where an edge is, are rounded to a few units of their last place
+    size = K * 0.35**2 + 5.0 + abs(stored_energy(row, p)) + np.linalg.norm(force(row, p)) * np.linalg.norm(p)
+    tolerance = getattr(law, "stiffness", 0.0) * h + 8 * np.finfo(float).eps * size / h
     np.testing.assert_allclose(-slope, force(row, p), rtol=0, atol=tolerance)
 
 
