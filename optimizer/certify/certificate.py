@@ -48,7 +48,7 @@ class Certificate:
         findings: One for each condition.
         leaves: (n, 6) boxes that cover the half y >= 0 of the cube, see `delta_cad.mechanism.proof`; empty where
             nothing is proved.
-        boxes: Boxes that the prover examined.
+        boxes: Boxes that the prover examined; a file holds those that its leaves are made of.
         gravity: What of the torque was left for gravity; None if nothing was.
     """
 
@@ -208,6 +208,8 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
 def _same_design(c: Certificate, design: Design) -> None:
     if c.geometry != design.geometry or c.cube != cube_of(design):
         raise CertificateError(f'it is about other dimensions than those of design "{design.name}"')
+    if c.design != design.name:
+        raise CertificateError(f'it is about a design called "{c.design}", not "{design.name}"')
     if c.design_hash != design_hash(design):
         found = design_hash(design)
         raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {found[:12]}")

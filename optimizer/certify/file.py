@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from delta_cad.common.files import write_whole
+from delta_cad.common.json_file import JsonError, read_json
 from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismError
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
@@ -27,6 +28,8 @@ STATEMENT = (
     "mirror image. Where gravity is not null, force and torque of the limits are those asked, less room for the weight "
     "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
 )
+MOST_LEAVES = 250_000
+"""A replay takes some 0.2 ms a leaf: a minute for these. The committed design's certificate has 3,040."""
 _Number = Annotated[float, Field(strict=True)]  # neither text nor true
 _Point = tuple[_Number, _Number, _Number]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -86,7 +89,7 @@ class _File(_Record):
     gravity: _Gravity | None
     findings: list[_Finding]
     boxes: int = Field(ge=0, strict=True)
-    leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]]
+    leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]] = Field(max_length=MOST_LEAVES)
     digest: _Sha256
 
 
@@ -118,10 +121,15 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         "limits": limits.record(),
         "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
         "findings": findings,
-        "boxes": certificate.boxes,
+        "boxes": _boxes_of(len(certificate.leaves)),
         "leaves": certificate.leaves.tolist(),
     }
     return data | {"digest": _digest(data)}
+
+
+def _boxes_of(leaves: int) -> int:
+    """Boxes that halving makes on the way to some leaves: those themselves and each whole that was halved."""
+    return max(2 * leaves - 1, 0)
 
 
 def _gravity_to_dict(share: GravityShare) -> dict[str, Any]:
@@ -170,8 +178,8 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
 
     Raises:
         UnreadableError: A field is missing, unknown or of the wrong kind, or no mechanism or limit can have its value.
-        CertificateError: The digest is not that of the content, the statement is not `STATEMENT`, or verdict and top
-            height do not follow from the rest.
+        CertificateError: The digest is not that of the content, the statement is not `STATEMENT`, or verdict, top
+            height and count of boxes do not follow from the rest.
     """
     try:
         read = _File.model_validate(data)
@@ -192,6 +200,9 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
     if float(certificate.cube.upper[2]) != read.cube.top_height_m:
         raise CertificateError(f"{file}: top_height_m is not bottom_height_m plus twice half_side_m")
+    if read.boxes != _boxes_of(len(read.leaves)):
+        made = _boxes_of(len(read.leaves))
+        raise CertificateError(f"{file}: boxes is {read.boxes}; its {len(read.leaves)} leaves are made of {made}")
     return certificate
 
 
@@ -240,8 +251,16 @@ def write_certificate(certificate: Certificate, path: str | Path) -> None:
     Args:
         certificate: The certificate.
         path: Where to; replaced if it is there.
+
+    Raises:
+        CertificateError: It has more leaves than anybody would replay.
     """
     path = Path(path)
+    if len(certificate.leaves) > MOST_LEAVES:
+        raise CertificateError(
+            f"{path.name}: the proof takes {len(certificate.leaves)} boxes; a certificate holds at most {MOST_LEAVES}: "
+            "leave a little more room in the limits that have the least"
+        )
     data = certificate_to_dict(certificate)
     leaves = data.pop("leaves")
     text = json.dumps(data, indent=1, allow_nan=False)
@@ -259,14 +278,12 @@ def read_certificate(path: str | Path) -> Certificate:
         The certificate.
 
     Raises:
-        UnreadableError: It cannot be read, is not JSON, or has not the fields of a certificate.
+        UnreadableError: It cannot be read, `parse_json` refuses it, or it has not the fields of a certificate.
         CertificateError: `certificate_from_dict` finds that it was changed.
     """
     path = Path(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UnreadableError(f"{path.name}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
-        raise UnreadableError(f"{path.name}: is not JSON we can read: {error}") from None
+        data = read_json(path)
+    except JsonError as error:
+        raise UnreadableError(str(error)) from None
     return certificate_from_dict(data, path.name)

@@ -25,7 +25,6 @@ smaller torque. It is conservative by the angle between `J_i` and gravity and by
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,6 +32,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.json_file import JsonError, parse_json, read_bounded
 from delta_cad.mechanism.limits import Limits, Torque
 
 if TYPE_CHECKING:
@@ -201,12 +201,10 @@ def read_masses(path: Path, design: Design) -> WeighedMasses:
         GravityError: Unreadable, not mass properties, of another design, or with bodies that the bound does not know.
     """
     try:
-        content = path.read_bytes()
-        data = json.loads(content)
-    except OSError as error:
-        raise GravityError(f"{path.name}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
-        raise GravityError(f"{path.name}: is not JSON we can read: {error}") from None
+        content = read_bounded(path)
+        data = parse_json(content, path.name)
+    except JsonError as error:
+        raise GravityError(str(error)) from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise GravityError(f'{path.name}: schema: must be "{SCHEMA}"')
     cube = design.cube

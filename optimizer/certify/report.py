@@ -226,7 +226,10 @@ def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
     """What was taken off for gravity, and what it comes to."""
     share = c.gravity
     if share is None:
-        return "gravity is NOT taken off the torque: give --mass-properties (of a build) or --gravity-torque"
+        return (
+            "gravity is NOT taken off the torque: give --mass-properties (of a build) or --gravity-torque; `verify` "
+            "exits 1 for it unless it is told --without-gravity"
+        )
     given = f"{share.reserve:g} N m of every joint's {share.torque:g} N m, as given by hand"
     if share.masses is None:
         return f"gravity is taken off: {given}"

@@ -143,7 +143,7 @@ def _certify(
     from delta_cad.mechanism import UnreachableError
     from delta_cad.mechanism.proof.extremes import worst_figures
     from optimizer.certify.bounds import bounds, tightened
-    from optimizer.certify.certificate import asked_of, certify, cube_of, values_of
+    from optimizer.certify.certificate import CertificateError, asked_of, certify, cube_of, values_of
     from optimizer.certify.file import write_certificate
     from optimizer.certify.report import broken, facts, gravity_words, report_rows, shortfall, table
 
@@ -172,6 +172,8 @@ def _certify(
         write_certificate(written, given.out)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    except CertificateError as error:
+        return refuse(str(error), NOT_MET)
     if given.json:
         told = facts(certificate, rows, found) | {"certificate": str(given.out), "tight": written is not certificate}
         print(json.dumps(told, indent=1))

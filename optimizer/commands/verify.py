@@ -37,6 +37,11 @@ def arguments(command: argparse.ArgumentParser) -> None:
         metavar="N_m",
         help="torque that should be left for gravity at every joint, given by hand; needs --design",
     )
+    gravity.add_argument(
+        "--without-gravity",
+        action="store_true",
+        help="a certificate that leaves out the gravity that the design states is enough",
+    )
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
@@ -54,7 +59,6 @@ def run(given: argparse.Namespace) -> int:
             return refuse("--mass-properties needs --design: masses belong to a machine", BAD_INPUT)
         if given.gravity_torque is not None:
             return refuse("--gravity-torque needs --design: it is taken off the torque of a machine", BAD_INPUT)
-    certificate = None
     try:
         design = None if given.design is None else load_design(given.design)
         certificate = read_certificate(given.certificate)
@@ -76,7 +80,7 @@ def run(given: argparse.Namespace) -> int:
         if given.json:
             print(json.dumps({"certificate": str(given.certificate), "holds": False, "reason": reason}, indent=1))
         return refuse(f"{reason}; the certificate does not hold", NOT_MET)
-    reason = _missing(certificate, replay)
+    reason = _missing(certificate, replay) or _weightless(given, certificate, design)
     if given.json:
         print(json.dumps(_facts(given, certificate, replay, reason), indent=1))
     elif not reason:
@@ -126,6 +130,20 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
         elif finding.condition in replay.undecided:
             parts.append(f"{finding.condition} is undecided")
     return "it does not prove the design: " + "; ".join(parts) if parts else ""
+
+
+def _weightless(given: argparse.Namespace, certificate: Certificate, design: Design | None) -> str:
+    """Why a certificate that leaves gravity out is not enough for a design that states it; "" if it is."""
+    told = given.without_gravity or given.gravity_torque == 0.0
+    stated = design is not None and any(design.requirements.gravity_m_s2)
+    if design is None or not stated or told or certificate.gravity is not None:
+        return ""
+    x, y, z = design.requirements.gravity_m_s2
+    return (
+        f"it does not prove the design: {given.design.name} states requirements.gravity_m_s2 = [{x:g}, {y:g}, {z:g}], "
+        "and nothing of the torque is left for it; certify with --mass-properties (of a build) or --gravity-torque, "
+        "or verify with --without-gravity"
+    )
 
 
 def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, reason: str) -> dict[str, Any]:
@@ -191,7 +209,7 @@ def _gravity_words(given: argparse.Namespace, share: GravityShare | None) -> str
     """For what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:
-        compared = "as asked" if given.gravity_torque == 0.0 else nothing
+        compared = "as asked" if given.gravity_torque == 0.0 or given.without_gravity else nothing
         return f"GRAVITY is NOT taken off the torque, {compared}"
     if share.masses is None:
         left = f"GRAVITY is taken off by hand, {share.reserve:g} N m of every joint's {share.torque:g} N m"

@@ -35,7 +35,7 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert told.startswith("dashboard-joystick: proved at every point of the cube of ")
     assert "gravity is NOT taken off the torque: give --mass-properties" in told
     assert [f.name for f in out.parent.iterdir()] == ["certificate.json"]
-    assert call("verify", out, "--design", BEST) == 0
+    assert call("verify", out, "--design", BEST, "--without-gravity") == 0
     told, err = capsys.readouterr()
     assert err == ""
     proved = "reach, assembly_mode, torque, kappa, lean, shoulder"  # all that best.json asks
@@ -44,7 +44,13 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     torque = load_design(BEST).requirements.joint_torque_N_m
     limits = f"every elbow arm >= 0 mm; assembly mode, det S / L_B^3 > 0; torque <= {torque:g} N m for 3 N"
     assert f"{limits} in any direction; kappa <= 2.27" in told
-    assert "GRAVITY is NOT taken off the torque, NOTHING GIVEN TO COMPARE THAT WITH" in told.splitlines()[0]
+    assert "GRAVITY is NOT taken off the torque, as asked" in told.splitlines()[0]
+    assert call("verify", out, "--design", BEST, "--json") == 1
+    told, err = capsys.readouterr()
+    assert "best.json states requirements.gravity_m_s2 = [0, 0, -9.81], and nothing of the torque is left for it" in err
+    assert (json.loads(told)["holds"], json.loads(told)["gravity_taken_off"]) == (False, False)
+    assert call("verify", out) == 0
+    assert "GRAVITY is NOT taken off the torque, NOTHING GIVEN TO COMPARE THAT WITH" in capsys.readouterr().out
     assert call("verify", out, "--design", BEST, "--gravity-torque", "0") == 0
     assert "GRAVITY is NOT taken off the torque, as asked\n" in capsys.readouterr().out
     assert call("verify", out, "--design", BEST, "--gravity-torque", "0.08") == 1
@@ -169,7 +175,7 @@ def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
     for figure in ("kappa", "lean", "shoulder, smallest", "shoulder, largest"):
         assert rows[figure]["verdict"] == "proved"
         assert rows[figure]["proved"] == rows[figure]["limit"], figure
-    assert call("verify", out, "--design", path) == 0
+    assert call("verify", out, "--design", path, "--without-gravity") == 0
 
 
 @pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])
@@ -188,7 +194,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert call("certify", "--design", path, "--out", out, "--tight", "--json") == 0
     told = json.loads(capsys.readouterr().out)
     assert told["tight"]
-    assert call("verify", out, "--design", path, "--json") == 0
+    assert call("verify", out, "--design", path, "--json", "--without-gravity") == 0
     assert json.loads(capsys.readouterr().out)["proved"] == [
         "reach", "assembly_mode", "torque", "kappa", "lean", "shoulder",
     ]  # fmt: skip

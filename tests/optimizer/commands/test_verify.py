@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from delta_cad.design import load_design
+from optimizer.certify.file import MOST_LEAVES
 from tests.optimizer.designs_to_certify import call, changed, masses, redigested
 
 
@@ -33,8 +34,11 @@ def test_tampered_certificates_exit_1(tmp_path: Path, capsys: pytest.CaptureFixt
         assert words in json.loads(told)["reason"]
 
     refused("its content was changed", fitting=False, boxes=1)
-    refused("boxes are missing", leaves=good["leaves"][1:])
-    refused("overlap", leaves=[*good["leaves"], good["leaves"][0]])
+    for count in (0, len(good["leaves"]), good["boxes"] - 1, good["boxes"] + 1, 999_999_999):
+        refused(f"boxes is {count}; its", boxes=count)
+    refused('it is about a design called "another"', design="another")
+    refused("boxes are missing", leaves=good["leaves"][1:], boxes=good["boxes"] - 2)
+    refused("overlap", leaves=[*good["leaves"], good["leaves"][0]], boxes=good["boxes"] + 2)
     refused("is about the design of hash", design_hash="0" * 64)
     looser = good["limits"] | {"kappa_max": 3.0}
     findings = [f | {"limit": 3.0} if f["condition"] == "kappa" else f for f in good["findings"]]
@@ -117,7 +121,6 @@ def test_a_mass_limit_that_is_missing_laxer_or_of_other_masses_does_not_hold(
         ("kappa_max", "2.3"),
         ("kappa_max", True),
         ("kappa_max", [2.3]),
-        ("kappa_max", float("nan")),
         ("kappa_max", 10**400),
         ("elbow_arm_min_m", {"m": 0.0}),
         ("force_N", False),
@@ -163,6 +166,38 @@ def test_limits_that_are_no_numbers_are_refused_by_their_key(
     assert err.count("\n") == 1
 
 
+def test_a_file_that_two_readers_could_read_differently_or_not_at_all_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], whole: dict[str, Any]
+) -> None:
+    """The digest is over what was read: of a key that stands twice it covers the last one only."""
+    text = json.dumps(whole)
+    for content, words in (
+        (text[:-1] + ', "boxes": 1}', "the key 'boxes' stands twice"),
+        (text.replace('"kappa_max": ', '"kappa_max": 1.5, "kappa_max": ', 1), "the key 'kappa_max' stands twice"),
+        (text.replace('"half_side_m": ', '"half_side_m": NaN, "_": ', 1), "NaN is no number"),
+        (text[:-1] + ', "x": ' + "[" * 100 + "]" * 100 + "}", "is nested deeper than"),
+        (text[:-1] + " " * 64_000_000 + "}", "is larger than 64 MB"),
+    ):
+        (tmp_path / "c.json").write_text(content)
+        assert call("verify", tmp_path / "c.json") == 2
+        told, err = capsys.readouterr()
+        assert (told, err.count("\n")) == ("", 1)
+        assert words in err
+    leaves = [whole["leaves"][0]] * (MOST_LEAVES + 1)
+    (tmp_path / "c.json").write_text(json.dumps(redigested(whole | {"leaves": leaves})))
+    assert call("verify", tmp_path / "c.json") == 2
+    assert capsys.readouterr().err.startswith("c.json: leaves: ")
+
+
+def test_more_leaves_than_anybody_would_replay_are_not_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("optimizer.certify.file.MOST_LEAVES", 10)
+    assert call("certify", "--design", changed(tmp_path), "--out", tmp_path / "c.json") == 1
+    assert "a certificate holds at most 10" in capsys.readouterr().err
+    assert not (tmp_path / "c.json").exists()
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A certificate about every limit."""
@@ -178,7 +213,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 @pytest.mark.parametrize("value", ["0.04", True, None])
 @pytest.mark.parametrize(
-    "where", ["geometry.base_radius_m", "cube.half_side_m", "boxes", "leaves.0", "findings.0.limit"]
+    "where", ["geometry.base_radius_m", "cube.half_side_m", "boxes", "leaves.0", "leaves.0.1", "findings.0.limit"]
 )
 def test_text_and_truth_are_no_numbers_anywhere(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], whole: dict[str, Any], where: str, value: Any
@@ -192,3 +227,10 @@ def test_text_and_truth_are_no_numbers_anywhere(
     (tmp_path / "c.json").write_text(json.dumps(redigested(data)))
     assert call("verify", tmp_path / "c.json") == 2
     assert capsys.readouterr().err.startswith(f"c.json: {where}")
+
+
+@pytest.mark.parametrize(("where", "value"), [("boxes", 5.0), ("leaves.0.1", 0.0), ("design", 1), ("verdict", True)])
+def test_whole_numbers_and_text_are_not_taken_for_another_kind(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], whole: dict[str, Any], where: str, value: Any
+) -> None:
+    test_text_and_truth_are_no_numbers_anywhere(tmp_path, capsys, whole, where, value)
