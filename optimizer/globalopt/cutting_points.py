@@ -72,7 +72,7 @@ def numbers(limits: Limits) -> np.ndarray:
         kind = type(limit)
         if kind in BITS:
             bits |= BITS[kind]
-            out[START[kind] : START[kind] + kind.size] = limit.numbers(None)
+            out[START[kind] : START[kind] + kind.size] = limit.numbers()
     out[0] = bits
     return out
 
@@ -139,6 +139,8 @@ def _fill_chains(x_m, y_m, height, pose):
         put(pose, forms.W + i, w)
         put(pose, forms.RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
         put(pose, forms.VERTICAL + i, add(multiply(z, left), multiply(q, across)))
+        put(pose, forms.ELBOW_RADIAL + i, subtract(q, at(pose, forms.RADIAL + i)))
+        put(pose, forms.ELBOW_VERTICAL + i, subtract(z, at(pose, forms.VERTICAL + i)))
 
 
 @compiled

@@ -6,6 +6,8 @@ makes it; the optimizer makes the same table over boxes of designs, so that a li
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from delta_cad.common.jit import compiled
@@ -17,6 +19,7 @@ from delta_cad.mechanism.enclosure.affine_form import (
     constant,
     inverse,
     lower,
+    magnitude,
     multiply,
     put,
     root,
@@ -25,14 +28,16 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
-Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE = range(0, 24, 3)
+Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE, ELBOW_RADIAL, ELBOW_VERTICAL = range(0, 30, 3)
 """First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
-the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2."""
-FOREARM = 24
+the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2,
+and the upper arm along the chain's radius and along z, L_A cos(theta) and L_A sin(theta) (m)."""
+FOREARM = 30
 """First of nine rows, x, y, z a chain: the forearm in the base frame, m."""
-Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(33, 39)
-"""Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2."""
-ROWS = 39
+Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(39, 45)
+"""Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2; where there is a tolerance each form holds those of
+every chain."""
+ROWS = 45
 
 COORDINATES, CHAINS, FOREARMS = 0, 1, 2
 """How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all."""
@@ -40,23 +45,30 @@ COORDINATES, CHAINS, FOREARMS = 0, 1, 2
 SIN_60_ERROR = 2.0**-54
 """Of a double in [1/2, 1) such as `SIN_60`: sqrt and the halving round to nearest."""
 
-NUMBERS = 6  # of `lengths`
+TOLERANCE = 6  # place of it in `lengths`
+NUMBERS = 7  # of `lengths`
+OFFSET = 2.0
+"""Of the wrist against the shoulder in each direction, in tolerances: both ends are off by one."""
+LIFT = 1.0 + 2.0**-40
+"""Lifts a sum of some thirty products of non-negative numbers, with a root and quotients in it, over its roundings."""
 
 
-def lengths(g: DeltaGeometry) -> tuple[float, ...]:
-    """Gives the numbers of a mechanism that `fill` takes, those that are rounded with a bound of their error.
+def lengths(g: DeltaGeometry, tolerance: float = 0.0) -> tuple[float, ...]:
+    """Gives the numbers of a mechanism that the table is filled from, rounded ones with a bound of their error.
 
     Args:
         g: The mechanism.
+        tolerance: Of every length and offset of every chain, README (43), m.
 
     Returns:
-        R - r and its error, L_A, L_B, L_A^2 - L_B^2 and its error; m, m^2.
+        R - r and its error, L_A, L_B, L_A^2 - L_B^2 and its error, the tolerance; m, m^2.
     """
     la, lb = g.upper_arm_length, g.forearm_length
     return (
         *(g.radius_difference, ROUND * (abs(g.base_radius) + abs(g.platform_radius))),
         *(la, lb),
         *((la - lb) * (la + lb), ROUND * (la + lb) ** 2),
+        tolerance,
     )
 
 
@@ -120,7 +132,69 @@ def fill_chains(k, pose):
         put(pose, W + i, w)
         put(pose, RADIAL + i, subtract(multiply(q, left), multiply(z, across)))
         put(pose, VERTICAL + i, add(multiply(z, left), multiply(q, across)))
+        put(pose, ELBOW_RADIAL + i, subtract(q, at(pose, RADIAL + i)))
+        put(pose, ELBOW_VERTICAL + i, subtract(z, at(pose, VERTICAL + i)))
         closed = closed and lower(w2) > 0.0
+    return closed
+
+
+@compiled
+def _widen(pose, row, error):
+    """Adds to a form's own error."""
+    pose[row, TERMS - 1] = (pose[row, TERMS - 1] + error) * LIFT
+
+
+@compiled
+def widen_coordinates(k, pose):
+    """Widens coordinates and lengths by what the tolerance can change."""
+    d = k[TOLERANCE]
+    for i in range(3):
+        _widen(pose, Q + i, OFFSET * d)
+        _widen(pose, T + i, OFFSET * d)
+    _widen(pose, Z, OFFSET * d)
+    la, lb = constant(k[2], d), constant(k[3], d)
+    put(pose, UPPER_ARM, la)
+    put(pose, UPPER_ARM_2, multiply(la, la))
+    put(pose, FOREARM_LENGTH, lb)
+    put(pose, FOREARM_2, multiply(lb, lb))
+
+
+@compiled
+def widen_chains(k, pose):
+    """Widens the closed chains by what the tolerance can change, README (44); whether all of them still are closed.
+
+    The forms of the drawn machine are changed by no more than each derivative's bound over the box and over all chains
+    within the tolerance, times the change of its length.
+    """
+    d, la, lb = k[TOLERANCE], k[2], k[3]
+    half, difference = constant(0.5 / la, ROUND / la), constant(k[4], k[5])
+    o, short, longest, closed = OFFSET * d, (la - d) / LIFT, (lb + d) * LIFT, True
+    z = magnitude(at(pose, Z)) + o
+    for i in range(3):
+        q, t = magnitude(at(pose, Q + i)) + o, magnitude(at(pose, T + i)) + o
+        middle = multiply(half, add(at(pose, SQUARE + i), difference))
+        left = subtract(constant(1.0, 0.0), scale(2.0, multiply(half, middle)))
+        m = magnitude(middle)
+        change = (2.0 * o * (q + t + z) + 2.0 * d * (la + lb + d)) / (2.0 * short) + m * d / short
+        f = magnitude(left) + change / short + m * d / (la * short)
+        m += change
+        part = 2.0 * o * (f * (q + z) + m * t / short) + 2.0 * d * m * (f + longest / short)
+        _widen(pose, W2 + i, part)
+        least = lower(at(pose, W2 + i))
+        if not least > 0.0:
+            closed = False
+            continue
+        w = math.sqrt(least) / LIFT
+        _widen(pose, W + i, part / (2.0 * w))
+        crude = (3.0 * o + 2.0 * d) * longest / w  # sine, cosine <= 1 and the forearm's parts <= its length
+        r, v = magnitude(at(pose, RADIAL + i)) + crude, magnitude(at(pose, VERTICAL + i)) + crude
+        cos = min((magnitude(at(pose, ELBOW_RADIAL + i)) + crude) / short, 1.0)
+        sin = min((magnitude(at(pose, ELBOW_VERTICAL + i)) + crude) / short, 1.0)
+        by_sine, by_cosine = d * (v + sin * longest), d * (r + cos * longest)
+        _widen(pose, RADIAL + i, (o * ((cos + sin) * v + sin * t) + by_sine) / w)
+        _widen(pose, VERTICAL + i, (o * ((cos + sin) * r + cos * t) + by_cosine) / w)
+        _widen(pose, ELBOW_RADIAL + i, (o * sin * (r + t + v) + by_sine) / w)
+        _widen(pose, ELBOW_VERTICAL + i, (o * cos * (r + t + v) + by_cosine) / w)
     return closed
 
 

@@ -67,9 +67,8 @@ class AssemblyMode(PoseLimit):
         del values
         return "assembly mode (det S > 0 in the whole cube: platform above the elbows)"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
+    def numbers(self) -> tuple[float, ...]:
         """Gives none."""
-        del g
         return ()
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:

@@ -107,10 +107,10 @@ def _masses(limit: EffectiveMass, g: DeltaGeometry, p: np.ndarray) -> np.ndarray
 
 @compiled
 def _elbow_direction(pose, i, part):
-    """L_A e_i, along the chain's radius (part 0) or along z (1): from wrist and forearm, without a division."""
+    """L_A e_i, along the chain's radius (part 0) or along z (1)."""
     if part == 0:
-        return subtract(at(pose, forms.VERTICAL + i), at(pose, forms.Z))
-    return subtract(at(pose, forms.Q + i), at(pose, forms.RADIAL + i))
+        return scale(-1.0, at(pose, forms.ELBOW_VERTICAL + i))
+    return at(pose, forms.ELBOW_RADIAL + i)
 
 
 @compiled
@@ -126,9 +126,8 @@ def _component(radial, vertical, i, axis):
 
 
 @compiled
-def _entry(k, n, rows, elbows, a, b):
+def _entry(at_elbow, cross, rows, elbows, a, b):
     """Entry (a, b) of M less the carried mass on the diagonal."""
-    at_elbow, cross = constant(k[n + 2], k[n + 3]), constant(k[n + 4], k[n + 5])
     total = constant(0.0, 0.0)
     for i in range(3):
         na, nb = at(rows, 3 * i + a), at(rows, 3 * i + b)
@@ -149,13 +148,16 @@ def _enclose(pose, k, n, work, out, row):
         for axis in range(3):
             put(rows, 3 * i + axis, multiply(at(pose, forms.FOREARM + 3 * i + axis), arm))
             put(elbows, 3 * i + axis, _component(radial, vertical, i, axis))
+    turning = multiply(constant(k[n + 4], 0.0), inverse(at(pose, forms.UPPER_ARM_2)))
+    at_elbow = add(constant(k[n + 3], 0.0), turning)
+    cross = multiply(constant(k[n + 2], 0.0), inverse(at(pose, forms.UPPER_ARM)))
     a = (
-        _entry(k, n, rows, elbows, 0, 0),
-        _entry(k, n, rows, elbows, 1, 1),
-        _entry(k, n, rows, elbows, 2, 2),
-        _entry(k, n, rows, elbows, 0, 1),
-        _entry(k, n, rows, elbows, 0, 2),
-        _entry(k, n, rows, elbows, 1, 2),
+        _entry(at_elbow, cross, rows, elbows, 0, 0),
+        _entry(at_elbow, cross, rows, elbows, 1, 1),
+        _entry(at_elbow, cross, rows, elbows, 2, 2),
+        _entry(at_elbow, cross, rows, elbows, 0, 1),
+        _entry(at_elbow, cross, rows, elbows, 0, 2),
+        _entry(at_elbow, cross, rows, elbows, 1, 2),
     )
     if not eigenvectors((a[0][0], a[1][0], a[2][0], a[3][0], a[4][0], a[5][0]), work):
         return
@@ -178,13 +180,13 @@ def _cut(pose, k, n, work, cuts, count):
     la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
     v = (at(pose, forms.W2), at(pose, forms.W2 + 1), at(pose, forms.W2 + 2))
     others = (multiply(v[1], v[2]), multiply(v[0], v[2]), multiply(v[0], v[1]))
-    if k[n] + k[n + 1] < 0.0 and k[n + 4] >= 0.0:  # less than what is carried, and all else only adds: n.e = 1
+    if k[n] + k[n + 1] < 0.0 and k[n + 2] >= 0.0:  # less than what is carried, and all else only adds: n.e = 1
         return EXCLUDED
     if not _directions(pose, k, n, work):
         return count
     allowed = multiply(multiply(constant(k[n], k[n + 1]), la2), multiply(v[0], others[0]))
-    at_elbow = add(multiply(constant(k[n + 6], k[n + 7]), la2), constant(k[n + 8], 0.0))
-    cross = multiply(constant(k[n + 4], k[n + 5]), la)
+    at_elbow = add(multiply(constant(k[n + 3], 0.0), la2), constant(k[n + 4], 0.0))
+    cross = multiply(constant(k[n + 2], 0.0), la)
     for column in range(2):
         x, y, z = work[3, column], work[4, column], work[5, column]
         f = INSIDE / math.sqrt(x * x + y * y + z * z)  # u is no longer than 1, so that |u|^2 may be left out
@@ -219,14 +221,14 @@ def _directions(pose, k, n, work):
         if not w > 0.0:
             return False
         r, h = (
-            (pose[forms.VERTICAL + i, 0] - pose[forms.Z, 0]) / la,
-            (pose[forms.Q + i, 0] - pose[forms.RADIAL + i, 0]) / la,
+            -pose[forms.ELBOW_VERTICAL + i, 0] / la,
+            pose[forms.ELBOW_RADIAL + i, 0] / la,
         )
         c, s = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
         ex, ey, ez = c * r, s * r, h
         nx, ny = pose[forms.FOREARM + 3 * i, 0] / w, pose[forms.FOREARM + 3 * i + 1, 0] / w
         nz = pose[forms.FOREARM + 3 * i + 2, 0] / w
-        f, g = k[n + 6] + k[n + 8] / la2, k[n + 4]
+        f, g = k[n + 3] + k[n + 4] / la2, k[n + 2]
         m00 += f * nx * nx + 2.0 * g * nx * ex
         m11 += f * ny * ny + 2.0 * g * ny * ey
         m22 += f * nz * nz + 2.0 * g * nz * ez
@@ -254,7 +256,7 @@ class EffectiveMass(PoseLimit):
     tier: ClassVar = forms.FOREARMS
     needs_masses: ClassVar = True
     rows: ClassVar = 1
-    size: ClassVar = 9
+    size: ClassVar = 5
     enclose: ClassVar = staticmethod(_enclose)
     cut: ClassVar = staticmethod(_cut)
     cuts: ClassVar = 2
@@ -291,19 +293,11 @@ class EffectiveMass(PoseLimit):
         del values
         return f"limits.effective_mass_max_kg = {self.mass_max:g}"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
-        """Gives the mass allowed beside the carried, m_uu + I / L_A^2, m_uv (by L_A where g is given), m_uu, I."""
+    def numbers(self) -> tuple[float, ...]:
+        """Gives the mass allowed beside the carried and its error, m_uv, m_uu and I."""
         m = self.inertia
-        la = 1.0 if g is None else g.upper_arm_length
-        at_elbow, cross = m.elbow_mass + m.joint_inertia / la**2, m.cross_mass / la
-        allowed = self.mass_max - m.carried_mass
-        return (
-            *(allowed, ROUND * (self.mass_max + m.carried_mass)),
-            *(at_elbow, ROUND * at_elbow),
-            *(cross, ROUND * abs(cross)),
-            *(m.elbow_mass, 0.0),
-            m.joint_inertia,
-        )
+        allowed, error = self.mass_max - m.carried_mass, ROUND * (self.mass_max + m.carried_mass)
+        return allowed, error, m.cross_mass, m.elbow_mass, m.joint_inertia
 
     def _difference(self, pose: SlopePose, exact: Callable[[float], Interval], sense: float) -> Symmetric:
         """M less the mass allowed, times sense."""

@@ -41,14 +41,16 @@ def _kappa(limit: Kappa, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 
 @compiled
 def _enclose(pose, k, n, work, out, row):
-    """Computes K^2 l3 - l1 of the Gram matrix of the rows s_i / w_i, README (33); 0 where only (34) proves it."""
+    """Computes K^2 l3 - l1 of the Gram matrix of the rows s_i / (L_A w_i), README (33); 0 where only (34) proves it."""
     out[row, :] = math.nan
-    i1, i2, i3 = inverse(at(pose, forms.W)), inverse(at(pose, forms.W + 1)), inverse(at(pose, forms.W + 2))
+    la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
+    i1, i2 = inverse(multiply(la, at(pose, forms.W))), inverse(multiply(la, at(pose, forms.W + 1)))
+    i3 = inverse(multiply(la, at(pose, forms.W + 2)))
     lb2, det = at(pose, forms.FOREARM_2), at(pose, forms.DETERMINANT)
     a = (
-        multiply(lb2, inverse(at(pose, forms.W2))),
-        multiply(lb2, inverse(at(pose, forms.W2 + 1))),
-        multiply(lb2, inverse(at(pose, forms.W2 + 2))),
+        multiply(lb2, inverse(multiply(la2, at(pose, forms.W2)))),
+        multiply(lb2, inverse(multiply(la2, at(pose, forms.W2 + 1)))),
+        multiply(lb2, inverse(multiply(la2, at(pose, forms.W2 + 2)))),
         multiply(at(pose, forms.PRODUCT + 2), multiply(i1, i2)),
         multiply(at(pose, forms.PRODUCT + 1), multiply(i1, i3)),
         multiply(at(pose, forms.PRODUCT), multiply(i2, i3)),
@@ -147,9 +149,8 @@ class Kappa(PoseLimit):
         del values
         return f"limits.kappa_max = {self.kappa_max}"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
+    def numbers(self) -> tuple[float, ...]:
         """Gives K^2 and its error."""
-        del g
         return self.kappa_max**2, ROUND * self.kappa_max**2
 
     def second_proof(self, pose: SlopePose, exact: Callable[[float], Interval]) -> np.ndarray:

@@ -11,7 +11,17 @@ import numpy as np
 
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.enclosure.affine_form import ROUND, add, at, constant, lower, scale, subtract, upper
+from delta_cad.mechanism.enclosure.affine_form import (
+    ROUND,
+    add,
+    at,
+    constant,
+    lower,
+    multiply,
+    scale,
+    subtract,
+    upper,
+)
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import HIGH, LOW, store
@@ -42,7 +52,7 @@ def _leans(limit: Lean, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 @compiled
 def _enclose(pose, k, n, work, out, row):
     """Computes L_B sin(lean_max) - |t| of each chain; linear but for t's sign."""
-    room = constant(k[n], k[n + 1])
+    room = multiply(at(pose, forms.FOREARM_LENGTH), constant(k[n], k[n + 1]))
     for i in range(3):
         t = at(pose, forms.T + i)
         side = -1.0 if t[0] > 0.0 else 1.0
@@ -89,11 +99,9 @@ class Lean(PoseLimit):
         """Says what is asked."""
         return f"limits.lean_max_deg = {values['lean_max_deg']}"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
-        """Gives L_B sin(lean_max) and its error, m."""
-        lb = 1.0 if g is None else g.forearm_length
-        _, sine = cosine_sine(self.lean_max, self.lean_max)
-        return lb * sine, ROUND * lb
+    def numbers(self) -> tuple[float, ...]:
+        """Gives sin(lean_max) and its error."""
+        return cosine_sine(self.lean_max, self.lean_max)[1], ROUND
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes L_B sin(lean_max) -+ t."""

@@ -214,12 +214,8 @@ class PoseLimit(Limit):
         return cls()
 
     @abstractmethod
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
-        """Gives the numbers that the compiled functions take, rounded ones with a bound of their error.
-
-        Args:
-            g: The mechanism; None over boxes of designs.
-        """
+    def numbers(self) -> tuple[float, ...]:
+        """Gives the numbers that the compiled functions take, rounded ones with a bound of their error."""
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:
         """Computes the margins once more in another arithmetic, for the replay of a certificate.

@@ -101,9 +101,8 @@ class Reach(PoseLimit):
         del values
         return "reach of the whole cube"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
+    def numbers(self) -> tuple[float, ...]:
         """Gives w_min^2 and its error, m^2."""
-        del g
         return self.elbow_arm_min**2, ROUND * self.elbow_arm_min**2
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:

@@ -41,8 +41,7 @@ def _angles(limit: Shoulder, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 def _margin(pose, k, n, i):
     """Computes L_A (cos(theta - middle) - cos(half the range)), so that cos and sin need not be divided out."""
     c, s = constant(k[n], k[n + 3]), constant(k[n + 1], k[n + 3])
-    along = multiply(c, subtract(at(pose, forms.Q + i), at(pose, forms.RADIAL + i)))
-    up = multiply(s, subtract(at(pose, forms.Z), at(pose, forms.VERTICAL + i)))
+    along, up = multiply(c, at(pose, forms.ELBOW_RADIAL + i)), multiply(s, at(pose, forms.ELBOW_VERTICAL + i))
     return subtract(add(along, up), multiply(at(pose, forms.UPPER_ARM), constant(k[n + 2], k[n + 3])))
 
 
@@ -120,9 +119,8 @@ class Shoulder(PoseLimit):
         low, high = (values.get(name) for name in ("shoulder_min_deg", "shoulder_max_deg"))
         return f"limits.shoulder_deg = [{-180.0 if low is None else low:g}, {180.0 if high is None else high:g}]"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
+    def numbers(self) -> tuple[float, ...]:
         """Gives cosine and sine of the middle, cosine of half the range, and the error of each."""
-        del g
         low, high = self.shoulder_min, self.shoulder_max
         return *cosine_sine(low, high), cosine_sine(high, -low)[0], ROUND
 

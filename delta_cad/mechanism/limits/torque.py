@@ -38,8 +38,9 @@ def _margin(pose, lever, i):
 @compiled
 def _enclose(pose, k, n, work, out, row):
     """Computes the margin of each joint."""
+    lever = multiply(at(pose, forms.UPPER_ARM_2), constant(k[n], k[n + 1]))
     for i in range(3):
-        store(out, row + i, _margin(pose, constant(k[n], k[n + 1]), i))
+        store(out, row + i, _margin(pose, lever, i))
 
 
 @compiled
@@ -93,9 +94,9 @@ class Torque(PoseLimit):
         del values
         return f"{self.torque_max:g} N m for {self.force:g} N (requirements.joint_torque_N_m)"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
-        """Gives (F L_A / torque)^2 and its error; over boxes of designs (F / torque)^2, 1 / m^2."""
-        lever = self.force * (1.0 if g is None else g.upper_arm_length) / self.torque_max
+    def numbers(self) -> tuple[float, ...]:
+        """Gives (F / torque)^2 and its error, 1 / m^2."""
+        lever = self.force / self.torque_max
         return lever**2, ROUND * lever**2
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:

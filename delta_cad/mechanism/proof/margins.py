@@ -46,21 +46,22 @@ _CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != forms.COORDI
 """Margins that mean nothing where a chain is open."""
 
 
-def numbers(g: DeltaGeometry, limits: Limits) -> np.ndarray:
+def numbers(g: DeltaGeometry, limits: Limits, tolerance: float = 0.0) -> np.ndarray:
     """Gathers the numbers of a mechanism and of limits on it, for `margins`.
 
     Args:
         g: The mechanism.
         limits: The limits.
+        tolerance: Of every length and offset of every chain, README (43), m.
 
     Returns:
         (n,) numbers; NaN for limits that are not asked.
     """
     out = np.full(SIZE, np.nan)
-    out[: forms.NUMBERS] = forms.lengths(g)
+    out[: forms.NUMBERS] = forms.lengths(g, tolerance)
     for limit in limits:
         start = START[type(limit)]
-        out[start : start + limit.size] = limit.numbers(g)
+        out[start : start + limit.size] = limit.numbers()
     return out
 
 
@@ -82,10 +83,17 @@ def margins(box, k, needed, pose, work, out):
         out: (n, 6) filled: `LOW`, `HIGH`, `CENTRE`, slopes; NaN where nothing can be said.
     """
     forms.fill_coordinates(box, k, pose)
+    if k[forms.TOLERANCE] > 0.0:
+        forms.widen_coordinates(k, pose)
     _by_coordinates(pose, k, needed, work, out)
     if not needed & _CHAINS:
         return
-    closed = forms.fill_chains(k, pose)
+    if k[forms.TOLERANCE] > 0.0:  # the chains are those of the drawn machine, widened
+        forms.fill_coordinates(box, k, pose)
+        closed = forms.fill_chains(k, pose) and forms.widen_chains(k, pose)
+        forms.widen_coordinates(k, pose)
+    else:
+        closed = forms.fill_chains(k, pose)
     if not closed:
         for row in range(MARGINS):
             if (_CLOSED >> row) & 1:

@@ -15,7 +15,9 @@ import numpy as np
 
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND
+from delta_cad.mechanism.enclosure.pose import TOLERANCE
 from delta_cad.mechanism.enclosure.table import CENTRE, HIGH, LOW
+from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 from delta_cad.mechanism.proof.findings import Finding, Proof
@@ -24,6 +26,8 @@ from delta_cad.mechanism.workspace import Cube
 
 DEEPEST = 40
 """Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule."""
+LARGEST_SHARE = 0.1
+"""Largest tolerance as a share of the shorter link; parts are made to thousandths."""
 CHUNK = 20_000
 """Boxes between two reports of progress; some 50 ms."""
 _MASKS = np.array([BITS[limit] for limit in POSE_LIMITS], dtype=np.int64)
@@ -36,6 +40,7 @@ def prove(
     cube: Cube,
     limits: Limits,
     *,
+    tolerance: float = 0.0,
     max_boxes: int = 5_000_000,
     progress: Callable[[int, float], None] | None = None,
 ) -> Proof:
@@ -45,15 +50,21 @@ def prove(
         g: The mechanism.
         cube: The cube.
         limits: The limits.
+        tolerance: Of every length and offset of every chain, m, README (43): a limit is proved for all machines within
+            it, refuted where all of them break it, else undecided.
         max_boxes: Boxes after which what is open is undecided.
         progress: Called now and then with the boxes examined and the share of the cube that is done.
 
     Returns:
         The findings, and the boxes that cover the cube. A refuted limit is dropped and the others go on; if reach
         is refuted the others are undecided, because they mean nothing where a chain is open.
+
+    Raises:
+        GeometryError: The tolerance is negative, or not small beside the links.
     """
+    require_tolerance(g, tolerance)
     pose, work, table = room()
-    given = numbers(g, limits)
+    given = numbers(g, limits, tolerance)
     origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
     edges = np.array([2.0 * cube.half_side, cube.half_side, cube.upper[2] - cube.bottom_height])
     frame = np.stack([origin, edges, cube.upper])
@@ -87,6 +98,17 @@ def prove(
     )
     depth = int(covered[:, ::2].sum(axis=1).max()) if len(covered) else 0
     return Proof(findings, covered, int(state[2]), depth)
+
+
+def require_tolerance(g: DeltaGeometry, tolerance: float) -> None:
+    """Refuses a tolerance that the bounds of its effect were not made for.
+
+    Raises:
+        GeometryError: It is negative, or more than `LARGEST_SHARE` of the shorter link.
+    """
+    most = LARGEST_SHARE * min(g.upper_arm_length, g.forearm_length)
+    if not 0.0 <= tolerance <= most:
+        raise GeometryError(f"tolerance is {tolerance!r} m; it must be within 0 and {most:.6g} m, a tenth of a link")
 
 
 def _finding(
@@ -177,17 +199,22 @@ def _search(frame, k, stack, state, fate, points, stuck, found, pose, work, tabl
                 pending &= ~(1 << bit)
             elif suspect < 0:
                 reach = abs(table[bit, CENTRE + 1]) + abs(table[bit, CENTRE + 2]) + abs(table[bit, CENTRE + 3])
-                if table[bit, CENTRE] - reach < 0.0:
+                if table[bit, CENTRE] - reach < 0.0 or (k[TOLERANCE] > 0.0 and table[bit, LOW] < 0.0):
                     suspect = bit
         if suspect >= 0:
             _corner(frame, box, table, suspect, point)
             margins(point, k, pending, pose, work, table)
-            broken = 0
+            broken = unprovable = 0
             for bit in range(MARGINS):
                 if (pending >> bit) & 1 and table[bit, HIGH] < 0.0:
                     broken |= 1 << bit
+                elif (pending >> bit) & 1 and k[TOLERANCE] > 0.0 and not table[bit, LOW] >= 0.0:
+                    unprovable |= 1 << bit  # some machine may break it there, and a smaller box is no help
             if broken:
                 _drop(broken, state, fate, _REFUTED, points, stuck, point, cell)
+                pending &= state[1]
+            if unprovable & state[1]:
+                _drop(unprovable, state, fate, _GIVEN_UP, points, stuck, point, cell)
                 pending &= state[1]
         axis = 0
         for i in (1, 2):

@@ -89,9 +89,8 @@ class ElbowHeight(PoseLimit):
         """Says what is asked."""
         return f"limits.elbow_height_max_mm = {values['elbow_height_max_mm']}"
 
-    def numbers(self, g: DeltaGeometry | None) -> tuple[float, ...]:
+    def numbers(self) -> tuple[float, ...]:
         """Gives the height allowed, m."""
-        del g
         return (self.height_max,)
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:

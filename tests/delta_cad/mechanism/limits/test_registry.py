@@ -71,8 +71,8 @@ def test_margins_and_numbers_of_the_limits_stand_beside_each_other():
 @EACH
 def test_its_numbers_are_as_many_as_it_says_and_stand_where_it_reads_them(kind):
     limit = ordinary(kind)
-    own = limit.numbers(PUBLISHED)
-    assert len(own) == len(limit.numbers(None)) == kind.size
+    own = limit.numbers()
+    assert len(own) == kind.size
     gathered = numbers(PUBLISHED, Limits.of(limit))
     np.testing.assert_array_equal(gathered[START[kind] : START[kind] + kind.size], own)
     np.testing.assert_array_equal(gathered[: forms.NUMBERS], forms.lengths(PUBLISHED))
