@@ -11,6 +11,9 @@ from delta_cad.mechanism.errors import GeometryError
 
 LENGTH_MAX = 10.0  # m; far above any haptic device, so that millimetres given as metres are refused
 
+TOLERANCE_SHARE = 0.1
+"""Largest tolerance as a share of the shorter link; parts are made to thousandths of it."""
+
 AZIMUTHS = np.radians([0.0, 120.0, 240.0])
 """(3,) azimuth phi_i of each chain about the base z axis, rad."""
 
@@ -58,6 +61,26 @@ class DeltaGeometry:
     def radius_difference(self) -> float:
         """A = R - r, the only combination of the two radii that the kinematics sees, m."""
         return self.base_radius - self.platform_radius
+
+
+def largest_tolerance(g: DeltaGeometry) -> float:
+    """Computes the largest tolerance of the lengths that a proof takes: a tenth of the shorter link, m."""
+    return TOLERANCE_SHARE * min(g.upper_arm_length, g.forearm_length)
+
+
+def require_tolerance(g: DeltaGeometry, tolerance: float) -> None:
+    """Refuses a tolerance that is none.
+
+    Args:
+        g: The mechanism.
+        tolerance: Of every length and offset of every chain, m.
+
+    Raises:
+        GeometryError: It is negative, not finite, or more than `largest_tolerance`.
+    """
+    most = largest_tolerance(g)
+    if not 0.0 <= tolerance <= most:
+        raise GeometryError(f"tolerance is {tolerance!r} m; it must be within 0 and {most:.6g} m, a tenth of a link")
 
 
 def positions(p: ArrayLike) -> np.ndarray:

@@ -50,6 +50,7 @@ class Certificate:
             nothing is proved.
         boxes: Boxes that the prover examined; a file holds those that its leaves are made of.
         gravity: What of the torque was left for gravity; None if nothing was.
+        tolerance: What is proved is proved for every machine whose lengths and offsets are within it, m, README (43).
     """
 
     design: str
@@ -61,6 +62,7 @@ class Certificate:
     leaves: np.ndarray
     boxes: int
     gravity: GravityShare | None = None
+    tolerance: float = 0.0
 
     @property
     def verdict(self) -> Verdict:
@@ -108,6 +110,7 @@ def certify(
     limits: Limits | None = None,
     *,
     gravity: GravityShare | None = None,
+    tolerance: float = 0.0,
     max_boxes: int = 5_000_000,
     progress: Progress | None = None,
 ) -> Certificate:
@@ -117,6 +120,7 @@ def certify(
         design: The design.
         limits: The limits, with room for gravity already left; None takes those of its requirements, less the room.
         gravity: What of the torque is left for gravity; None leaves nothing.
+        tolerance: Of every length and offset of every chain, m.
         max_boxes: Boxes after which what is open is undecided.
         progress: Called now and then with the boxes examined and the share of the cube that is done.
 
@@ -125,12 +129,13 @@ def certify(
 
     Raises:
         GravityError: Gravity takes all the torque.
+        GeometryError: The tolerance is negative or too large.
     """
     from delta_cad.mechanism.proof.prove import prove
 
     geometry, cube = design.geometry, cube_of(design)
     asked = asked_of(design, gravity) if limits is None else limits
-    proof = prove(geometry, cube, asked, max_boxes=max_boxes, progress=progress)
+    proof = prove(geometry, cube, asked, tolerance=tolerance, max_boxes=max_boxes, progress=progress)
     complete = any(finding.verdict == "proved" for finding in proof.findings)
     return Certificate(
         design=design.name,
@@ -142,6 +147,7 @@ def certify(
         leaves=proof.leaves if complete else proof.leaves[:0],
         boxes=proof.boxes,
         gravity=gravity,
+        tolerance=tolerance,
     )
 
 
@@ -250,7 +256,7 @@ def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress
         raise CertificateError(str(error)) from None
     lower, upper = _boxes(c.cube, cells)
     again = [c.limits[name] for name in conditions]
-    boxes, failed = replay(c.geometry, again, lower, upper, progress=progress)
+    boxes, failed = replay(c.geometry, again, lower, upper, tolerance=c.tolerance, progress=progress)
     if failed is not None:
         where = f"{_mm(failed.lower)} to {_mm(failed.upper)}"
         raise CertificateError(f"{failed.condition}: it could not be proved again in the box {where}")

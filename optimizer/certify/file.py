@@ -15,6 +15,7 @@ from delta_cad.common.files import write_whole
 from delta_cad.common.json_file import JsonError, read_json
 from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismError
+from delta_cad.mechanism.geometry import require_tolerance
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
 from optimizer.certify.certificate import Certificate, CertificateError, UnreadableError
@@ -28,6 +29,12 @@ STATEMENT = (
     "mirror image. Where gravity is not null, force and torque of the limits are those asked, less room for the weight "
     "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
 )
+WITHIN = (
+    " All of this is for every machine whose lengths and offsets lie within tolerance_m of the drawn ones: of each "
+    "chain by itself L_A, L_B, R, r, and where shoulder and wrist sit along the shoulder axis and along z. What is "
+    "refuted is refuted of the drawn machine."
+)
+"""Added to the statement where there is a tolerance."""
 MOST_LEAVES = 250_000
 """A replay takes some 0.2 ms a leaf: a minute for these. The committed design's certificate has 3,040."""
 _Number = Annotated[float, Field(strict=True)]  # neither text nor true
@@ -86,6 +93,7 @@ class _File(_Record):
     geometry: _Geometry
     cube: _Cube
     limits: dict[str, Any]
+    tolerance_m: Annotated[float, Field(strict=True, gt=0.0)] | None = None
     gravity: _Gravity | None
     findings: list[_Finding]
     boxes: int = Field(ge=0, strict=True)
@@ -103,7 +111,7 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         findings.append({key: value for key, value in known.items() if value is not None})
     data = {
         "schema": SCHEMA,
-        "statement": STATEMENT,
+        "statement": _statement(certificate.tolerance),
         "verdict": certificate.verdict,
         "design": certificate.design,
         "design_hash": certificate.design_hash,
@@ -124,7 +132,14 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         "boxes": _boxes_of(len(certificate.leaves)),
         "leaves": certificate.leaves.tolist(),
     }
+    if certificate.tolerance > 0.0:
+        data["tolerance_m"] = certificate.tolerance
     return data | {"digest": _digest(data)}
+
+
+def _statement(tolerance: float) -> str:
+    """What a certificate says."""
+    return STATEMENT + WITHIN if tolerance > 0.0 else STATEMENT
 
 
 def _boxes_of(leaves: int) -> int:
@@ -178,7 +193,7 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
 
     Raises:
         UnreadableError: A field is missing, unknown or of the wrong kind, or no mechanism or limit can have its value.
-        CertificateError: The digest is not that of the content, the statement is not `STATEMENT`, or verdict, top
+        CertificateError: The digest is not that of the content, the statement is not the schema's, or verdict, top
             height and count of boxes do not follow from the rest.
     """
     try:
@@ -194,7 +209,7 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         raise UnreadableError(f"{file}: {where}: {first['msg']}") from None
     except MechanismError as error:
         raise UnreadableError(f"{file}: {error}") from None
-    if read.statement != STATEMENT:
+    if read.statement != _statement(certificate.tolerance):
         raise CertificateError(f"{file}: statement is not what its numbers prove; it must be the one that {SCHEMA} has")
     if certificate.verdict != read.verdict:
         raise CertificateError(f"{file}: verdict is {read.verdict}; its findings make it {certificate.verdict}")
@@ -224,7 +239,9 @@ def _limits(data: dict[str, Any]) -> Limits:
 
 
 def _certificate(read: _File, limits: Limits) -> Certificate:
-    g, cube = read.geometry, read.cube
+    g, cube, tolerance = read.geometry, read.cube, read.tolerance_m or 0.0
+    geometry = DeltaGeometry(g.base_radius_m, g.platform_radius_m, g.upper_arm_length_m, g.forearm_length_m)
+    require_tolerance(geometry, tolerance)
     order = {limit.name: n for n, limit in enumerate(POSE_LIMITS)}
     unknown = [f.condition for f in read.findings if f.condition not in order]
     if unknown:
@@ -232,7 +249,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
     return Certificate(
         design=read.design,
         design_hash=read.design_hash,
-        geometry=DeltaGeometry(g.base_radius_m, g.platform_radius_m, g.upper_arm_length_m, g.forearm_length_m),
+        geometry=geometry,
         cube=Cube(cube.bottom_height_m, cube.half_side_m),
         limits=limits,
         findings=tuple(
@@ -242,6 +259,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
         boxes=read.boxes,
         gravity=None if read.gravity is None else _gravity(read.gravity),
+        tolerance=tolerance,
     )
 
 

@@ -187,12 +187,13 @@ def share_of_masses(design: Design, masses: WeighedMasses) -> GravityShare:
     return GravityShare(r.force_N, r.joint_torque_N_m, weight, reserve, masses)
 
 
-def read_masses(path: Path, design: Design) -> WeighedMasses:
+def read_masses(path: Path, design: Design, tolerance: float = 0.0) -> WeighedMasses:
     """Reads what a build wrote about its masses, `mass_properties.json`.
 
     Args:
         path: The file.
         design: The design that was built.
+        tolerance: Of the links' lengths, m: the masses act at the worst of them.
 
     Returns:
         The masses.
@@ -214,26 +215,27 @@ def read_masses(path: Path, design: Design) -> WeighedMasses:
     bodies = data.get("bodies")
     if not isinstance(bodies, dict):
         raise GravityError(f"{path.name}: bodies: is missing")
-    carried, moment = _sums(path.name, bodies, design)
+    carried, moment = _sums(path.name, bodies, design, tolerance)
     return WeighedMasses(design.requirements.gravity_m_s2, carried, moment, hashlib.sha256(content).hexdigest())
 
 
-def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, float]:
+def _sums(file: str, bodies: Mapping[str, Any], design: Design, tolerance: float) -> tuple[float, float]:
     """M and S, rounded up."""
     unknown = [name for name in bodies if name not in KNOWN]
     if unknown:
         raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")
     found = {name: _body(file, name, bodies.get(name)) for name in KNOWN if name in bodies or name in NEEDED}
-    length, arm = design.geometry.forearm_length, design.geometry.upper_arm_length
+    shortest, longest = design.geometry.forearm_length - tolerance, design.geometry.forearm_length + tolerance
+    arm = design.geometry.upper_arm_length + tolerance
     ratio = design.hardware.capstan_ratio if design.hardware.drive == "capstan" else 1.0
     carried, moments = found["platform"][0], []
     for i in CHAINS:
         elbow, beside = 0.0, 0.0
         for name in RODS[2 * i : 2 * i + 2]:
             mass, (x, y, z) = found[name]
-            off = math.hypot(y, z) / length
-            carried += mass * (abs(x) / length + off)
-            elbow += mass * (abs(1.0 - x / length) + off)
+            off = math.hypot(y, z) / shortest
+            carried += mass * (abs(x) / shortest + off)
+            elbow += mass * (max(abs(1.0 - x / shortest), abs(1.0 - x / longest)) + off)
         for name, turns in ((f"upper_arm_{i}", 1.0), (f"pinion_{i}", ratio)):
             mass, (x, _, z) = found.get(name, (0.0, (0.0, 0.0, 0.0)))
             beside += turns * mass * math.hypot(x, z)

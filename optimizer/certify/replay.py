@@ -53,6 +53,7 @@ def replay(
     lower: np.ndarray,
     upper: np.ndarray,
     *,
+    tolerance: float = 0.0,
     max_boxes: int = 2_000_000,
     progress: Callable[[int, float], None] | None = None,
 ) -> tuple[int, Unproved | None]:
@@ -63,6 +64,7 @@ def replay(
         limits: Those to prove.
         lower: (n, 3) lower corners, m.
         upper: (n, 3) upper corners, m.
+        tolerance: Of every length and offset of every chain, m: for all machines within it.
         max_boxes: Boxes after which the replay gives up.
         progress: Called with the boxes examined and the share of the given ones that is done.
 
@@ -76,7 +78,7 @@ def replay(
         depth = np.zeros(len(low), dtype=int)
         while len(low):
             now = slice(max(0, len(low) - BATCH), None)  # the last ones first, so that the list stays short
-            p = SlopePose(g, low[now], high[now])
+            p = SlopePose(g, low[now], high[now], tolerance)
             examined += len(low[now])
             still = open_[now].copy()
             for n, limit in enumerate(limits):

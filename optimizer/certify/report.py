@@ -15,6 +15,7 @@ from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Re
 from delta_cad.mechanism.proof.findings import Finding
 from optimizer.certify.bounds import ProvedBound
 from optimizer.certify.certificate import Certificate
+from optimizer.certify.tolerance import LargestTolerance, Need
 
 DIGITS = 6
 Point = tuple[float, float, float]
@@ -251,6 +252,63 @@ def gravity_most(c: Certificate, found: tuple[ProvedBound, ...]) -> float | None
         return share.reserve
     torque = next((one.proved for one in found if isinstance(one.limit, Torque)), None)
     return None if torque is None else torque / share.force * share.weight * (1.0 + 1e-12) + share.reserve
+
+
+def mm(length: float) -> str:
+    """A length given in metres, in mm."""
+    return f"{length * MM:.{DIGITS}g}"
+
+
+def tolerance_words(c: Certificate, found: LargestTolerance) -> str:
+    """Within what tolerance a certificate's limits are proved, what ends it, and what more of it would need."""
+    parts = []
+    if c.tolerance > 0.0:
+        parts.append(f"within {mm(c.tolerance)} mm of every length and offset the limits are {_proved(c)}")
+    if found.tolerance == 0.0:
+        parts.append(f"no tolerance is proved: {' and '.join(found.first)} leave no room for any")
+    elif found.first:
+        parts.append(f"the largest tolerance proved is {mm(found.tolerance)} mm, {' and '.join(found.first)} first")
+    else:
+        parts.append(f"{mm(found.tolerance)} mm, the largest tolerance that can be asked, is proved")
+    if found.needs:
+        needs = ", ".join(_need(need) for need in found.needs)
+        parts.append(f"{mm(found.asked)} mm would need {needs}")
+    return "; ".join(parts)
+
+
+def _proved(c: Certificate) -> str:
+    open_ = [f.condition for f in c.findings if f.verdict != "proved"]
+    return f"not all proved ({', '.join(open_)})" if open_ else "all proved"
+
+
+def _need(need: Need) -> str:
+    f = need.figure
+    if need.bound is None:
+        return f"another design for its {need.condition}"
+    unit = f" {f.unit}" if f.unit else ""
+    return f"{f.words} {f.sense} {rounded(need.bound * f.scale, f.upper)}{unit}"
+
+
+def tolerance_facts(c: Certificate, found: LargestTolerance | None) -> dict[str, Any] | None:
+    """The same as plain data for JSON; None where no tolerance was asked."""
+    if found is None:
+        return None
+    return {
+        "certified_mm": c.tolerance * MM,
+        "proved": c.verdict == "proved",
+        "largest_mm": found.tolerance * MM,
+        "first_to_break": list(found.first),
+        "needs_for_mm": found.asked * MM,
+        "needs": [
+            {
+                "condition": need.condition,
+                "figure": need.figure.words,
+                "unit": need.figure.unit,
+                "limit": None if need.bound is None else need.bound * need.figure.scale,
+            }
+            for need in found.needs
+        ],
+    }
 
 
 def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +14,15 @@ from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, re
 if TYPE_CHECKING:
     from delta_cad.design import Design
     from delta_cad.mechanism.limits import HandleInertia
+    from optimizer.certify.certificate import Certificate
     from optimizer.certify.gravity import GravityShare
+    from optimizer.certify.tolerance import LargestTolerance
 
 NAME = "certify"
 TEXT = "proof over every point of the cube that a design keeps its limits; writes a certificate that `verify` replays"
+
+
+MAX = "max"
 
 
 class _UnprovableError(ValueError):
@@ -38,13 +44,34 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "effective_mass_max_kg needs it, too",
     )
     gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
-    command.add_argument(
+    what = command.add_mutually_exclusive_group()
+    what.add_argument(
         "--tight", action="store_true", help="certify the tightest limits that can be proved, not only those asked"
+    )
+    what.add_argument(
+        "--tolerance",
+        type=tolerance,
+        metavar="MM|max",
+        help="certify every machine whose lengths and offsets, of each chain by itself, are within this of the drawn "
+        "ones; max: the largest that can be proved, to 1 %%",
     )
     command.add_argument(
         "--max-boxes", type=natural, default=5_000_000, metavar="N", help="then undecided; default: 5000000"
     )
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def tolerance(text: str) -> float | str:
+    """A tolerance of the command line in mm, or the word for the largest, for argparse."""
+    if text == MAX:
+        return MAX
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: must be greater than 0 mm, or max")
+    return value
+
+
+tolerance.__name__ = "number of mm"  # as argparse names it
 
 
 def run(given: argparse.Namespace) -> int:
@@ -57,6 +84,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         design = load_design(given.design)
         _require_provable(given.design.name, design, given.mass_properties)
+        _require_tolerance(design, given.tolerance)
         share = share_of(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
@@ -85,13 +113,24 @@ def _require_provable(file: str, design: Design, masses: Path | None) -> None:
         )
 
 
-def share_of(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:
+def _require_tolerance(design: Design, asked: float | str | None) -> None:
+    """Refuses a tolerance that is not small beside the links."""
+    from delta_cad.common.units import MM_PER_M
+    from delta_cad.mechanism.geometry import largest_tolerance
+
+    most = largest_tolerance(design.geometry) * MM_PER_M
+    if isinstance(asked, float) and asked > most:
+        raise _UnprovableError(f"--tolerance = {asked:g}: must be at most {most:g} mm, a tenth of the shorter link")
+
+
+def share_of(design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0) -> GravityShare | None:
     """What is taken off for gravity.
 
     Args:
         design: The design.
         masses: `mass_properties.json` of its build, if given.
         reserve: Torque given by hand, N m, if given.
+        tolerance: Of the links' lengths, m: the masses act at the worst of them.
 
     Returns:
         The share, or None.
@@ -102,7 +141,7 @@ def share_of(design: Design, masses: Path | None, reserve: float | None) -> Grav
     from optimizer.certify.gravity import given_share, read_masses, share_of_masses
 
     if masses is not None:
-        return share_of_masses(design, read_masses(masses, design))
+        return share_of_masses(design, read_masses(masses, design, tolerance))
     return None if reserve is None else given_share(design, reserve)
 
 
@@ -145,7 +184,17 @@ def _certify(
     from optimizer.certify.bounds import bounds, tightened
     from optimizer.certify.certificate import CertificateError, asked_of, certify, cube_of, values_of
     from optimizer.certify.file import write_certificate
-    from optimizer.certify.report import broken, facts, gravity_words, report_rows, shortfall, table
+    from optimizer.certify.report import (
+        broken,
+        facts,
+        gravity_words,
+        mm,
+        report_rows,
+        shortfall,
+        table,
+        tolerance_facts,
+        tolerance_words,
+    )
 
     geometry, cube = design.geometry, cube_of(design)
     limits = asked_of(design, share, inertia)
@@ -167,6 +216,9 @@ def _certify(
                 design, tight, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "all of them together")
             )
             written = written if written.verdict == "proved" else certificate
+        largest = None
+        if given.tolerance is not None and certificate.verdict == "proved":
+            written, largest = _within(given, design, inertia, _told(line, "all machines within a tolerance"))
     rows = report_rows(certificate, found)
     try:
         write_certificate(written, given.out)
@@ -175,7 +227,11 @@ def _certify(
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:
-        told = facts(certificate, rows, found) | {"certificate": str(given.out), "tight": written is not certificate}
+        told = facts(certificate, rows, found) | {"certificate": str(given.out)}
+        told |= {
+            "tight": largest is None and written is not certificate,
+            "tolerance": tolerance_facts(written, largest),
+        }
         print(json.dumps(told, indent=1))
     else:
         side, low = 2.0 * design.cube.half_side_mm, design.cube.bottom_height_mm
@@ -184,11 +240,39 @@ def _certify(
         print(table(rows))
         print(gravity_words(certificate, found))
         about = "the limits asked" if written is certificate else "the column `proved`"
+        if largest is not None:
+            print(tolerance_words(written, largest))
+            about = f"the limits asked, within {mm(written.tolerance)} mm"
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
+    if largest is not None and written.verdict != "proved":
+        return refuse(f"{given.design.name}: {tolerance_words(written, largest)}", NOT_MET)
     if certificate.verdict == "proved":
         return DONE
     reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
     return refuse(f"{given.design.name}: {'; '.join(reasons)}", NOT_MET)
+
+
+def _within(
+    given: argparse.Namespace, design: Design, inertia: HandleInertia | None, progress: Callable[[int, float], None]
+) -> tuple[Certificate, LargestTolerance]:
+    """The certificate of all machines within the tolerance asked, or within the largest, which is found in any case."""
+    from delta_cad.common.units import MM_PER_M
+    from optimizer.certify.certificate import asked_of, certify, cube_of
+    from optimizer.certify.tolerance import search_tolerance
+
+    def share(within: float) -> GravityShare | None:
+        return share_of(design, given.mass_properties, given.gravity_torque, within)
+
+    asked = None if given.tolerance == MAX else given.tolerance / MM_PER_M
+    largest = search_tolerance(
+        design.geometry, cube_of(design), lambda within: asked_of(design, share(within), inertia), asked, progress
+    )
+    within = largest.tolerance if asked is None else asked
+    gravity = share(within)
+    limits = asked_of(design, gravity, inertia)
+    return certify(
+        design, limits, gravity=gravity, tolerance=within, max_boxes=given.max_boxes, progress=progress
+    ), largest
 
 
 def _told(line: Line, what: str) -> Callable[[int, float], None]:

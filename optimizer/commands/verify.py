@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.units import MM_PER_M
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -42,7 +44,23 @@ def arguments(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="a certificate that leaves out the gravity that the design states is enough",
     )
+    command.add_argument(
+        "--tolerance",
+        type=_millimetres,
+        metavar="MM",
+        help="the certificate must be about all machines within at least this of the drawn one",
+    )
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+def _millimetres(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise ValueError(text)
+    return value
+
+
+_millimetres.__name__ = "number of mm"  # as argparse names it
 
 
 def run(given: argparse.Namespace) -> int:
@@ -62,6 +80,11 @@ def run(given: argparse.Namespace) -> int:
     try:
         design = None if given.design is None else load_design(given.design)
         certificate = read_certificate(given.certificate)
+        if given.tolerance is not None and certificate.tolerance < given.tolerance / MM_PER_M:
+            held = certificate.tolerance * MM_PER_M
+            raise CertificateError(
+                f"it is about machines within {held:g} mm of the drawn one, not {given.tolerance:g} mm"
+            )
         if design is not None and given.mass_properties is not None:
             _same_masses(certificate, design, given.mass_properties)
         if design is not None and given.gravity_torque is not None:
@@ -96,7 +119,7 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     from optimizer.commands.certify import inertia_of
 
     recorded = None if certificate.gravity is None else certificate.gravity.masses
-    if recorded != read_masses(path, design):
+    if recorded != read_masses(path, design, certificate.tolerance):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
     mass = certificate.limits.get(EffectiveMass)
     if mass is not None and mass.inertia != inertia_of(design, path):
@@ -161,6 +184,7 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "geometry": told["geometry"],
         "cube": told["cube"],
         "limits": told["limits"],
+        "tolerance_mm": certificate.tolerance * MM_PER_M,
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
@@ -177,6 +201,9 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
     from optimizer.certify.report import rounded
 
     about = "" if given.design is None else f", and covers all that {given.design.name} asks"
+    if certificate.tolerance > 0.0:
+        within = certificate.tolerance * MM_PER_M
+        about = f" and for every machine within {within:g} mm of the drawn lengths and offsets{about}"
     g, cube = certificate.geometry, certificate.cube
     L_A, L_B, R, r = (1e3 * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
     side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height

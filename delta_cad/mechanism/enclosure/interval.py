@@ -1,8 +1,9 @@
 """Interval arithmetic on arrays and slopes over boxes: the arithmetic in which certificates are replayed.
 
 It shares no code with the prover's affine forms. NumPy's +, -, *, / and square root are correctly rounded; each result
-is moved outwards by one double. A slope form knows a function at a box's centre, over the box, and three slopes S with
-`f(p) - f(centre) = S . (p - centre)` for every p of the box (Krawczyk and Neumaier).
+is moved outwards by one double. A slope form knows a function at a box's centre, over the box, and a slope a variable
+with `f(p) - f(centre) = S . (p - centre)` for every p of the box (Krawczyk and Neumaier). The variables are the three
+coordinates, and with a tolerance the deviations of every chain.
 """
 
 from __future__ import annotations
@@ -59,8 +60,11 @@ class Interval:
         return Interval(np.maximum(self.lo, other.lo), np.minimum(self.hi, other.hi))
 
     def total(self) -> Interval:
-        """Sum along the first axis of length 3."""
-        return (self[0] + self[1]) + self[2]
+        """Sum along the first axis."""
+        found = self[0]
+        for i in range(1, len(self.lo)):
+            found = found + self[i]
+        return found
 
     def __getitem__(self, i: int) -> Interval:
         return Interval(self.lo[i], self.hi[i])
@@ -78,13 +82,13 @@ def exactly(x: float | np.ndarray) -> Interval:
 
 @dataclass(frozen=True)
 class Slopes:
-    """A function of the position over n boxes.
+    """A function of m variables over n boxes.
 
     Attributes:
         centre: (n,) its value at the centres.
         box: (n,) its values over the boxes.
-        slope: (3, n) its slopes between the centre and any point of the box.
-        step: (3, n) the point less the centre, over the box.
+        slope: (m, n) its slopes between the centre and any point of the box.
+        step: (m, n) the point less the centre, over the box.
     """
 
     centre: Interval
@@ -131,21 +135,21 @@ class Slopes:
         return self._narrowed(centre, box, -(self.slope * (centre * box)))
 
 
-def coordinates(lower: np.ndarray, upper: np.ndarray) -> tuple[Slopes, Slopes, Slopes]:
-    """The three coordinates over boxes.
+def variables(lower: np.ndarray, upper: np.ndarray) -> list[Slopes]:
+    """Makes the variables themselves over boxes.
 
     Args:
-        lower: (n, 3) lower corners, m.
-        upper: (n, 3) upper corners, m.
+        lower: (n, m) lower corners.
+        upper: (n, m) upper corners.
 
     Returns:
-        x, y, z.
+        One form for each of the m variables.
     """
     centre = np.clip(0.5 * (lower + upper), lower, upper)
     step = Interval(lower.T, upper.T) - exactly(centre.T)
     out = []
-    for i in range(3):
+    for i in range(lower.shape[1]):
         unit = np.zeros_like(centre.T)
         unit[i] = 1.0
         out.append(Slopes(exactly(centre[:, i]), Interval(lower[:, i], upper[:, i]), exactly(unit), step))
-    return out[0], out[1], out[2]
+    return out

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from delta_cad.mechanism.enclosure.interval import Interval, Slopes, coordinates, exactly
+from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly, variables
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
 Vector = tuple[Slopes, Slopes, Slopes]
@@ -26,6 +26,8 @@ class SlopePose:
         g: The mechanism.
         lower: (n, 3) lower corners, m.
         upper: (n, 3) upper corners, m.
+        tolerance: Of every length and offset of every chain, m, README (43): the forms are then functions of the
+            position and of each chain's deviations, over all of them.
 
     Attributes:
         q: Radial coordinate of each chain's wrist, m.
@@ -37,31 +39,41 @@ class SlopePose:
         elbow: Direction in which each elbow moves, in the base frame.
         cos: Of the shoulder angle.
         sin: Of the shoulder angle.
-        upper_arm: L_A, m.
-        forearm_length: L_B, m.
+        upper_arm: L_A of every chain, m.
+        forearm_length: L_B of every chain, m.
     """
 
-    def __init__(self, g: DeltaGeometry, lower: np.ndarray, upper: np.ndarray) -> None:
-        x, y, z = coordinates(lower, upper)
+    def __init__(self, g: DeltaGeometry, lower: np.ndarray, upper: np.ndarray, tolerance: float = 0.0) -> None:
         a = exactly(g.base_radius) - exactly(g.platform_radius)
         la, lb = exactly(g.upper_arm_length), exactly(g.forearm_length)
-        constant, double = la.square() - lb.square(), (la + la).inverse()
+        if tolerance == 0.0:
+            x, y, z = variables(lower, upper)
+            deviations = ()
+        else:
+            most = np.tile(np.repeat([2.0 * tolerance, tolerance], [3, 2]), (len(lower), 3))
+            x, y, z, *deviations = variables(np.hstack([lower, -most]), np.hstack([upper, most]))
         root = Interval(np.nextafter(np.float64(SIN_60), 0.0), np.nextafter(np.float64(SIN_60), 1.0))
         half = exactly(-0.5)
         chains = []
-        for c, s in ((exactly(1.0), exactly(0.0)), (half, root), (half, -root)):
-            q, t = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s)
-            rho2 = q.square() + z.square()
-            m = (rho2 + t.square()).plus(constant).times(double)
+        for i, (c, s) in enumerate(((exactly(1.0), exactly(0.0)), (half, root), (half, -root))):
+            q, t, h = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s), z
+            arm, rod = la, lb
+            if tolerance > 0.0:
+                along, beside, above, more, longer = deviations[5 * i : 5 * i + 5]
+                q, t, h, arm, rod = q + along, t + beside, z + above, more.plus(la), longer.plus(lb)
+            rho2 = q.square() + h.square()
+            m = _by(_plus(rho2 + t.square(), arm.square() - rod.square()), (arm + arm).inverse())
             w2 = rho2 - m.square()
             w, inverse = w2.root(), rho2.inverse()
-            cos, sin = (q * m + z * w) * inverse, (z * m - q * w) * inverse
-            radial, height = q - cos.times(la), z - sin.times(la)
+            cos, sin = (q * m + h * w) * inverse, (h * m - q * w) * inverse
+            radial, height = q - _by(cos, arm), h - _by(sin, arm)
             forearm = (radial.times(c) - t.times(s), radial.times(s) + t.times(c), height)
             elbow = (sin.times(-c), sin.times(-s), cos)
-            chains.append((q, t, w2, w, forearm, elbow, cos, sin))
-        self.q, self.t, self.w2, self.arm, self.forearm, self.elbow, self.cos, self.sin = zip(*chains, strict=True)
-        self.z, self.upper_arm, self.forearm_length = z, la, lb
+            chains.append((q, t, w2, w, forearm, elbow, cos, sin, arm.inverse()))
+        found = zip(*chains, strict=True)
+        self.q, self.t, self.w2, self.arm, self.forearm, self.elbow, self.cos, self.sin, self._scale = found
+        off = Interval(np.array(-tolerance), np.array(tolerance))
+        self.z, self.upper_arm, self.forearm_length = (z, la, lb) if tolerance == 0.0 else (z, la + off, lb + off)
 
     @cached_property
     def determinant(self) -> Slopes:
@@ -83,17 +95,23 @@ class SlopePose:
         return tuple(found)
 
     @cached_property
+    def _inverse_jacobian(self) -> tuple[Vector, ...]:
+        """The rows s_i / (L_A w_i), README (11)."""
+        return tuple(
+            (_by(row[0], scale), _by(row[1], scale), _by(row[2], scale))
+            for row, scale in zip(self.rows, self._scale, strict=True)
+        )
+
+    @cached_property
     def _gram_vectors(self) -> np.ndarray:
-        """(n, 3, 3) eigenvectors of the rows' Gram matrix at the centres, ascending."""
-        middle = np.array([[centre_of(v) for v in row] for row in self.rows])  # (chain, axis, n)
+        """(n, 3, 3) eigenvectors of the inverse Jacobian's Gram matrix at the centres, ascending."""
+        middle = np.array([[centre_of(v) for v in row] for row in self._inverse_jacobian])  # (chain, axis, n)
         return eigenvectors(np.einsum("ian,jan->nij", middle, middle))
 
     def _turned(self, k: int) -> Vector:
-        """Column k of V^T applied to the rows: a vector of slope forms."""
-        w = [exactly(self._gram_vectors[:, i, k]) for i in range(3)]
-        x, y, z = (
-            self.rows[0][a].times(w[0]) + self.rows[1][a].times(w[1]) + self.rows[2][a].times(w[2]) for a in range(3)
-        )
+        """Column k of V^T applied to the inverse Jacobian's rows: a vector of slope forms."""
+        w, rows = [exactly(self._gram_vectors[:, i, k]) for i in range(3)], self._inverse_jacobian
+        x, y, z = (rows[0][a].times(w[0]) + rows[1][a].times(w[1]) + rows[2][a].times(w[2]) for a in range(3))
         return x, y, z
 
     def gram_quotients(self) -> tuple[Interval, Interval]:
@@ -131,6 +149,16 @@ class SlopePose:
     def rounded(x: float) -> Interval:
         """A number that was rounded once to x, at most 1 in size."""
         return exactly(x) + Interval(np.array(-(2.0**-53)), np.array(2.0**-53))
+
+
+def _by(a: Slopes, b: Slopes | Interval) -> Slopes:
+    """The product with a form or with a number."""
+    return a * b if isinstance(b, Slopes) else a.times(b)
+
+
+def _plus(a: Slopes, b: Slopes | Interval) -> Slopes:
+    """The sum with a form or with a number."""
+    return a + b if isinstance(b, Slopes) else a.plus(b)
 
 
 def cross(a: Vector, b: Vector) -> Vector:

@@ -17,8 +17,7 @@ from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND
 from delta_cad.mechanism.enclosure.pose import TOLERANCE
 from delta_cad.mechanism.enclosure.table import CENTRE, HIGH, LOW
-from delta_cad.mechanism.errors import GeometryError
-from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.geometry import DeltaGeometry, require_tolerance
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 from delta_cad.mechanism.proof.findings import Finding, Proof
 from delta_cad.mechanism.proof.margins import BITS, MARGINS, margins, numbers, room
@@ -26,8 +25,6 @@ from delta_cad.mechanism.workspace import Cube
 
 DEEPEST = 40
 """Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule."""
-LARGEST_SHARE = 0.1
-"""Largest tolerance as a share of the shorter link; parts are made to thousandths."""
 CHUNK = 20_000
 """Boxes between two reports of progress; some 50 ms."""
 _MASKS = np.array([BITS[limit] for limit in POSE_LIMITS], dtype=np.int64)
@@ -60,7 +57,7 @@ def prove(
         is refuted the others are undecided, because they mean nothing where a chain is open.
 
     Raises:
-        GeometryError: The tolerance is negative, or not small beside the links.
+        GeometryError: `require_tolerance` refuses the tolerance.
     """
     require_tolerance(g, tolerance)
     pose, work, table = room()
@@ -98,17 +95,6 @@ def prove(
     )
     depth = int(covered[:, ::2].sum(axis=1).max()) if len(covered) else 0
     return Proof(findings, covered, int(state[2]), depth)
-
-
-def require_tolerance(g: DeltaGeometry, tolerance: float) -> None:
-    """Refuses a tolerance that the bounds of its effect were not made for.
-
-    Raises:
-        GeometryError: It is negative, or more than `LARGEST_SHARE` of the shorter link.
-    """
-    most = LARGEST_SHARE * min(g.upper_arm_length, g.forearm_length)
-    if not 0.0 <= tolerance <= most:
-        raise GeometryError(f"tolerance is {tolerance!r} m; it must be within 0 and {most:.6g} m, a tenth of a link")
 
 
 def _finding(

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from delta_cad.mechanism.enclosure.interval import Interval, coordinates, exactly
+from delta_cad.mechanism.enclosure.interval import Interval, exactly, variables
 
 PROPERTY = settings(deadline=None, derandomize=True, max_examples=200)
 NUMBER = st.one_of(st.floats(-4.0, 4.0, allow_subnormal=False), st.sampled_from([0.0, 0.1, -0.3, 1e-8]))
@@ -50,7 +50,7 @@ CORNER = st.tuples(NUMBER, NUMBER, NUMBER)
 def test_slope_forms(a, b, parts):
     lower, upper = np.minimum(a, b), np.maximum(a, b)
     point = [Fraction(float(between(lo, hi, u))) for lo, hi, u in zip(lower, upper, parts, strict=True)]
-    x, y, z = coordinates(lower[None], upper[None])
+    x, y, z = variables(lower[None], upper[None])
     p, q, r = point
     centre = [Fraction(float(v.centre.lo[0])) for v in (x, y, z)]
     third = exactly(1.0) * exactly(3.0).inverse()
@@ -80,6 +80,6 @@ def test_slope_forms(a, b, parts):
 
 @pytest.mark.parametrize("h", [1e-1, 1e-2])
 def test_slopes_make_the_error_second_order(h):
-    x, _, _ = coordinates(np.array([[1.0 - h, 0.0, 0.0]]), np.array([[1.0 + h, 0.0, 0.0]]))
+    x, _, _ = variables(np.array([[1.0 - h, 0.0, 0.0]]), np.array([[1.0 + h, 0.0, 0.0]]))
     form = x * x - x.times(exactly(2.0))  # (x - 1)^2 - 1: plain intervals give a width of 8 h
     assert (form.box.hi - form.box.lo)[0] < 5.0 * h * h

@@ -1,0 +1,153 @@
+"""The largest tolerance of a machine's lengths within which its limits are proved, and what a larger one would need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
+from delta_cad.mechanism.geometry import largest_tolerance as most_of
+from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit
+
+USUAL = 0.05 / MM_PER_M
+"""What milled parts and bonded rods keep without effort, m; told where less is proved."""
+CLOSE = 1.01
+"""The largest is found to 1 %."""
+LEAST = 1e-9 / MM_PER_M
+"""A millionth of a micrometre: below it roundings rule."""
+DIGITS = 4
+"""Of a tolerance in mm, so that the one told is the one proved."""
+MOST_BOXES = 200_000
+"""Of one try; a second or two."""
+FARTHEST = 40
+"""Doublings of a threshold's distance, from a millionth on, after which no threshold is told."""
+Progress = Callable[[int, float], None]
+
+
+class Need(NamedTuple):
+    """What one limit would have to be.
+
+    Attributes:
+        condition: Its name.
+        figure: Which of its figures.
+        bound: The threshold with which it is proved, SI units; None where no threshold is enough.
+    """
+
+    condition: str
+    figure: FigureOfMerit
+    bound: float | None
+
+
+@dataclass(frozen=True)
+class LargestTolerance:
+    """The largest tolerance that is proved.
+
+    Attributes:
+        tolerance: m; 0 where none is.
+        first: The conditions that are not proved with 1 % more; empty where the largest that can be asked is proved.
+        asked: The tolerance that `needs` is about, m.
+        needs: What the conditions that are not proved with that one would need.
+    """
+
+    tolerance: float
+    first: tuple[str, ...]
+    asked: float
+    needs: tuple[Need, ...]
+
+
+def search_tolerance(
+    g: DeltaGeometry,
+    cube: Cube,
+    limits: Callable[[float], Limits],
+    asked: float | None = None,
+    progress: Progress | None = None,
+) -> LargestTolerance:
+    """Finds the largest tolerance with which all limits are proved, and what limits the one asked would need.
+
+    Args:
+        g: The mechanism.
+        cube: The cube.
+        limits: Tolerance in m -> the limits with it, from which gravity's share is taken off; at 0 they hold.
+        asked: A tolerance that somebody wants, m; None: `USUAL`.
+        progress: Called now and then with the boxes examined and the share of the cube that is done.
+
+    Returns:
+        The largest, to 1 %.
+    """
+    low, high = 0.0, most_of(g)
+    first = _unproved(g, cube, limits(high), high, progress)
+    if not first:
+        return LargestTolerance(high, (), high, ())
+    while high > low * CLOSE and high >= LEAST:
+        tried = float(f"{(math.sqrt(low * high) if low else 0.1 * high) * MM_PER_M:.{DIGITS}g}") / MM_PER_M
+        missing = _unproved(g, cube, limits(tried), tried, progress)
+        if missing:
+            high, first = tried, missing
+        else:
+            low = tried
+    wanted = USUAL if asked is None else asked
+    limited = limits(wanted)
+    missing = () if wanted <= low else _unproved(g, cube, limited, wanted, progress)
+    needs = tuple(need for name in missing for need in _needs(g, cube, limited[name], wanted, progress))
+    return LargestTolerance(low, first, wanted, needs)
+
+
+def _unproved(
+    g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, progress: Progress | None
+) -> tuple[str, ...]:
+    """Names of the conditions that are not proved within a tolerance."""
+    from delta_cad.mechanism.proof.prove import prove
+
+    proof = prove(g, cube, limits, tolerance=tolerance, max_boxes=MOST_BOXES, progress=progress)
+    return tuple(f.condition for f in proof.findings if f.verdict != "proved")
+
+
+def _needs(
+    g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, progress: Progress | None
+) -> Iterator[Need]:
+    """What each figure of a limit would need that is not proved by itself."""
+    for figure in limit.figures:
+        if not figure.threshold:
+            yield Need(limit.name, figure, None)
+            continue
+        alone = limit
+        for other in limit.figures:  # of a pair the other one is left free
+            if other is not figure:
+                alone = alone.with_bound(other, other.range[1] if other.upper else other.range[0])
+
+        def holds(bound: float, alone: PoseLimit = alone, figure: FigureOfMerit = figure) -> bool:
+            try:
+                asked = Limits.of(alone.with_bound(figure, bound))
+            except GeometryError:
+                return False
+            return not _unproved(g, cube, asked, tolerance, progress)
+
+        bound = limit.bound(figure)
+        if not holds(bound):
+            yield Need(limit.name, figure, _enough(bound, figure, holds))
+
+
+def _enough(bound: float, figure: FigureOfMerit, holds: Callable[[float], bool]) -> float | None:
+    """The threshold nearest to a bound, to a tenth of the distance, with which a limit holds; None if none does."""
+    unit = (1.0 if figure.upper else -1.0) * (max(abs(bound), 1e-6) if figure.relative else 1.0)
+    low, high = 0.0, 1e-6
+    for _ in range(FARTHEST):
+        if holds(bound + unit * high):
+            break
+        low, high = high, 2.0 * high
+        if not figure.range[0] <= bound + unit * high <= figure.range[1]:
+            return None
+    else:
+        return None
+    while high > 1.1 * low:
+        middle = math.sqrt(low * high) if low else 0.5 * high
+        if holds(bound + unit * middle):
+            high = middle
+        else:
+            low = middle
+        if high <= 1e-6:
+            break
+    return bound + unit * high

@@ -1,0 +1,76 @@
+"""Machines whose three chains differ, each closed by itself in trigonometry; nothing of the package is read."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Figures(NamedTuple):
+    """Worst figures of machines at positions, (machines, positions); NaN where a chain is open."""
+
+    elbow_arm: np.ndarray
+    determinant: np.ndarray
+    torque: np.ndarray
+    kappa: np.ndarray
+    lean: np.ndarray
+    shoulder_min: np.ndarray
+    shoulder_max: np.ndarray
+    mass: np.ndarray
+
+
+def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple[float, ...] = (1, 0, 0, 0)) -> Figures:
+    """Computes the figures of machines.
+
+    Args:
+        chains: (machines, 3, 8) R, offset, height of the shoulder; r, offset, height of the wrist; L_A; L_B; m.
+        p: (positions, 3), m.
+        force: N.
+        masses: Carried, at an elbow, between both (kg), about a joint (kg m^2).
+    """
+    azimuth = np.radians([0.0, 120.0, 240.0])
+    out = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], -1)
+    along = np.stack([-np.sin(azimuth), np.cos(azimuth), 0.0 * azimuth], -1)
+    up = np.array([0.0, 0.0, 1.0])
+
+    def at(k):  # the joint of a chain whose three numbers begin at k: (machines, 3, 3)
+        return chains[..., k, None] * out + chains[..., k + 1, None] * along + chains[..., k + 2, None] * up
+
+    la, lb = chains[:, None, :, 6], chains[:, None, :, 7]
+    d = p[None, :, None, :] + (at(3) - at(0))[:, None]  # shoulder to wrist, (machines, positions, chains, 3)
+    q, t, z = (np.einsum("mpca,ca->mpc", d, axis) for axis in (out, along, np.tile(up, (3, 1))))
+    with np.errstate(invalid="ignore"):
+        # the angle at the shoulder between the line to the wrist, seen along the axis, and the upper arm
+        flat = np.hypot(q, z)
+        inner = np.arccos((flat**2 + la**2 - (lb**2 - t**2)) / (2.0 * la * flat))
+        theta = np.arctan2(z, q) - inner
+        arm = np.cos(theta)[..., None] * out + np.sin(theta)[..., None] * up
+        turn = -np.sin(theta)[..., None] * out + np.cos(theta)[..., None] * up
+        s = d - la[..., None] * arm
+        w = np.einsum("mpca,mpca->mpc", s, turn)
+        inverse = s / (la * w)[..., None]  # theta_dot = inverse v
+        closed = np.isfinite(inverse).all((-1, -2))
+        safe = np.where(closed[..., None, None], inverse, np.eye(3))
+        size = np.linalg.svd(safe, compute_uv=False)
+        jacobian = np.linalg.inv(safe)
+        carried, elbow, cross, joint = masses
+        rows = la[..., None] * safe
+        m = carried * np.eye(3) + np.einsum("mpc,mpca,mpcb->mpab", elbow + joint / la**2 + 0.0 * w, rows, rows)
+        mixed = np.einsum("mpca,mpcb->mpab", rows, turn)
+        m = m + cross * (mixed + np.swapaxes(mixed, -1, -2))
+        heaviest = np.linalg.eigvalsh(np.where(np.isfinite(m), m, 0.0))[..., -1]
+
+    def known(values):
+        return np.where(closed, values, np.nan)
+
+    return Figures(
+        known(w.min(-1)),
+        known(np.linalg.det(s)),
+        known(force * np.linalg.norm(jacobian, axis=-2).max(-1)),
+        known(size[..., 0] / size[..., 2]),
+        known(np.arcsin(np.abs(t) / lb).max(-1)),
+        known(theta.min(-1)),
+        known(theta.max(-1)),
+        known(heaviest),
+    )
