@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.geometry import largest_tolerance as most_of
-from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit
+from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Reach
 
 USUAL = 0.05 / MM_PER_M
 """What milled parts and bonded rods keep without effort, m; told where less is proved."""
@@ -22,8 +22,10 @@ DIGITS = 4
 """Of a tolerance in mm, so that the one told is the one proved."""
 MOST_BOXES = 200_000
 """Of one try; a second or two."""
-FARTHEST = 40
-"""Doublings of a threshold's distance, from a millionth on, after which no threshold is told."""
+NEAREST = 1e-6
+"""First distance of a threshold that is tried, as a share of it, or in rad; it is doubled from there."""
+TOGETHER = 20
+"""Tenths by which two ends of a range are moved on until they are proved together."""
 Progress = Callable[[int, float], None]
 
 
@@ -98,56 +100,67 @@ def search_tolerance(
 def _unproved(
     g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, progress: Progress | None
 ) -> tuple[str, ...]:
-    """Names of the conditions that are not proved within a tolerance."""
+    """Names of the conditions that are not proved within a tolerance, each by itself where reach ends the proof."""
     from delta_cad.mechanism.proof.prove import prove
 
-    proof = prove(g, cube, limits, tolerance=tolerance, max_boxes=MOST_BOXES, progress=progress)
-    return tuple(f.condition for f in proof.findings if f.verdict != "proved")
+    def missing(asked: Limits) -> tuple[str, ...]:
+        proof = prove(g, cube, asked, tolerance=tolerance, max_boxes=MOST_BOXES, progress=progress)
+        return tuple(f.condition for f in proof.findings if f.verdict != "proved")
+
+    found = missing(limits)
+    if Reach.name in found and not missing(Limits.of()):  # the chains close, but not as far from a fold as asked
+        return tuple(name for name in found if name == Reach.name or missing(Limits.of(limits[name])))
+    return found
 
 
-def _needs(
-    g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, progress: Progress | None
-) -> Iterator[Need]:
-    """What each figure of a limit would need that is not proved by itself."""
+def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, progress: Progress | None) -> list[Need]:
+    """What each figure of a limit would need that is not proved by itself, such that they are proved together."""
+
+    def proved(asked: PoseLimit) -> bool:
+        return not _unproved(g, cube, Limits.of(asked), tolerance, progress)
+
+    found = []
     for figure in limit.figures:
         if not figure.threshold:
-            yield Need(limit.name, figure, None)
-            continue
+            return [] if proved(limit) else [Need(limit.name, figure, None)]
         alone = limit
         for other in limit.figures:  # of a pair the other one is left free
             if other is not figure:
                 alone = alone.with_bound(other, other.range[1] if other.upper else other.range[0])
+        if not proved(alone):
+            found.append(Need(limit.name, figure, _enough(alone, figure, proved)))
+    if len(limit.figures) == 1 or any(need.bound is None for need in found):
+        return found
+    for _ in range(TOGETHER):  # both ends of a range, of which each may cost the other a little
+        together = limit
+        for need in found:
+            together = together.with_bound(need.figure, need.bound or 0.0)
+        if proved(together):
+            return found
+        found = [
+            need._replace(bound=(need.bound or 0.0) + 0.1 * ((need.bound or 0.0) - limit.bound(need.figure)))
+            for need in found
+        ]
+    return [need._replace(bound=None) for need in found]
 
-        def holds(bound: float, alone: PoseLimit = alone, figure: FigureOfMerit = figure) -> bool:
-            try:
-                asked = Limits.of(alone.with_bound(figure, bound))
-            except GeometryError:
-                return False
-            return not _unproved(g, cube, asked, tolerance, progress)
 
-        bound = limit.bound(figure)
-        if not holds(bound):
-            yield Need(limit.name, figure, _enough(bound, figure, holds))
-
-
-def _enough(bound: float, figure: FigureOfMerit, holds: Callable[[float], bool]) -> float | None:
-    """The threshold nearest to a bound, to a tenth of the distance, with which a limit holds; None if none does."""
+def _enough(limit: PoseLimit, figure: FigureOfMerit, proved: Callable[[PoseLimit], bool]) -> float | None:
+    """The threshold nearest to the limit's, to a tenth of the distance, with which it is proved; None if none is."""
+    bound = limit.bound(figure)
     unit = (1.0 if figure.upper else -1.0) * (max(abs(bound), 1e-6) if figure.relative else 1.0)
-    low, high = 0.0, 1e-6
-    for _ in range(FARTHEST):
-        if holds(bound + unit * high):
-            break
+
+    def holds(distance: float) -> bool:
+        try:
+            return proved(limit.with_bound(figure, bound + unit * distance))
+        except GeometryError:  # no limit can say that
+            return False
+
+    low, high = 0.0, NEAREST
+    while not holds(high):
         low, high = high, 2.0 * high
         if not figure.range[0] <= bound + unit * high <= figure.range[1]:
             return None
-    else:
-        return None
-    while high > 1.1 * low:
-        middle = math.sqrt(low * high) if low else 0.5 * high
-        if holds(bound + unit * middle):
-            high = middle
-        else:
-            low = middle
-        if high <= 1e-6:
-            break
+    while high > max(1.1 * low, NEAREST):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
     return bound + unit * high

@@ -28,16 +28,17 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
-Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE, ELBOW_RADIAL, ELBOW_VERTICAL = range(0, 30, 3)
+Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE, ELBOW_RADIAL, ELBOW_VERTICAL, CHANGE = range(0, 33, 3)
 """First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
 the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2,
-and the upper arm along the chain's radius and along z, L_A cos(theta) and L_A sin(theta) (m)."""
-FOREARM = 30
+the upper arm along the chain's radius and along z, L_A cos(theta) and L_A sin(theta) (m), and, where there is a
+tolerance, what it changes in s_i / (L_A w_i) at most (1 / m)."""
+FOREARM = 33
 """First of nine rows, x, y, z a chain: the forearm in the base frame, m."""
-Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(39, 45)
+Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(42, 48)
 """Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2; where there is a tolerance each form holds those of
 every chain."""
-ROWS = 45
+ROWS = 48
 
 COORDINATES, CHAINS, FOREARMS = 0, 1, 2
 """How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all."""
@@ -73,8 +74,8 @@ def lengths(g: DeltaGeometry, tolerance: float = 0.0) -> tuple[float, ...]:
 
 
 def table() -> np.ndarray:
-    """Makes room for the forms of one box, (rows, 6)."""
-    return np.empty((ROWS, TERMS))
+    """Makes room for the forms of one box, and once more for those of the drawn machine alone, (2 rows, 6)."""
+    return np.empty((2 * ROWS, TERMS))
 
 
 @compiled
@@ -160,6 +161,29 @@ def widen_coordinates(k, pose):
 
 
 @compiled
+def _change(o, d, la, lb, a, m, t, w):
+    """How far a row s / (L_A w) of the inverse Jacobian can be from that of the drawn machine, README (45).
+
+    Args:
+        o: Most that the wrist is off in each direction.
+        d: Most that a length is off.
+        la: L_A at least; of all that follows the most, of w the least.
+        lb: L_B.
+        a: Forearm along the upper arm.
+        m: Wrist along the upper arm.
+        t: Wrist along the shoulder axis.
+        w: Elbow arm.
+    """
+    side = max(lb * lb - w * w, 0.0)  # square of the forearm's part across the elbow's motion
+    bend = m * m * side / (w * w) + a * a
+    turn = 1.0 / (la * w)
+    plane = 1.0 + a * a * turn * (2.0 * m / w + bend * turn)
+    across = math.sqrt(1.0 + t * t * turn * (2.0 * m / w + bend * turn))
+    flat = math.sqrt(2.0 * (plane + (a * lb * turn) ** 2))
+    return (o * (flat + across) + d * (math.sqrt(plane) + lb / la + lb * turn * math.sqrt(bend))) * turn * LIFT
+
+
+@compiled
 def widen_chains(k, pose):
     """Widens the closed chains by what the tolerance can change, README (44); whether all of them still are closed.
 
@@ -195,6 +219,7 @@ def widen_chains(k, pose):
         _widen(pose, VERTICAL + i, (o * ((cos + sin) * r + cos * t) + by_cosine) / w)
         _widen(pose, ELBOW_RADIAL + i, (o * sin * (r + t + v) + by_sine) / w)
         _widen(pose, ELBOW_VERTICAL + i, (o * cos * (r + t + v) + by_cosine) / w)
+        put(pose, CHANGE + i, constant(0.0, _change(o, d, short, longest, f * (la + d), m, t, w)))
     return closed
 
 

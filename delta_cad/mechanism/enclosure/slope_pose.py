@@ -48,7 +48,7 @@ class SlopePose:
         la, lb = exactly(g.upper_arm_length), exactly(g.forearm_length)
         if tolerance == 0.0:
             x, y, z = variables(lower, upper)
-            deviations = ()
+            deviations = []
         else:
             most = np.tile(np.repeat([2.0 * tolerance, tolerance], [3, 2]), (len(lower), 3))
             x, y, z, *deviations = variables(np.hstack([lower, -most]), np.hstack([upper, most]))
@@ -57,12 +57,15 @@ class SlopePose:
         chains = []
         for i, (c, s) in enumerate(((exactly(1.0), exactly(0.0)), (half, root), (half, -root))):
             q, t, h = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s), z
-            arm, rod = la, lb
-            if tolerance > 0.0:
+            arm: Slopes | Interval = la
+            difference: Slopes | Interval = la.square() - lb.square()
+            double: Slopes | Interval = la + la
+            if deviations:
                 along, beside, above, more, longer = deviations[5 * i : 5 * i + 5]
-                q, t, h, arm, rod = q + along, t + beside, z + above, more.plus(la), longer.plus(lb)
+                q, t, h, arm = q + along, t + beside, z + above, more.plus(la)
+                difference, double = arm.square() - longer.plus(lb).square(), arm + arm
             rho2 = q.square() + h.square()
-            m = _by(_plus(rho2 + t.square(), arm.square() - rod.square()), (arm + arm).inverse())
+            m = _by(_plus(rho2 + t.square(), difference), double.inverse())
             w2 = rho2 - m.square()
             w, inverse = w2.root(), rho2.inverse()
             cos, sin = (q * m + h * w) * inverse, (h * m - q * w) * inverse

@@ -41,7 +41,25 @@ def _kappa(limit: Kappa, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
 
 @compiled
 def _enclose(pose, k, n, work, out, row):
-    """Computes K^2 l3 - l1 of the Gram matrix of the rows s_i / (L_A w_i), README (33); 0 where only (34) proves it."""
+    """Computes K^2 l3 - l1 of one machine, or of the drawn one less what a tolerance can change, README (45)."""
+    if not k[forms.TOLERANCE] > 0.0:
+        _enclose_one(pose, k, n, work, out, row)
+        return
+    least = _enclose_one(pose[forms.ROWS :], k, n, work, out, row)
+    change = 0.0
+    for i in range(3):
+        change += magnitude(at(pose, forms.CHANGE + i)) ** 2
+    largest = math.sqrt((k[n] + k[n + 1]) * UP) * UP
+    out[row, LOW] -= 2.0 * largest * (largest + 1.0) * math.sqrt(change * least) * forms.LIFT
+
+
+@compiled
+def _enclose_one(pose, k, n, work, out, row):
+    """Computes K^2 l3 - l1 of the Gram matrix of the rows s_i / (L_A w_i), README (33); 0 where only (34) proves it.
+
+    Returns:
+        A bound of l3 from above.
+    """
     out[row, :] = math.nan
     la, la2 = at(pose, forms.UPPER_ARM), at(pose, forms.UPPER_ARM_2)
     i1, i2 = inverse(multiply(la, at(pose, forms.W))), inverse(multiply(la, at(pose, forms.W + 1)))
@@ -56,7 +74,7 @@ def _enclose(pose, k, n, work, out, row):
         multiply(at(pose, forms.PRODUCT), multiply(i2, i3)),
     )
     if not eigenvectors((a[0][0], a[1][0], a[2][0], a[3][0], a[4][0], a[5][0]), work):
-        return
+        return math.nan
     h11, h22, h33 = congruent(a, work, 0, 0), congruent(a, work, 1, 1), congruent(a, work, 2, 2)
     h12, h13, h23 = congruent(a, work, 0, 1), congruent(a, work, 0, 2), congruent(a, work, 1, 2)
     over = above(h11, h22, h33, h12, h13, h23)
@@ -67,8 +85,9 @@ def _enclose(pose, k, n, work, out, row):
     bent = 3.0 * NEARLY * (magnitude(h11) + over + 2.0 * k[n] * magnitude(h33))
     out[row, LOW] -= (over + (k[n] + k[n + 1]) * under + bent) * UP
     out[row, HIGH] += bent
+    least = magnitude(h33) * (1.0 + 3.0 * NEARLY) * UP
     if out[row, LOW] >= 0.0:
-        return
+        return least
     c33, c22 = subtract(multiply(h11, h22), multiply(h12, h12)), subtract(multiply(h11, h33), multiply(h13, h13))
     c11 = subtract(multiply(h22, h33), multiply(h23, h23))
     c13, c23 = subtract(multiply(h12, h23), multiply(h13, h22)), subtract(multiply(h12, h13), multiply(h11, h23))
@@ -81,6 +100,7 @@ def _enclose(pose, k, n, work, out, row):
     slack -= 10.0 * NEARLY * (first * second + magnitude(volume))
     if slack >= 0.0:
         out[row, LOW] = 0.0
+    return least
 
 
 @compiled

@@ -90,7 +90,10 @@ def margins(box, k, needed, pose, work, out):
         return
     if k[forms.TOLERANCE] > 0.0:  # the chains are those of the drawn machine, widened
         forms.fill_coordinates(box, k, pose)
-        closed = forms.fill_chains(k, pose) and forms.widen_chains(k, pose)
+        closed = forms.fill_chains(k, pose)
+        forms.fill_forearms(pose)
+        pose[forms.ROWS :] = pose[: forms.ROWS]
+        closed = closed and forms.widen_chains(k, pose)
         forms.widen_coordinates(k, pose)
     else:
         closed = forms.fill_chains(k, pose)
