@@ -26,8 +26,8 @@ from delta_cad.mechanism.proof.margins import BITS, FIRST, margins, numbers, roo
 from delta_cad.mechanism.proof.prove import prove
 from optimizer.certify.replay import replay
 from optimizer.certify.tolerance import search_tolerance
-from tests.delta_cad.mechanism.deviating import Figures, figures
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
+from tests.delta_cad.mechanism.proof.deviating import Figures, figures
 
 CUBE = Cube(BOTTOM, HALF)
 INERTIA = HandleInertia(0.1, 0.01, 0.005, 2e-4)
