@@ -69,13 +69,6 @@ class CapstanDimensions:
         """Half width of the sector's end below the nose: as far below the cable as the plate lies under a lug."""
         return self.nose_radius_mm + self.cable_diameter_mm / 2 - (self.pitch_radius_mm - self.lug_radii_mm[0])
 
-    @property
-    def wound_mm(self) -> float:
-        """Length of the cable's middle on rim and nose, between its straight ends."""
-        low, high = self.rim_angles_rad
-        nose = self.nose_radius_mm + self.cable_diameter_mm / 2
-        return self.pitch_radius_mm * (high - low) + nose * self.turns_rad[0]
-
 
 def capstan_dimensions(
     pitch_radius_mm: float,

@@ -14,7 +14,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
-from delta_cad.solids.holes import merged
+from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
@@ -27,7 +27,6 @@ from delta_cad.solids.primitive import (
     edge_break,
     feature,
     hull_along_y,
-    one_solid,
 )
 
 BLOCK_SCREW = "M3"
@@ -158,14 +157,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
         tools += _bearing_seat(d, inside, 1.0)
         holes += _bearing_holes(d)
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
-    return Part(
-        number,
-        f"motor cheek, plate {outside - inside:g}",
-        one_solid(solid, number),
-        material("aluminium-6082"),
-        True,
-        merged(holes),
-    )
+    description = f"motor cheek, plate {outside - inside:g}"
+    return made_part(number, description, solid, material("aluminium-6082"), holes)
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:
@@ -198,14 +191,8 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
-    return Part(
-        number,
-        f"encoder cheek, plate {inside - outside:g}",
-        one_solid(solid, number),
-        material("aluminium-6082"),
-        True,
-        merged(holes),
-    )
+    description = f"encoder cheek, plate {inside - outside:g}"
+    return made_part(number, description, solid, material("aluminium-6082"), holes)
 
 
 def _bearing_seat(d: Dimensions, inside: float, outwards: float) -> list[cq.Shape]:
@@ -261,6 +248,4 @@ def make_foot_block(d: Dimensions) -> Part:
             f"2 x {cheek_dowel_depth_mm(d):g} deep from both sides",
         ),
     )
-    return Part(
-        number, "foot block between the cheeks", one_solid(solid, number), material("aluminium-6082"), True, holes
-    )
+    return made_part(number, "foot block between the cheeks", solid, material("aluminium-6082"), holes)

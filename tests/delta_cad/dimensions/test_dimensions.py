@@ -153,7 +153,6 @@ def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_t
     assert end == pytest.approx(c.nose_bar_radius_mm)
     slot = c.slot_radius_mm * np.array([cos(c.slot_angles_rad[0]), sin(c.slot_angles_rad[0])])
     assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
-    assert c.wound_mm == pytest.approx(c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + line * pi / 2)
 
 
 def test_the_keep_out_radius_contains_lugs_screws_nuts_and_sleeves(best_dimensions: Dimensions) -> None:
