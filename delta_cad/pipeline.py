@@ -103,10 +103,6 @@ class Outcome:
 def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
     """Solids, placement, meshes and masses of a design.
 
-    Args:
-        design: A validated design.
-        progress: Told what is being done.
-
     Raises:
         UnreachableError: A point of the cube is out of reach.
         DimensionError: A part cannot be given sound dimensions.

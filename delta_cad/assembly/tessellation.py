@@ -108,9 +108,6 @@ class MeshLibrary:
     def __getitem__(self, number: str) -> Mesh:
         """The mesh of a part.
 
-        Args:
-            number: Part number.
-
         Returns:
             Its mesh in the part's frame.
         """

@@ -22,11 +22,11 @@ from delta_cad.catalogue.families.tube import Tube, tube
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
 
+# Name of a family -> the family.
 FAMILIES: Mapping[str, Family] = {
     one.name: one
     for one in (motor, bearing, encoder, screw, hex_screw, hex_nut, dowel, tube, knob, foot, magnet, cable, material)
 }
-"""Name of a family -> the family."""
 
 
 def family(name: str) -> Mapping[str, CatalogueRow]:

@@ -34,12 +34,6 @@ def run_checks(
 ) -> list[CheckResult]:
     """Every check, in the order in which a later one relies on an earlier one.
 
-    Args:
-        assembly: The machine.
-        limits: The cube and the limits.
-        meshes: The parts' meshes; those that are missing are made.
-        progress: Told the name of what is being done.
-
     Returns:
         The results. Where the cube is not reachable, or a part is no sound solid, the checks that need it are left
         out: the report then holds the failures only up to there.

@@ -12,10 +12,6 @@ from delta_cad.solids.part import Occurrence
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
     """The rigid body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm.
 
-    Args:
-        occurrence: The occurrence.
-        placement: The placement of the links.
-
     Returns:
         Link name.
     """

@@ -23,10 +23,6 @@ DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
 def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
     """One result per part: a single valid closed solid, its mesh, its bores.
 
-    Args:
-        parts: The parts.
-        meshes: Their meshes.
-
     Returns:
         Results named `solid <part number>`; the value is the difference between mesh and exact volume, the limit the
         volume of a layer of each face's own deviation. A bore too small for that is missed by its vertices: they lie
@@ -66,9 +62,6 @@ def layer_volume(mesh: Mesh) -> float:
     The symmetric difference of the two lies within the deviation d of the mesh's surface: inside balls along its faces
     (2 d area), edges (pi d^2 length) and corners (4/3 pi d^3); the last two are covered by counting every edge fully.
 
-    Args:
-        mesh: The mesh.
-
     Returns:
         Volume, mm^3.
     """
@@ -82,10 +75,6 @@ def layer_volume(mesh: Mesh) -> float:
 
 def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
     """Diameters of the cylindrical faces on which a mesh has fewer than three vertices, mm.
-
-    Args:
-        part: The part.
-        mesh: Its mesh.
 
     Returns:
         Diameters; empty where the mesh touches every cylinder of the solid.
@@ -103,9 +92,6 @@ def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
 
 def solid_faults(shape: Any) -> list[str]:
     """What keeps a shape from being one valid closed solid of positive volume.
-
-    Args:
-        shape: A `cadquery.Shape`.
 
     Returns:
         Faults, empty when it is sound.
@@ -132,9 +118,6 @@ def bore_counts(shape: Any) -> dict[float, int]:
     A face is concave where the outward normal points to the axis: the outside of the solid is around it. Faces of one
     split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
     asked of all faces on the axis together.
-
-    Args:
-        shape: A `cadquery.Shape`.
 
     Returns:
         Diameter in mm (to 1 um) -> number of axes.

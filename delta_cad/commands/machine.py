@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from delta_cad.pipeline import Outcome
 
 NOT_BUILT = 3
+# Design, what was given, whom to tell what is being done -> what came of it.
 Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]
-"""Design, what was given, whom to tell what is being done -> what came of it."""
 
 
 def design_arguments(command: argparse.ArgumentParser) -> None:

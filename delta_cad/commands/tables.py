@@ -25,9 +25,6 @@ DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque
 def phases(first: str) -> Iterator[Callable[[str], None]]:
     """Shows what is being done and since when, on a terminal only; elsewhere nothing is printed.
 
-    Args:
-        first: What is being done at the start.
-
     Yields:
         Function to call with the name of the next phase.
     """

@@ -117,5 +117,5 @@ class Design(_Section):
         )
 
 
+# Entries of `hardware` that name a bought part: each is called as its family in the catalogue.
 HARDWARE_FAMILIES = tuple(name for name in Hardware.model_fields if name in catalogue.FAMILIES)
-"""Entries of `hardware` that name a bought part: each is called as its family in the catalogue."""

@@ -66,9 +66,6 @@ class Dimensions:
 def dimensions(design: Design) -> Dimensions:
     """All dimensions of a design.
 
-    Args:
-        design: A validated design.
-
     Raises:
         UnreachableError: A point of the cube is out of reach.
         DimensionError: A part cannot be given sound dimensions.

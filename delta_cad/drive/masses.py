@@ -23,12 +23,11 @@ from delta_cad.mechanism.limits import HandleInertia
 
 SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
+# Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding.
 ALIKE = 1e-6
-"""Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding."""
-MASS_MAX = 1e3
-"""kg; beyond any joystick, so that grams given as kilograms are refused."""
+MASS_MAX = 1e3  # kg; beyond any joystick, so that grams given as kilograms are refused.
+# Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do.
 SLENDER = 1e-2
-"""Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do."""
 
 
 class MassError(ValueError):

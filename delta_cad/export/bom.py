@@ -14,8 +14,7 @@ from delta_cad.export.mass_properties import part_mass_properties
 
 SCHEMA = "delta-bom/1"
 G_PER_KG = 1000.0
-MASS_DECIMALS = 4
-"""Masses are printed to 0.1 mg, far below what any scale in a workshop shows."""
+MASS_DECIMALS = 4  # Masses are printed to 0.1 mg, far below what any scale in a workshop shows.
 
 
 @dataclass(frozen=True)
@@ -104,24 +103,14 @@ def hole_list(assembly: Assembly) -> list[HoleRow]:
 
 
 def write_bom(rows: list[BomRow], directory: Path) -> None:
-    """Writes `bom.csv` and `bom.json`.
-
-    Args:
-        rows: What `bill_of_materials` returned.
-        directory: Folder to write into.
-    """
+    """Writes `bom.csv` and `bom.json`."""
     _write_csv(directory / "bom.csv", [field.name for field in fields(BomRow)], [asdict(row) for row in rows])
     text = json.dumps({"schema": SCHEMA, "items": [asdict(row) for row in rows]}, indent=1, ensure_ascii=False)
     (directory / "bom.json").write_text(text + "\n", encoding="utf-8")
 
 
 def write_holes(rows: list[HoleRow], path: Path) -> None:
-    """Writes the list of holes as CSV.
-
-    Args:
-        rows: What `hole_list` returned.
-        path: File to write.
-    """
+    """Writes the list of holes as CSV."""
     _write_csv(path, [field.name for field in fields(HoleRow)], [asdict(row) for row in rows])
 
 

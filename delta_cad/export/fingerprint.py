@@ -17,6 +17,7 @@ from pathlib import Path
 
 TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
 WORD = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/|;|[^';/]+|/", re.DOTALL)
+# Entities whose list of references is a SET in the EXPRESS schema, so that its order means nothing.
 SET_TYPES = frozenset(
     {
         b"ADVANCED_BREP_SHAPE_REPRESENTATION",
@@ -28,9 +29,8 @@ SET_TYPES = frozenset(
         b"SHAPE_REPRESENTATION",
     }
 )
-"""Entities whose list of references is a SET in the EXPRESS schema, so that its order means nothing."""
+# Its first attribute is a counter of the writing process, not content; its second is the occurrence's name.
 COUNTED_TYPE = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"
-"""Its first attribute is a counter of the writing process, not content; its second is the occurrence's name."""
 COUNTER = re.compile(rb"^'[^']*'")
 SIZE = 20
 
@@ -41,9 +41,6 @@ class FingerprintError(ValueError):
 
 def step_fingerprint(path: Path) -> str:
     """Fingerprint of a STEP file.
-
-    Args:
-        path: The file.
 
     Returns:
         64 hexadecimal digits.

@@ -53,9 +53,6 @@ def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "a
 def verify_manifest(folder: Path) -> dict[str, Any]:
     """Checks a folder against its manifest.
 
-    Args:
-        folder: A build.
-
     Returns:
         The manifest.
 

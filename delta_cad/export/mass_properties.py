@@ -140,9 +140,6 @@ def link_mass_properties(
 def mass_report(assembly: Assembly) -> dict[str, Any]:
     """All mass properties as plain numbers.
 
-    Args:
-        assembly: The machine.
-
     Returns:
         `parts` by part number (own frame) with volume and whether the mass is from the catalogue; `bodies` by link
         (link frame); `assembly`, the whole in the base frame at the home position; total and moving mass in kg.
@@ -170,10 +167,5 @@ def mass_report(assembly: Assembly) -> dict[str, Any]:
 
 
 def write_mass_properties(report: Mapping[str, Any], path: Path) -> None:
-    """Writes `mass_report` as JSON.
-
-    Args:
-        report: What `mass_report` returned.
-        path: File to write.
-    """
+    """Writes `mass_report` as JSON."""
     path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

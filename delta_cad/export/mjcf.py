@@ -27,8 +27,8 @@ from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, SIDES
 
 TIMESTEP_S = 1e-4
+# Time constant of a closure, two time steps, which is the least the engine takes, and critical damping.
 STIFF = {"solref": "0.0002 1", "solimp": "0.999 0.9999 0.0001"}
-"""Time constant of a closure, two time steps, which is the least the engine takes, and critical damping."""
 
 
 def twin(
@@ -113,12 +113,7 @@ def twin(
 
 
 def write_twin(text: str, path: Path) -> None:
-    """Writes what `twin` returned.
-
-    Args:
-        text: MJCF text.
-        path: File to write.
-    """
+    """Writes what `twin` returned."""
     path.write_text(text, encoding="utf-8")
 
 

@@ -24,17 +24,14 @@ if TYPE_CHECKING:
     from OCP.TDF import TDF_Label
     from OCP.TDocStd import TDocStd_Document
 
-SCHEMAS = {"AP242": "AP242DIS", "AP214": "AP214IS"}
-"""Schemas on offer and the kernel's names for them."""
-TIME_STAMP = "2000-01-01T00:00:00"
-"""Time stamp when the caller gives none: the same input then gives the same header."""
+SCHEMAS = {"AP242": "AP242DIS", "AP214": "AP214IS"}  # Schemas on offer and the kernel's names for them.
+TIME_STAMP = "2000-01-01T00:00:00"  # Time stamp when the caller gives none: the same input then gives the same header.
 ORGANISATION = "delta-haptics"
 ORIGINATING_SYSTEM = "delta-haptics"
+# Largest deviation of R R^T from the identity: rounding of a few products of unit matrices (1e-15 each), with room.
 RIGID_TOLERANCE = 1e-9
-"""Largest deviation of R R^T from the identity: rounding of a few products of unit matrices (1e-15 each), with room."""
 
-KG_M3_TO_STEP_DENSITY = 1e-3
-"""The kernel's writer states densities in g/cm^3."""
+KG_M3_TO_STEP_DENSITY = 1e-3  # The kernel's writer states densities in g/cm^3.
 
 
 class StepError(ValueError):

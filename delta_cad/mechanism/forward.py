@@ -9,9 +9,9 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.errors import SingularError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, positions
 
+# Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last seven
+# digits of sixteen there.
 COLLINEAR = 1e-9
-"""Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last
-seven digits of sixteen there."""
 
 
 def forward_kinematics(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:

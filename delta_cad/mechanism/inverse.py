@@ -15,10 +15,6 @@ def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
     It is also the serial singularity: the torque arm of the chain is L_A w. Continuous everywhere.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains) w^2 in m^2; NaN where the position is NaN.
 
@@ -34,10 +30,6 @@ def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Component w of the forearm along the elbow's direction of motion, the square root of the closure margin.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains) w in m, elbows outwards so never negative; NaN where the chain cannot be closed.
     """
@@ -47,10 +39,6 @@ def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         cos theta, sin theta: each (..., 3 chains); NaN where the chain cannot be closed.
@@ -67,10 +55,6 @@ def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarra
 def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains) theta in rad, elbows outwards.
     """
@@ -80,10 +64,6 @@ def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Shoulder angles that hold the platform at a position, elbows outwards.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 chains) theta in rad, 0 level, positive towards +z.
@@ -106,10 +86,6 @@ def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
     """Refuse positions at which a chain cannot be closed.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Raises:
         UnreachableError: A chain cannot be closed at one of the positions, or a position is not finite.
     """
@@ -130,10 +106,6 @@ def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
 def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """How far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains) m, positive where the chain cannot be closed (too far or too near), else negative.
     """
@@ -146,10 +118,6 @@ def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Vectors s_i from elbow to wrist.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 chains, 3) in the base frame, m, each of length L_B; NaN where the chain cannot be closed.
@@ -180,10 +148,6 @@ def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
 def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Wrists B_i on the platform.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains, 3) in the base frame, m.
     """
@@ -195,10 +159,6 @@ def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
     The distance of the two rods of a chain falls with the cosine of this angle.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains) rad, positive towards +y of the chain; NaN where the chain cannot be closed.
     """
@@ -208,10 +168,6 @@ def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 chains) rad in [0, pi]: 0 stretched, pi folded back; NaN where the chain cannot be closed.

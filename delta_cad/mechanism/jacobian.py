@@ -9,8 +9,8 @@ from delta_cad.mechanism.errors import SingularError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors, require_closed
 
+# |det| of the unit forearm directions below which J keeps less than four of its sixteen digits.
 DETERMINANT_MIN = 1e-12
-"""|det| of the unit forearm directions below which J keeps less than four of its sixteen digits."""
 
 
 def forearm_determinant(s: np.ndarray) -> np.ndarray:
@@ -28,10 +28,6 @@ def forearm_determinant(s: np.ndarray) -> np.ndarray:
 def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """The Jacobian for searches: `v = J theta_dot`, without exceptions.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 axes, 3 chains) m/rad; NaN where a chain cannot be closed or where det S is zero.
     """
@@ -46,10 +42,6 @@ def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 axes, 3 chains) m/rad.
@@ -71,10 +63,6 @@ def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def inverse_jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 chains, 3 axes) rad/m.

@@ -39,10 +39,6 @@ def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarr
 def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3) m/rad, descending; 0 last where a chain is folded, infinity first at a direct singularity.
     """
@@ -67,10 +63,6 @@ def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Condition number kappa of the Jacobian in the 2-norm.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (...) kappa >= 1; infinite at both singularities.
 
@@ -85,10 +77,6 @@ def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Distance of each chain to its fold: cosine between the forearm and the elbow's direction of motion, w / L_B.
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
-
     Returns:
         (..., 3 chains) dimensionless, at most 1; 0 at the fold, and continued below 0 where the chain cannot be
         closed.
@@ -99,10 +87,6 @@ def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 def direct_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Distance to the direct singularity: determinant of the three unit forearm directions.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (...) dimensionless in [-1, 1]; 0 where the forearms lie in one plane, positive with the platform above the

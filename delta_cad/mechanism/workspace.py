@@ -21,10 +21,9 @@ from delta_cad.mechanism.inverse import (
 )
 from delta_cad.mechanism.statics import conditioning, direct_margin, serial_margin, singular_values, worst_joint_torque
 
+# Of the grid step while polishing: where a figure is smooth, its error falls with the square of the step.
 HALVINGS = 22
-"""Of the grid step while polishing: where a figure is smooth, its error falls with the square of the step."""
-CROSSING_STEPS = 60
-"""Bisections between two points of opposite determinant: more than a double can resolve."""
+CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: more than a double can resolve.
 
 
 @dataclass(frozen=True)
@@ -101,9 +100,6 @@ def cube_surface(cube: Cube, n: int) -> np.ndarray:
 
 def cube_corners(cube: Cube) -> np.ndarray:
     """The eight corners.
-
-    Args:
-        cube: The cube.
 
     Returns:
         (8, 3) positions, m.

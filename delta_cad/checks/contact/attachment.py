@@ -23,10 +23,6 @@ SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0
 def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
     """Hold the parts of every rigid link together: neighbours are parts whose surfaces are within `SEAT_MM`.
 
-    Args:
-        assembly: The machine.
-        meshes: The parts' meshes.
-
     Returns:
         `parts attached`: of the parts that no chain of neighbours joins to the largest group of their link, the
         largest distance from the rest of the link, mm; 0 where there is none.

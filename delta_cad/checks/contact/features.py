@@ -69,9 +69,6 @@ class FeatureLibrary:
 def features(part: Part) -> Features:
     """Reads the faces of a part.
 
-    Args:
-        part: The part.
-
     Returns:
         Its cylinders and balls.
     """

@@ -58,12 +58,6 @@ def check_fits(
 ) -> list[CheckResult]:
     """Common volumes of parts on one link, and of contacts across links over the range of their joints.
 
-    Args:
-        assembly: The machine.
-        limits: The cube.
-        meshes: The parts' meshes.
-        progress: Told what is being done.
-
     Returns:
         `fits declared` (the names in fits exist), `overlap on one link`, `overlap of contacts`.
     """

@@ -17,11 +17,6 @@ def check_largest_gaps(assembly: Assembly, limits: CheckLimits, meshes: MeshLibr
     The two parts of such a gap turn about one axis, which leaves their distance nearly the same: the cube's centre and
     corners stand for all positions. The smallest distance is held over the whole cube by the clearance.
 
-    Args:
-        assembly: The machine.
-        limits: The cube.
-        meshes: The parts' meshes.
-
     Returns:
         One `largest gap a / b` for each fit that limits it.
     """

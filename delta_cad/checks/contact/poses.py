@@ -42,10 +42,6 @@ class ContactPosition:
 def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPosition]:
     """Where to test the contacts across links; of equal contacts of the three chains one stands for all.
 
-    Args:
-        assembly: The machine.
-        limits: The cube.
-
     Returns:
         The positions.
     """

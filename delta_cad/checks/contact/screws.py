@@ -87,10 +87,6 @@ class _Screw:
 def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
     """Hold every screw of a link, and every tapped hole.
 
-    Args:
-        assembly: The machine.
-        meshes: The parts' meshes.
-
     Returns:
         `screws engaged` (least length of thread in diameters), `screws seated` (largest gap between the parts that a
         screw clamps, from under its head to the thread, mm) and `tapped holes filled` (number of empty ones).

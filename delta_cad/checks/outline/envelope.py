@@ -58,11 +58,6 @@ class SweptOutline:
 def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
     """Hold the swept outline against the rectangle W x D, either way round.
 
-    Args:
-        assembly: The machine.
-        limits: The cube and the rectangle.
-        meshes: The parts' meshes.
-
     Returns:
         `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
     """
@@ -101,11 +96,6 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
 
 def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> SweptOutline:
     """Rigorous bounds on the outline.
-
-    Args:
-        assembly: The machine.
-        limits: The cube.
-        meshes: The parts' meshes.
 
     Returns:
         The outline.
@@ -152,10 +142,6 @@ def _reach(
 
 def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
     """Close enclosure of the shoulder angles over the cube.
-
-    Args:
-        g: The mechanism.
-        limits: The cube.
 
     Returns:
         (3, 2) lowest and highest angle of each chain, rad.

@@ -21,9 +21,6 @@ def check_joint_axes(assembly: Assembly) -> CheckResult:
     frame's y axis, or the centre of one spherical face (ball) in its origin. Where a link has no such part, one of any
     part that it carries must.
 
-    Args:
-        assembly: The machine.
-
     Returns:
         `joint axes of the solids`: the largest distance, mm.
     """

@@ -18,10 +18,6 @@ LEVER_MM = 60.0  # length over which a revolute axis may stray by ORIGIN_MM: hal
 def check_joints(assembly: Assembly, limits: CheckLimits) -> list[CheckResult]:
     """Closure and tilt of every joint over corners, grid and random positions.
 
-    Args:
-        assembly: The machine.
-        limits: The cube.
-
     Returns:
         `joint closure` over all joints (mm), and `ball tilt` (rad) where there are ball joints.
     """

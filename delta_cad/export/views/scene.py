@@ -24,10 +24,9 @@ EDGE_COLOUR: Colour = (0.07, 0.08, 0.10)
 GROUND_COLOUR: Colour = (1.0, 1.0, 1.0)
 SKY_COLOUR: Colour = (0.86, 0.89, 0.93)
 SUPERSAMPLING = 2
-EDGE_WIDTH = 1.0
-"""Line width in pixels of the finished picture."""
+EDGE_WIDTH = 1.0  # Line width in pixels of the finished picture.
+# How far a surface can shade another; what depth is ignored, for facets shade themselves; rays a pixel.
 OCCLUSION_RADIUS_MM, OCCLUSION_BIAS_MM, OCCLUSION_SAMPLES = 14.0, 1.0, 24
-"""How far a surface can shade another; what depth is ignored, for facets shade themselves; rays a pixel."""
 
 
 class PictureError(RuntimeError):

@@ -22,10 +22,9 @@ ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
 ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
 DRIVE = np.array([0.62, -0.66, 0.42])
 EXPLODED = np.array([0.80, -0.55, 0.38])
+# Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower.
 NEAR_MM = 0.5
-"""Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower."""
-PULL = 2.2
-"""How much further from the middle a part of the pulled-apart view sits, as a share of its distance."""
+PULL = 2.2  # How much further from the middle a part of the pulled-apart view sits, as a share of its distance.
 VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 

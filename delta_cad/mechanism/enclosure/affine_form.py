@@ -12,18 +12,16 @@ import math
 
 from delta_cad.common.jit import compiled
 
+# A rounding is at most 2^-53 of its result. No operation here takes more than eight in a row to any of its numbers, so
+# 2^-50 of the sum of all magnitudes bounds their sum; this is twice that.
 ROUND = 2.0**-49
-"""A rounding is at most 2^-53 of its result. No operation here takes more than eight in a row to any of its numbers,
-so 2^-50 of the sum of all magnitudes bounds their sum; this is twice that."""
+# Lifts an error term, a sum of at most 20 products of non-negative numbers, over its own roundings.
 UP = 1.0 + 2.0**-48
-"""Lifts an error term, a sum of at most 20 products of non-negative numbers, over its own roundings."""
-TINY = 2.0**-960
-"""More than all that underflow can take from one operation."""
+TINY = 2.0**-960  # More than all that underflow can take from one operation.
 SYMBOLS = 4
-TERMS = SYMBOLS + 2
-"""Doubles of a form."""
+TERMS = SYMBOLS + 2  # Doubles of a form.
+# m^2; least upper end of a range whose root is taken, far below what a rounding of any w^2 leaves.
 FEASIBLE_ROOT_MIN = 1e-18
-"""m^2; least upper end of a range whose root is taken, far below what a rounding of any w^2 leaves."""
 
 
 @compiled

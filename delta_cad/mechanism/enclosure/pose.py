@@ -25,20 +25,18 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
+# First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
+# the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2.
 Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE = range(0, 24, 3)
-"""First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
-the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2."""
-FOREARM = 24
-"""First of nine rows, x, y, z a chain: the forearm in the base frame, m."""
+FOREARM = 24  # First of nine rows, x, y, z a chain: the forearm in the base frame, m.
+# Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2.
 Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(33, 39)
-"""Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2."""
 ROWS = 39
 
+# How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all.
 COORDINATES, CHAINS, FOREARMS = 0, 1, 2
-"""How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all."""
 
-SIN_60_ERROR = 2.0**-54
-"""Of a double in [1/2, 1) such as `SIN_60`: sqrt and the halving round to nearest."""
+SIN_60_ERROR = 2.0**-54  # Of a double in [1/2, 1) such as `SIN_60`: sqrt and the halving round to nearest.
 
 NUMBERS = 6  # of `lengths`
 

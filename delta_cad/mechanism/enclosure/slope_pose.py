@@ -15,8 +15,7 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes, coordinates
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
 Vector = tuple[Slopes, Slopes, Slopes]
-Symmetric = Mapping[tuple[int, int], Slopes]
-"""Entries (i, j), i <= j, of symmetric 3 x 3 matrices."""
+Symmetric = Mapping[tuple[int, int], Slopes]  # Entries (i, j), i <= j, of symmetric 3 x 3 matrices.
 
 
 class SlopePose:

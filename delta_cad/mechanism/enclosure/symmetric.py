@@ -11,8 +11,8 @@ import math
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND, UP, add, constant, lower, magnitude, scale, subtract
 
+# How far the columns of the eigenvectors' matrix may be from orthonormal; Jacobi's rotations keep them to 1e-14.
 NEARLY = 1e-12
-"""How far the columns of the eigenvectors' matrix may be from orthonormal; Jacobi's rotations keep them to 1e-14."""
 SWEEPS = 4  # of Jacobi: convergence is quadratic; what is left off the diagonal only widens the bounds
 
 

@@ -12,16 +12,13 @@ from delta_cad.mechanism.enclosure.table import COLUMNS
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
-FIRST: dict[type[PoseLimit], int] = {}
-"""First row of a limit in the list of margins."""
-START: dict[type[PoseLimit], int] = {}
-"""Place of a limit's numbers behind those of the mechanism."""
+FIRST: dict[type[PoseLimit], int] = {}  # First row of a limit in the list of margins.
+START: dict[type[PoseLimit], int] = {}  # Place of a limit's numbers behind those of the mechanism.
 MARGINS, SIZE = 0, forms.NUMBERS
 for _limit in POSE_LIMITS:
     FIRST[_limit], START[_limit] = MARGINS, SIZE
     MARGINS, SIZE = MARGINS + _limit.rows, SIZE + _limit.size
-BITS = {limit: ((1 << limit.rows) - 1) << FIRST[limit] for limit in POSE_LIMITS}
-"""A bit for each margin of a limit."""
+BITS = {limit: ((1 << limit.rows) - 1) << FIRST[limit] for limit in POSE_LIMITS}  # A bit for each margin of a limit.
 
 
 def _of_tier(*tiers: int) -> tuple[type[PoseLimit], ...]:
@@ -42,8 +39,8 @@ _by_coordinates, _by_chains, _by_forearms = (
     _enclosing(tier) for tier in (forms.COORDINATES, forms.CHAINS, forms.FOREARMS)
 )
 _CHAINS, _FOREARMS = _bits(forms.CHAINS, forms.FOREARMS), _bits(forms.FOREARMS)
+# Margins that mean nothing where a chain is open.
 _CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != forms.COORDINATES and not limit.always)
-"""Margins that mean nothing where a chain is open."""
 
 
 def numbers(g: DeltaGeometry, limits: Limits) -> np.ndarray:
