@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 
+from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 from delta_cad.solids.part import Occurrence
 
 
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
-    """The rigid body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm.
-
-    Returns:
-        Link name.
-    """
+    """Name of the body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm."""
     on_axis = (placement.geometry.base_radius * MM_PER_M, 0.0)
     if occurrence.link.startswith("pinion") and placement.drive_ratio == 1.0 and placement.pinion_centre_mm == on_axis:
         return f"upper_arm_{occurrence.link[-1]}"
     return occurrence.link
+
+
+def carried_by_link(assembly: Assembly) -> dict[str, list[Occurrence]]:
+    """Gives the occurrences that every rigid body carries, by link name."""
+    links: dict[str, list[Occurrence]] = defaultdict(list)
+    for occurrence in assembly.occurrences:
+        links[rigid_link(occurrence, assembly.placement)].append(occurrence)
+    return links
 
 
 def swept_links(placement: LinkPlacement) -> list[str]:

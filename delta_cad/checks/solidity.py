@@ -80,7 +80,7 @@ def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
         Diameters; empty where the mesh touches every cylinder of the solid.
     """
     bare = []
-    for c in features(part).cylinders:
+    for c in features(part.solid).cylinders:
         apart = mesh.vertices - c.point
         along = apart @ c.direction
         off = np.abs(np.linalg.norm(apart - along[:, None] * c.direction, axis=1) - c.radius_mm)
@@ -122,32 +122,17 @@ def bore_counts(shape: Any) -> dict[float, int]:
     Returns:
         Diameter in mm (to 1 um) -> number of axes.
     """
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_Cylinder
-    from OCP.TopAbs import TopAbs_REVERSED
-
     axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[float]]]] = {}
-    for face in shape.Faces():
-        surface = BRepAdaptor_Surface(face.wrapped)
-        if surface.GetType() != GeomAbs_Cylinder:
-            continue
-        cylinder = surface.Cylinder()
-        inwards = cylinder.Position().Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
-        if not inwards:
-            continue
-        d, p = cylinder.Axis().Direction(), cylinder.Axis().Location()
-        direction = np.array([d.X(), d.Y(), d.Z()])
-        point = np.array([p.X(), p.Y(), p.Z()])
-        point = point - (point @ direction) * direction
-        turn = surface.LastUParameter() - surface.FirstUParameter()
-        same = axes.setdefault(round(2.0 * cylinder.Radius(), 3), [])
-        for other_direction, other_point, turns in same:
-            parallel = np.linalg.norm(np.cross(direction, other_direction)) < 1e-6
+    for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_bore):
+        point = bore.point - (bore.point @ bore.direction) * bore.direction
+        same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
+        for direction, other_point, turns in same:
+            parallel = np.linalg.norm(np.cross(bore.direction, direction)) < 1e-6
             if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
-                turns.append(turn)
+                turns.append(bore.turn_rad)
                 break
         else:
-            same.append((direction, point, [turn]))
+            same.append((bore.direction, point, [bore.turn_rad]))
     counts = {diameter: sum(sum(turns) >= np.pi - 1e-6 for *_, turns in same) for diameter, same in axes.items()}
     return {diameter: count for diameter, count in sorted(counts.items()) if count}
 

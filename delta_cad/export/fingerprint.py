@@ -5,14 +5,15 @@ order inside sets and the counters of assembly occurrences differ from run to ru
 entity is hashed with every reference replaced by the hash of what it names (a Merkle graph), and the sorted multiset
 of all hashes is hashed. The header (file name, time, system) is left out.
 
-Cycles do not occur in a well-made file but are handled: inside a strongly connected component the hashes are
-refined as many times as it has members, which separates all that a colour refinement can.
+Cycles do not occur in a well-made file but are handled: entities on or above a cycle are hashed again and again until
+that tells no more of them apart, which is all that a colour refinement can.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
+from collections import defaultdict
 from pathlib import Path
 
 TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
@@ -40,10 +41,7 @@ class FingerprintError(ValueError):
 
 
 def step_fingerprint(path: Path) -> str:
-    """Fingerprint of a STEP file.
-
-    Returns:
-        64 hexadecimal digits.
+    """Computes the fingerprint of a STEP file, 64 hexadecimal digits.
 
     Raises:
         FingerprintError: No DATA section, or a reference to a missing entity.
@@ -55,10 +53,7 @@ def content_fingerprint(data: bytes) -> str:
     """Fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
     entities = _entities(data)
     hashes = _hashes(entities)
-    digest = hashlib.sha256()
-    for value in sorted(hashes.values()):
-        digest.update(value)
-    return digest.hexdigest()
+    return hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()
 
 
 class _Entity:
@@ -120,61 +115,24 @@ def _entities(data: bytes) -> dict[int, _Entity]:
 
 
 def _hashes(entities: dict[int, _Entity]) -> dict[int, bytes]:
-    """Hash of every entity, referenced ones first."""
+    """Hash of every entity, referenced ones first; what is on or above a cycle is refined together at the end."""
+    users: dict[int, list[int]] = defaultdict(list)
+    missing = {number: len(entity.references) for number, entity in entities.items()}
+    for number, entity in entities.items():
+        for reference in entity.references:
+            users[reference].append(number)
     hashes: dict[int, bytes] = {}
-    for component in _components(entities):
-        members = set(component)
-        first = entities[component[0]]
-        if len(component) == 1 and component[0] not in first.references:
-            hashes[component[0]] = first.digest([hashes[r] for r in first.references])
-            continue
-        colours = dict.fromkeys(component, b"\0" * SIZE)
-        for _ in component:
-            colours = {
-                n: entities[n].digest([colours[r] if r in members else hashes[r] for r in entities[n].references])
-                for n in component
-            }
-        hashes.update(colours)
-    return hashes
-
-
-def _components(entities: dict[int, _Entity]) -> list[list[int]]:
-    """Strongly connected components, each after all that it refers to (Tarjan, without recursion)."""
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    on_stack: set[int] = set()
-    stack: list[int] = []
-    components: list[list[int]] = []
-    for root in entities:
-        if root in index:
-            continue
-        index[root] = low[root] = len(index)
-        stack.append(root)
-        on_stack.add(root)
-        work = [(root, iter(entities[root].references))]
-        while work:
-            node, references = work[-1]
-            for reference in references:
-                if reference not in index:
-                    index[reference] = low[reference] = len(index)
-                    stack.append(reference)
-                    on_stack.add(reference)
-                    work.append((reference, iter(entities[reference].references)))
-                    break
-                if reference in on_stack:
-                    low[node] = min(low[node], index[reference])
-            else:
-                work.pop()
-                if work:
-                    parent = work[-1][0]
-                    low[parent] = min(low[parent], low[node])
-                if low[node] == index[node]:
-                    component: list[int] = []
-                    while True:
-                        member = stack.pop()
-                        on_stack.discard(member)
-                        component.append(member)
-                        if member == node:
-                            break
-                    components.append(component)
-    return components
+    ready = [number for number, count in missing.items() if count == 0]
+    while ready:
+        number = ready.pop()
+        hashes[number] = entities[number].digest([hashes[r] for r in entities[number].references])
+        for user in users[number]:
+            missing[user] -= 1
+            if missing[user] == 0:
+                ready.append(user)
+    rest = entities.keys() - hashes.keys()
+    colours, kinds = dict.fromkeys(rest, b"\0" * SIZE), 0
+    while len(set(colours.values())) > kinds:
+        kinds, known = len(set(colours.values())), hashes | colours
+        colours = {n: entities[n].digest([known[r] for r in entities[n].references]) for n in rest}
+    return hashes | colours

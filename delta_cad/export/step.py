@@ -18,16 +18,15 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.mechanism.placement import LINKS
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Part, location_of
 
 if TYPE_CHECKING:
     from OCP.TDF import TDF_Label
     from OCP.TDocStd import TDocStd_Document
 
 SCHEMAS = {"AP242": "AP242DIS", "AP214": "AP214IS"}  # Schemas on offer and the kernel's names for them.
-TIME_STAMP = "2000-01-01T00:00:00"  # Time stamp when the caller gives none: the same input then gives the same header.
-ORGANISATION = "delta-haptics"
-ORIGINATING_SYSTEM = "delta-haptics"
+TIME_STAMP = "2000-01-01T00:00:00"  # the same input gives the same header
+ORIGIN = "delta-haptics"  # organisation and originating system
 # Largest deviation of R R^T from the identity: rounding of a few products of unit matrices (1e-15 each), with room.
 RIGID_TOLERANCE = 1e-9
 
@@ -38,22 +37,8 @@ class StepError(ValueError):
     """A STEP file cannot be written from what was given."""
 
 
-def write_assembly_step(
-    assembly: Assembly,
-    path: Path,
-    schema: str = "AP242",
-    *,
-    author: str = "",
-    time_stamp: str = TIME_STAMP,
-) -> None:
-    """Writes the whole machine in its home position.
-
-    Args:
-        assembly: The machine.
-        path: File to write.
-        schema: "AP242" or "AP214".
-        author: Who answers for the design, for the header.
-        time_stamp: ISO 8601 time for the header; fixed unless given.
+def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -> None:
+    """Writes the whole machine in its home position; the schema is "AP242" or "AP214".
 
     Raises:
         StepError: The schema is unknown, a placement is not rigid, a part is not one solid, two parts share a
@@ -74,27 +59,18 @@ def write_assembly_step(
                 _name(shapes.AddComponent(branch, definitions[occurrence.part.number], place), occurrence.name)
         _name(shapes.AddComponent(root, branch, _location(links[link], link)), link)
     shapes.UpdateAssemblies()
-    _write(document, path, schema, assembly.name, author, time_stamp)
+    _write(document, path, schema, assembly.name)
 
 
-def write_part_step(
-    part: Part, path: Path, schema: str = "AP242", *, author: str = "", time_stamp: str = TIME_STAMP
-) -> None:
-    """Writes one part at its own origin, with its number, colour and material.
-
-    Args:
-        part: The part.
-        path: File to write.
-        schema: "AP242" or "AP214".
-        author: Who answers for the design, for the header.
-        time_stamp: ISO 8601 time for the header; fixed unless given.
+def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:
+    """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
     Raises:
         StepError: The schema is unknown, the part is not one solid, or the kernel refuses to write.
     """
     document, _ = _document()
     _define(document, part)
-    _write(document, path, schema, part.number, author, time_stamp)
+    _write(document, path, schema, part.number)
 
 
 def _check_names(assembly: Assembly) -> None:
@@ -116,8 +92,7 @@ def _document() -> tuple[TDocStd_Document, Any]:
     from OCP.XCAFApp import XCAFApp_Application
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
-    format_name = TCollection_ExtendedString("MDTV-XCAF")
-    document = TDocStd_Document(format_name)
+    document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
     return document, XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
@@ -163,16 +138,11 @@ def _one_solid(part: Part) -> Any:
 
 def _location(frame: np.ndarray, name: str) -> Any:
     """TopLoc location of a (4, 4) rigid transform in mm."""
-    from OCP.gp import gp_Trsf
-    from OCP.TopLoc import TopLoc_Location
-
     rotation = frame[:3, :3]
     skew = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if skew > RIGID_TOLERANCE or np.linalg.det(rotation) < 0.0:
         raise StepError(f"placement of {name} is not a rotation: R R^T is off the identity by {skew:.3g}")
-    transform = gp_Trsf()
-    transform.SetValues(*(float(value) for value in np.asarray(frame, dtype=float)[:3].ravel()))
-    return TopLoc_Location(transform)
+    return location_of(frame)
 
 
 def _name(label: TDF_Label, name: str) -> None:
@@ -183,7 +153,7 @@ def _name(label: TDF_Label, name: str) -> None:
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
 
 
-def _write(document: TDocStd_Document, path: Path, schema: str, title: str, author: str, time_stamp: str) -> None:
+def _write(document: TDocStd_Document, path: Path, schema: str, title: str) -> None:
     """Transfers a document, fills the header and writes the file."""
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPCAFControl import STEPCAFControl_Writer
@@ -196,7 +166,7 @@ def _write(document: TDocStd_Document, path: Path, schema: str, title: str, auth
         if not writer.Transfer(document, STEPControl_AsIs):
             raise StepError(f"{title}: the shapes could not be transferred to STEP")
         _mend_density_units(writer.ChangeWriter().Model(False))
-        _fill_header(writer.ChangeWriter().Model(False), title, author, time_stamp)
+        _fill_header(writer.ChangeWriter().Model(False), title)
         if writer.Write(str(path)) != IFSelect_RetDone:
             raise StepError(f"{title}: {path} could not be written")
 
@@ -235,17 +205,17 @@ def _mend_density_units(model: Any) -> None:
             entity.SetExponent(-3.0 if isinstance(entity.Unit(), StepBasic_SiUnitAndLengthUnit) else 1.0)
 
 
-def _fill_header(model: Any, title: str, author: str, time_stamp: str) -> None:
-    """Header section: name, time, author, organisation, system."""
+def _fill_header(model: Any, title: str) -> None:
+    """Header section: name, time, organisation, system; the author, whom a design does not name, stays empty."""
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.TCollection import TCollection_HAsciiString
 
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(TCollection_HAsciiString(title))
-    header.SetTimeStamp(TCollection_HAsciiString(time_stamp))
-    header.SetAuthorValue(1, TCollection_HAsciiString(author))
-    header.SetOrganizationValue(1, TCollection_HAsciiString(ORGANISATION))
-    header.SetOriginatingSystem(TCollection_HAsciiString(ORIGINATING_SYSTEM))
+    header.SetTimeStamp(TCollection_HAsciiString(TIME_STAMP))
+    header.SetAuthorValue(1, TCollection_HAsciiString(""))
+    header.SetOrganizationValue(1, TCollection_HAsciiString(ORIGIN))
+    header.SetOriginatingSystem(TCollection_HAsciiString(ORIGIN))
 
 
 @contextmanager

@@ -1,4 +1,7 @@
-"""Position to shoulder angles, vectors and angles of each chain, README (1)-(7), (19)-(20)."""
+"""Position to shoulder angles, vectors and angles of each chain, README (1)-(7), (19)-(20).
+
+In every function `g` is the mechanism and `p` (..., 3) the platform centre in the base frame, m.
+"""
 
 from __future__ import annotations
 

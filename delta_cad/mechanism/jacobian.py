@@ -1,4 +1,7 @@
-"""The Jacobian of the mechanism, `v = J theta_dot` and `torque = J^T force`, README (11)-(13)."""
+"""The Jacobian of the mechanism, `v = J theta_dot` and `torque = J^T force`, README (11)-(13).
+
+In every function `g` is the mechanism and `p` (..., 3) the platform centre in the base frame, m.
+"""
 
 from __future__ import annotations
 

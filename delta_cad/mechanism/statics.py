@@ -1,5 +1,6 @@
 """Torque, conditioning and the distance to both singularities, README (14)-(18).
 
+In every function `g` is the mechanism and `p` (..., 3) the platform centre in the base frame, m.
 Margins, not exceptions: NaN where a chain cannot be closed, infinity at a direct singularity.
 """
 

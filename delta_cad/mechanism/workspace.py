@@ -21,7 +21,7 @@ from delta_cad.mechanism.inverse import (
 )
 from delta_cad.mechanism.statics import conditioning, direct_margin, serial_margin, singular_values, worst_joint_torque
 
-# Of the grid step while polishing: where a figure is smooth, its error falls with the square of the step.
+# The polish halves the grid's step so often: where a figure is smooth, its error falls with the square of the step.
 HALVINGS = 22
 CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: more than a double can resolve.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.attachment import SEAT_MM
 from delta_cad.checks.contact.clamped_stack import largest_gaps
 from delta_cad.checks.contact.features import FeatureLibrary
-from delta_cad.checks.links import rigid_link
+from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 
@@ -91,15 +90,12 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
         `screws engaged` (least length of thread in diameters), `screws seated` (largest gap between the parts that a
         screw clamps, from under its head to the thread, mm) and `tapped holes filled` (number of empty ones).
     """
-    links: dict[str, list[Occurrence]] = defaultdict(list)
-    for o in assembly.occurrences:
-        links[rigid_link(o, assembly.placement)].append(o)
     library = FeatureLibrary()
     engaged: list[tuple[float, str]] = []
     seated: list[tuple[float, str]] = []
     empty: list[str] = []
     holes = 0
-    for carried in links.values():
+    for carried in carried_by_link(assembly).values():
         bores, shafts = (_cylinders(carried, library, is_bore) for is_bore in (True, False))
         for screw in _screws(carried, library):
             o = carried[screw.index]

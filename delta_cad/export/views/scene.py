@@ -25,8 +25,6 @@ GROUND_COLOUR: Colour = (1.0, 1.0, 1.0)
 SKY_COLOUR: Colour = (0.86, 0.89, 0.93)
 SUPERSAMPLING = 2
 EDGE_WIDTH = 1.0  # Line width in pixels of the finished picture.
-# How far a surface can shade another; what depth is ignored, for facets shade themselves; rays a pixel.
-OCCLUSION_RADIUS_MM, OCCLUSION_BIAS_MM, OCCLUSION_SAMPLES = 14.0, 1.0, 24
 
 
 class PictureError(RuntimeError):
@@ -120,18 +118,6 @@ class PartScene:
             self.renderer.AddActor(_surface(mesh, colour))
             self.renderer.AddActor(_edges(mesh, self.renderer.GetActiveCamera()))
 
-    def occlude(self) -> None:
-        """Darkens corners and gaps by what the surroundings hide of the sky (screen-space ambient occlusion)."""
-        from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAOPass
-
-        shade = vtkSSAOPass()
-        shade.SetRadius(OCCLUSION_RADIUS_MM)
-        shade.SetBias(OCCLUSION_BIAS_MM)
-        shade.SetKernelSize(OCCLUSION_SAMPLES)
-        shade.BlurOn()
-        shade.SetDelegatePass(vtkRenderStepsPass())
-        self.renderer.SetPass(shade)
-
 
 def _surface(mesh: Any, colour: Colour) -> Any:
     """One shaded actor of all that has one colour, kept behind the lines that bound it."""
@@ -169,17 +155,14 @@ def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:
     """Lines or faces of one colour that no light changes, hidden by what is before them.
 
     Args:
-        source: VTK's filter that gives them, or poly data.
+        source: VTK's filter that gives them.
         colour: sRGB.
         width: Line width, pixels of the finished picture.
     """
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
     mapper = vtkPolyDataMapper()
-    if hasattr(source, "GetOutputPort"):
-        mapper.SetInputConnection(source.GetOutputPort())
-    else:
-        mapper.SetInputData(source)
+    mapper.SetInputConnection(source.GetOutputPort())
     mapper.SetResolveCoincidentTopologyToPolygonOffset()
     mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
     actor = vtkActor()

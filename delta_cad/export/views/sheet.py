@@ -155,11 +155,15 @@ class Sheet:
 
     def finish(self) -> Any:
         """Draws what was collected; returns the overlay."""
+        from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
+
         for shapes in (self._segments, self._arrows):
             if shapes:
                 corners = self.solid(np.array(shapes))
                 cells = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
-                self.overlay.AddActor(flat_actor(poly_data(corners.reshape(-1, 3), cells), INK))
+                lines = vtkTrivialProducer()
+                lines.SetOutput(poly_data(corners.reshape(-1, 3), cells))
+                self.overlay.AddActor(flat_actor(lines, INK))
         return self.overlay
 
 

@@ -36,7 +36,7 @@ ROWS = 39
 # How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all.
 COORDINATES, CHAINS, FOREARMS = 0, 1, 2
 
-SIN_60_ERROR = 2.0**-54  # Of a double in [1/2, 1) such as `SIN_60`: sqrt and the halving round to nearest.
+SIN_60_ERROR = 2.0**-54  # half a last place of a double in [1/2, 1); both operations round to nearest
 
 NUMBERS = 6  # of `lengths`
 

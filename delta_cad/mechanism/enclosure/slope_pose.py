@@ -6,7 +6,7 @@ takes quotients, cross products and the definiteness of matrices.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -198,6 +198,3 @@ def definite(m: Mapping[tuple[int, int], Interval], order: tuple[int, int, int])
     mixed = at(j, k) - at(i, j) * at(i, k) * first
     third = at(k, k) - at(i, k).square() * first - mixed.square() * second.inverse()
     return (at(i, i).lo > 0.0) & (second.lo > 0.0) & (third.lo > 0.0)
-
-
-Exact = Callable[[float], Interval]
