@@ -199,13 +199,7 @@ def _arrays(triangulation: Any, location: Any) -> tuple[np.ndarray, np.ndarray, 
 def _face_deviation(face: Any, nodes: np.ndarray, uv: np.ndarray, triangles: np.ndarray, linear_mm: float) -> float:
     """Bound on the distance between a face's triangles and its surface, mm; see the module."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import (
-        GeomAbs_Cone,
-        GeomAbs_Cylinder,
-        GeomAbs_Plane,
-        GeomAbs_Sphere,
-        GeomAbs_Torus,
-    )
+    from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
 
     surface = BRepAdaptor_Surface(face)
     kind = surface.GetType()

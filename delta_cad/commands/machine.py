@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from delta_cad.pipeline import Outcome
 
 NOT_BUILT = 3
-# Design, what was given, whom to tell what is being done -> what came of it.
+# design, what was typed, what to call with the name of the next phase -> what came of it
 Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]
 
 
@@ -25,8 +25,9 @@ def design_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
-def out_argument(command: argparse.ArgumentParser) -> None:
-    """Adds the folder for what is written."""
+def machine_arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the design file, the form of the answer and the folder for what is written."""
+    design_arguments(command)
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
 
 

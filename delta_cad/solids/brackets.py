@@ -17,17 +17,7 @@ from delta_cad.dimensions.rules import require
 from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import (
-    THROUGH_MM,
-    Circle,
-    bore_y,
-    bore_z,
-    box,
-    cut,
-    edge_break,
-    feature,
-    hull_along_y,
-)
+from delta_cad.solids.primitive import THROUGH_MM, Circle, bore_y, bore_z, box, cut, edge_break, feature, hull_along_y
 
 BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
