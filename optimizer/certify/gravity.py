@@ -25,7 +25,6 @@ smaller torque. It is conservative by the angle between `J_i` and gravity and by
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,12 +32,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.drive.masses import MassError, mass_and_centre, numbers_of, read_mass_properties
 from delta_cad.mechanism.limits import Limits, Torque
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
 
-SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
 RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
 NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *RODS)
@@ -201,22 +200,17 @@ def read_masses(path: Path, design: Design) -> WeighedMasses:
         GravityError: Unreadable, not mass properties, of another design, or with bodies that the bound does not know.
     """
     try:
-        content = path.read_bytes()
-        data = json.loads(content)
-    except OSError as error:
-        raise GravityError(f"{path.name}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, RecursionError) as error:
-        raise GravityError(f"{path.name}: is not JSON we can read: {error}") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise GravityError(f'{path.name}: schema: must be "{SCHEMA}"')
-    cube = design.cube
-    home, centre = data.get("home_mm"), [0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]
-    if not _vector(home) or any(abs(a - b) > HOME_MM for a, b in zip(list(home or ()), centre, strict=True)):
-        raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
-    bodies = data.get("bodies")
-    if not isinstance(bodies, dict):
-        raise GravityError(f"{path.name}: bodies: is missing")
-    carried, moment = _sums(path.name, bodies, design)
+        data, content = read_mass_properties(path)
+        home, centre = data.get("home_mm"), [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
+        here = numbers_of(home, (3,))
+        if here is None or (abs(here - centre) > HOME_MM).any():
+            raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
+        bodies = data.get("bodies")
+        if not isinstance(bodies, dict):
+            raise GravityError(f"{path.name}: bodies: is missing")
+        carried, moment = _sums(path.name, bodies, design)
+    except MassError as error:
+        raise GravityError(str(error)) from None
     return WeighedMasses(design.requirements.gravity_m_s2, carried, moment, hashlib.sha256(content).hexdigest())
 
 
@@ -225,7 +219,7 @@ def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, 
     unknown = [name for name in bodies if name not in KNOWN]
     if unknown:
         raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")
-    found = {name: _body(file, name, bodies.get(name)) for name in KNOWN if name in bodies or name in NEEDED}
+    found = {name: mass_and_centre(bodies, name, file) for name in KNOWN if name in bodies or name in NEEDED}
     length, arm = design.geometry.forearm_length, design.geometry.upper_arm_length
     ratio = design.hardware.capstan_ratio if design.hardware.drive == "capstan" else 1.0
     carried, moments = found["platform"][0], []
@@ -240,26 +234,4 @@ def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, 
             mass, (x, _, z) = found.get(name, (0.0, (0.0, 0.0, 0.0)))
             beside += turns * mass * math.hypot(x, z)
         moments.append(elbow * arm + beside)
-    return carried * UPWARDS, max(moments) * UPWARDS
-
-
-def _body(file: str, name: str, data: object) -> tuple[float, tuple[float, float, float]]:
-    """Mass in kg and centre in the link's frame in m: x along the link, y along the joint's axis."""
-    if not isinstance(data, dict):
-        raise GravityError(f"{file}: bodies.{name}: is missing")
-    mass, centre = data.get("mass_kg"), data.get("centre_m")
-    if isinstance(mass, bool) or not isinstance(mass, int | float) or not 0.0 <= mass < math.inf:
-        raise GravityError(f"{file}: bodies.{name}.mass_kg = {mass}: must be a number >= 0 kg")
-    if not _vector(centre):
-        raise GravityError(f"{file}: bodies.{name}.centre_m = {centre}: must be a list of 3 numbers, m")
-    x, y, z = (float(v) for v in centre)  # type: ignore[union-attr]
-    return float(mass), (x, y, z)
-
-
-def _vector(value: object) -> bool:
-    """Whether it is a list of three finite numbers."""
-    return (
-        isinstance(value, list)
-        and len(value) == 3
-        and all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value)
-    )
+    return float(carried * UPWARDS), float(max(moments) * UPWARDS)

@@ -252,7 +252,7 @@ BODIES = {name: {"mass_kg": 0.01, "centre_m": [0.01, 0.0, 0.0]} for name in KNOW
         ({"bodies": {n: b for n, b in BODIES.items() if n != "platform"}}, "bodies.platform: is missing"),
         ({"bodies": {n: b for n, b in BODIES.items() if n != "rod_2_1"}}, "bodies.rod_2_1: is missing"),
         ({"bodies": BODIES | {"platform": {"mass_kg": -1.0, "centre_m": [0, 0, 0]}}}, r"mass_kg = -1\.0: must be"),
-        ({"bodies": BODIES | {"platform": {"mass_kg": True, "centre_m": [0, 0, 0]}}}, "mass_kg = True: must be"),
+        ({"bodies": BODIES | {"platform": {"mass_kg": True, "centre_m": [0, 0, 0]}}}, "mass_kg = true: must be"),
         ({"bodies": BODIES | {"platform": {"mass_kg": 1.0, "centre_m": [0, 0]}}}, r"centre_m = \[0, 0\]: must be"),
     ],
 )
