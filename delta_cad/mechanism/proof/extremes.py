@@ -5,13 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import closure_margin, require_closed
 from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Values
-from delta_cad.mechanism.statics import direct_margin
-from delta_cad.mechanism.workspace import Cube, CubeSearch, Extreme, sign_change
+from delta_cad.mechanism.workspace import Cube, CubeSearch, Extreme
 
 
 class WorstFigure(NamedTuple):
@@ -45,9 +41,7 @@ def worst_figures(g: DeltaGeometry, cube: Cube, values: Values) -> list[WorstFig
         UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
     """
     search = CubeSearch(cube)
-    closed = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
-    require_closed(g, np.array([closed.position]))
-    crossing = sign_change(g, *(search(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0)))
+    _, crossing = search.singularity(g)
     found = []
     for kind in POSE_LIMITS:
         limit = kind.measured(values)
