@@ -29,9 +29,9 @@ from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_
 from delta_cad.export.folder import output_folder
 from delta_cad.export.glb import write_glb
 from delta_cad.export.manifest import write_manifest
-from delta_cad.export.mass_properties import mass_report, write_mass_properties
+from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.meshes import write_3mf, write_stl
-from delta_cad.export.mjcf import twin, write_twin
+from delta_cad.export.mjcf import twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
@@ -217,13 +217,16 @@ def write_files(machine: BuiltMachine, outcome: Outcome, folder: Path, progress:
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     write_bom(bill_of_materials(assembly, unit_mass), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
-    from_design = {"input_sha256": design_hash(machine.dimensions.design)}
-    write_mass_properties(machine.masses | from_design, folder / "mass_properties.json")
     d = machine.dimensions
+    masses = machine.masses | {"input_sha256": design_hash(d.design)}
     gravity = d.design.requirements.gravity_m_s2
-    write_twin(twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity), folder / "twin.xml")
-    text = json.dumps(outcome.record(), indent=1) + "\n"
-    (folder / "checks.json").write_text(text, encoding="utf-8")
+    texts = {
+        "mass_properties.json": json.dumps(masses, indent=1) + "\n",
+        "twin.xml": twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity),
+        "checks.json": json.dumps(outcome.record(), indent=1) + "\n",
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _stage(machine: BuiltMachine) -> Stage:

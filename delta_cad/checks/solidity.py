@@ -21,7 +21,7 @@ DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
 
 
 def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
-    """One result per part: a single valid closed solid, its mesh, its bores.
+    """Checks that each part is a single valid closed solid, with a mesh of its volume and the bores it declares.
 
     Returns:
         Results named `solid <part number>`; the value is the difference between mesh and exact volume, the limit the
@@ -57,13 +57,10 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
 
 
 def layer_volume(mesh: Mesh) -> float:
-    """Largest difference of volume between the mesh and the exact solid.
+    """Bounds the difference of volume between a mesh and the exact solid, mm^3.
 
     The symmetric difference of the two lies within the deviation d of the mesh's surface: inside balls along its faces
     (2 d area), edges (pi d^2 length) and corners (4/3 pi d^3); the last two are covered by counting every edge fully.
-
-    Returns:
-        Volume, mm^3.
     """
     if mesh.layer_mm3 is not None:
         return mesh.layer_mm3
@@ -74,11 +71,7 @@ def layer_volume(mesh: Mesh) -> float:
 
 
 def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
-    """Diameters of the cylindrical faces on which a mesh has fewer than three vertices, mm.
-
-    Returns:
-        Diameters; empty where the mesh touches every cylinder of the solid.
-    """
+    """Lists the diameters of the cylindrical faces of a part on which its mesh has fewer than three vertices, mm."""
     bare = []
     for c in features(part.solid).cylinders:
         apart = mesh.vertices - c.point
@@ -91,11 +84,7 @@ def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
 
 
 def solid_faults(shape: Any) -> list[str]:
-    """What keeps a shape from being one valid closed solid of positive volume.
-
-    Returns:
-        Faults, empty when it is sound.
-    """
+    """Says what keeps a `cadquery.Shape` from being one valid closed solid of positive volume, if anything does."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.TopAbs import TopAbs_SOLID
@@ -113,14 +102,11 @@ def solid_faults(shape: Any) -> list[str]:
 
 
 def bore_counts(shape: Any) -> dict[float, int]:
-    """Distinct axes of concave cylinders by diameter.
+    """Counts the distinct axes of the concave cylinders of a `cadquery.Shape` by their diameter, mm (to 1 um).
 
     A face is concave where the outward normal points to the axis: the outside of the solid is around it. Faces of one
     split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
     asked of all faces on the axis together.
-
-    Returns:
-        Diameter in mm (to 1 um) -> number of axes.
     """
     axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[float]]]] = {}
     for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_bore):
@@ -138,11 +124,7 @@ def bore_counts(shape: Any) -> dict[float, int]:
 
 
 def compared_bores(part: Part, bores: dict[float, int]) -> tuple[list[str], str]:
-    """Hold declared bores against those found.
-
-    Args:
-        part: The part with its declared holes.
-        bores: Diameter -> number of axes.
+    """Holds the bores that a part declares against those found, number of axes by diameter.
 
     Returns:
         Faults, and the diameters that were found and not declared, as text.

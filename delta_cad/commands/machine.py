@@ -32,15 +32,7 @@ def machine_arguments(command: argparse.ArgumentParser) -> None:
 
 
 def made(given: argparse.Namespace, work: Work) -> int:
-    """Does a command's work on the design and shows what came of it.
-
-    Args:
-        given: What was typed: design, out, json.
-        work: What the command does with the design.
-
-    Returns:
-        The exit code.
-    """
+    """Does a command's work on the design that was typed, shows what came of it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
 
     try:

@@ -39,18 +39,11 @@ def layers(
     encoder: catalogue.Encoder,
     motor: catalogue.Motor,
 ) -> Layers:
-    """Stack of a chain from the encoder (negative side) to the motor (positive side).
+    """Stacks a chain from the encoder (negative side) to the motor (positive side).
 
     The arm's plate is centred on the chain's plane, because the two rods pull on it symmetrically. A capstan's sector
     lies on its motor side; a direct drive has none, so that the motor comes closer: just so far that its shaft ends in
-    front of the stub that carries the magnet.
-
-    Args:
-        arm_thickness_mm: Thickness of the arm's plate.
-        drive: "capstan" or "direct".
-        bearing: Shoulder bearing.
-        encoder: Encoder on the shoulder shaft.
-        motor: Motor on the motor cheek.
+    front of the stub that carries the magnet. `drive` is "capstan" or "direct".
 
     Raises:
         DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter.

@@ -67,11 +67,7 @@ class DriveReport:
 
 
 def drive_torque(design: Design) -> DriveReport:
-    """What the design's motor and drive give at each joint.
-
-    Returns:
-        The report; the verdict compares with `requirements.joint_torque_N_m`.
-    """
+    """Computes what the design's motor and drive give at each joint; the verdict compares with the torque required."""
     hardware, required = design.hardware, design.requirements.joint_torque_N_m
     motor = catalogue.motor(hardware.motor)
     capstan = hardware.drive == "capstan"

@@ -9,10 +9,8 @@ density; the inertia is then scaled by the same ratio, which keeps the shape of 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,7 +71,7 @@ def part_mass_properties(part: Part) -> MassProperties:
         Properties in the part's frame.
 
     Raises:
-        MassError: The solid has no positive volume, or the mass is not positive.
+        MassPropertiesError: The solid has no positive volume, or the mass is not positive.
     """
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
@@ -96,16 +94,10 @@ def part_mass_properties(part: Part) -> MassProperties:
 
 
 def combined(bodies: list[MassProperties]) -> MassProperties:
-    """One rigid body of several, all given in the same frame (parallel-axis theorem).
-
-    Args:
-        bodies: At least one body.
-
-    Returns:
-        Properties of the whole in that frame.
+    """Combines rigid bodies, all given in the same frame, into one by the parallel-axis theorem.
 
     Raises:
-        MassError: There is no body.
+        MassPropertiesError: There is no body.
     """
     if not bodies:
         raise MassPropertiesError("no body to combine")
@@ -164,8 +156,3 @@ def mass_report(assembly: Assembly) -> dict[str, Any]:
             for part in assembly.parts
         },
     }
-
-
-def write_mass_properties(report: Mapping[str, Any], path: Path) -> None:
-    """Writes `mass_report` as JSON."""
-    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

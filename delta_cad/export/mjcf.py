@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -112,11 +111,6 @@ def twin(
     return ET.tostring(root, encoding="unicode") + "\n"
 
 
-def write_twin(text: str, path: Path) -> None:
-    """Writes what `twin` returned."""
-    path.write_text(text, encoding="utf-8")
-
-
 def _body(parent: ET.Element, name: str, frame: np.ndarray, parent_frame: np.ndarray) -> ET.Element:
     """A body at its home frame, given in the parent's; both (4, 4) in mm."""
     relative = np.linalg.inv(parent_frame) @ frame
@@ -140,7 +134,7 @@ def _capsule(body: ET.Element, ends: str, radius: float, rgba: str) -> None:
 
 
 def _quaternion(rotation: np.ndarray) -> np.ndarray:
-    """(4,) w, x, y, z of a rotation matrix."""
+    """Quaternion w, x, y, z of a rotation matrix."""
     from scipy.spatial.transform import Rotation
 
     x, y, z, w = Rotation.from_matrix(rotation).as_quat()

@@ -20,11 +20,11 @@ SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0
 
 
 def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
-    """Hold the parts of every rigid link together: neighbours are parts whose surfaces are within `SEAT_MM`.
+    """Checks that the parts of every rigid link hang together, neighbours being parts within `SEAT_MM` of one another.
 
     Returns:
-        `parts attached`: of the parts that no chain of neighbours joins to the largest group of their link, the
-        largest distance from the rest of the link, mm; 0 where there is none.
+        `parts attached`: the largest distance, mm, at which a part that no chain of neighbours joins to the largest
+        group of its link stands off the rest of the link; 0 where there is none.
     """
     links = carried_by_link(assembly)
     bodies, neighbours = bodies_of(assembly.occurrences, meshes), _Neighbours()

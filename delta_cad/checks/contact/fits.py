@@ -55,7 +55,7 @@ class Touch:
 def check_fits(
     assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None] = lambda _: None
 ) -> list[CheckResult]:
-    """Common volumes of parts on one link, and of contacts across links over the range of their joints.
+    """Bounds the common volumes of parts on one link, and of contacts across links over the range of their joints.
 
     Returns:
         `fits declared` (the names in fits exist), `overlap on one link`, `overlap of contacts`.

@@ -56,7 +56,7 @@ class SweptOutline:
 
 
 def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
-    """Hold the swept outline against the rectangle W x D, either way round.
+    """Holds the swept outline against the rectangle W x D, either way round.
 
     Returns:
         `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
@@ -95,10 +95,7 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
 
 
 def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> SweptOutline:
-    """Rigorous bounds on the outline.
-
-    Returns:
-        The outline.
+    """Encloses the outline that the machine sweeps over the cube.
 
     Raises:
         FoldError: A chain may fold in the cube.
@@ -141,10 +138,7 @@ def _reach(
 
 
 def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
-    """Close enclosure of the shoulder angles over the cube.
-
-    Returns:
-        (3, 2) lowest and highest angle of each chain, rad.
+    """Encloses the shoulder angles over the cube closely, (3, 2) lowest and highest of each chain, rad.
 
     Raises:
         FoldError: A chain may fold in the cube.

@@ -46,14 +46,11 @@ def holding_torque(
     """(..., 3) torque of each joint that holds the moving bodies at p, N m; arguments as `potential_energy`."""
     p = np.asarray(p_mm, dtype=float)
     steps = STEP_MM * np.eye(3)
-    gradient = np.stack(
-        [
-            potential_energy(assembly, bodies, p + step, gravity_m_s2)
-            - potential_energy(assembly, bodies, p - step, gravity_m_s2)
-            for step in steps
-        ],
-        axis=-1,
-    ) / (2.0 * STEP_MM / MM_PER_M)
+
+    def energy(at_mm: np.ndarray) -> np.ndarray:
+        return potential_energy(assembly, bodies, at_mm, gravity_m_s2)
+
+    gradient = np.stack([energy(p + s) - energy(p - s) for s in steps], axis=-1) / (2.0 * STEP_MM / MM_PER_M)
     to_joints = np.swapaxes(jacobian(assembly.placement.geometry, p / MM_PER_M), -1, -2)
     return (to_joints @ gradient[..., None])[..., 0]
 
@@ -86,14 +83,6 @@ def check_holding(
         f"{abs(gravity[pose, chain]):.4f} N m; gravity alone at most {np.abs(gravity).max():.4f} N m; "
         f"largest of {len(poses)} positions, on chain {chain}"
     )
-    value = float(total[pose, chain])
-    return CheckResult(
-        "torque with gravity",
-        value <= available_N_m,
-        value,
-        available_N_m,
-        "N m",
-        (x, y, z),
-        (f"chain_{chain}",),
-        detail,
-    )
+    value, pair = float(total[pose, chain]), (f"chain_{chain}",)
+    passed = value <= available_N_m
+    return CheckResult("torque with gravity", passed, value, available_N_m, "N m", (x, y, z), pair, detail)

@@ -299,9 +299,8 @@ def test_the_rod_adds_up_to_its_length(best_dimensions: Dimensions) -> None:
 
 def test_the_beam_tapers_from_root_to_boss(best_dimensions: Dimensions) -> None:
     a = best_dimensions.arm
-    assert a.half_height_mm(0.0) == a.beam_root_radius_mm
-    assert a.half_height_mm(a.length_mm) == a.boss_radius_mm
-    assert a.half_height_mm(a.length_mm / 2) == pytest.approx((a.beam_root_radius_mm + a.boss_radius_mm) / 2)
+    beam = np.interp(a.pocket_x_mm, (0.0, a.length_mm), (a.beam_root_radius_mm, a.boss_radius_mm))
+    assert a.pocket_radii_mm == pytest.approx(beam - 2.8)  # flanges of an even 2.8 mm beside the pockets
 
 
 def test_the_base_plate_carries_the_feet_and_its_holes(best_dimensions: Dimensions) -> None:

@@ -51,7 +51,8 @@ MOMENTS = ("writing", "sync", "before-exchange", "after-exchange", "cleaning", "
 
 
 def make(out: Path, content: str, name: str = "joy", *, rejected: bool = False) -> None:
-    with output_folder(out, name, rejected=rejected) as build:
+    with output_folder(out, name) as build:
+        build.rejected = rejected
         (build.path / "a").write_text(content)
         (build.path / "parts").mkdir()
         (build.path / "parts" / "b").write_text(content)
