@@ -37,12 +37,12 @@ from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 
-LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn
+LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
 
 
 def quiet(_: str) -> None:
-    """Progress that nobody sees."""
+    """Takes the progress of a run that nobody watches."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class BuiltMachine:
         dimensions: All dimensions.
         assembly: Parts placed on links.
         meshes: One mesh a part.
-        masses: What `mass_report` found.
+        masses: Result of `mass_report`.
     """
 
     dimensions: Dimensions
@@ -64,12 +64,12 @@ class BuiltMachine:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a build or a check came to.
+    """The result of a build or a check.
 
     Attributes:
         design: The design.
         results: All checks.
-        masses: What `mass_report` found.
+        masses: Result of `mass_report`.
         folder: Where the files landed; None when none were written.
         unverified: Numbers of the bought parts whose data are not all verified against a datasheet.
     """
@@ -82,7 +82,7 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether every check holds."""
+        """Decides whether every check holds."""
         return all_passed(self.results)
 
     def record(self) -> dict[str, Any]:
@@ -101,7 +101,7 @@ class Outcome:
 
 
 def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
-    """Solids, placement, meshes and masses of a design.
+    """Makes solids, placement, meshes and masses of a design.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
@@ -121,7 +121,7 @@ def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
 
 
 def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
-    """What the design's requirements and hardware ask of the machine, with the masses that it has."""
+    """Gathers the limits that requirements and hardware put on the machine, with the masses that it has."""
     design = d.design
     cube, required, geometry = design.cube, design.requirements, design.geometry
     inertia = masses_from_dict(masses, geometry.forearm_length, drive_torque(design)).handle_inertia
@@ -143,7 +143,7 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
 
 
 def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """All checks of a machine: the geometry's, then torque with gravity and drive."""
+    """Runs all checks of a machine: the geometry's, then torque with gravity and drive."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d, machine.masses)
     results = run_checks(machine.assembly, limits, machine.meshes, progress)
@@ -160,7 +160,7 @@ def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[Che
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
-    """The checks of a design without any file; raises as `make_machine`."""
+    """Runs the checks of a design without any file; raises as `make_machine`."""
     machine = make_machine(design, progress)
     return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
 

@@ -332,7 +332,7 @@ def _joints(d: Dimensions) -> list[Joint]:
 
 
 def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
-    """The whole machine of a design.
+    """Assembles the machine of a design.
 
     Args:
         d: Dimensions of the design.

@@ -1,4 +1,4 @@
-"""What the checks need to know of link names: chains, rigid bodies, and pinions that sweep bodies of revolution."""
+"""Links by name: their chains, the rigid bodies they form, and pinions that sweep bodies of revolution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from delta_cad.solids.part import Occurrence
 
 
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
-    """Name of the body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm."""
+    """Names the body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm."""
     on_axis = (placement.geometry.base_radius * MM_PER_M, 0.0)
     if occurrence.link.startswith("pinion") and placement.drive_ratio == 1.0 and placement.pinion_centre_mm == on_axis:
         return f"upper_arm_{occurrence.link[-1]}"
@@ -29,12 +29,12 @@ def carried_by_link(assembly: Assembly) -> dict[str, list[Occurrence]]:
 
 
 def swept_links(placement: LinkPlacement) -> list[str]:
-    """The links that turn through any angle about their own y axis: the pinions of a geared drive."""
+    """Lists the links that turn through any angle about their own y axis: the pinions of a geared drive."""
     return [f"pinion_{i}" for i in CHAINS] if placement.drive_ratio != 1.0 else []
 
 
 def chain_of(link: str) -> int:
-    """Chain of a link, -1 for the base and the platform."""
+    """Gives the chain of a link, -1 for the base and the platform."""
     digits = [word for word in link.split("_") if word.isdigit()]
     return int(digits[0]) if digits else -1
 

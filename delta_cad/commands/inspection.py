@@ -1,4 +1,4 @@
-"""What can be said of a design without any CAD: dimensions, reach, torque, conditioning, angles and margins."""
+"""Inspection of a design without any CAD: dimensions, reach, torque, conditioning, angles and margins."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class InspectionRow:
 
 
 def inspection(design: Design, inertia: HandleInertia | None = None) -> list[InspectionRow]:
-    """All rows for a design.
+    """Inspects a design.
 
     Args:
         design: A validated design.
-        inertia: What moves, where a build has said it.
+        inertia: Inertias at the handle, where a build has given them.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
@@ -107,7 +107,7 @@ def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[I
 
 
 def _others(e: CubeExtremes) -> list[InspectionRow]:
-    """What else a designer looks at, over the cube."""
+    """Figures over the cube that no limit bounds."""
     table = (
         ("smallest arm to forearm angle", "deg", e.forearm_angle_min),
         ("largest arm to forearm angle", "deg", e.forearm_angle_max),

@@ -1,4 +1,4 @@
-"""What the commands that make a machine share: arguments, what can go wrong, how the result is shown."""
+"""The common part of the commands that make a machine: arguments, refusals, the display of the result."""
 
 from __future__ import annotations
 

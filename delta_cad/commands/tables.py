@@ -1,4 +1,4 @@
-"""What a person sees: phases with their time, the inspection table, the result table."""
+"""Output for a person: phases with their time, the inspection table, the result table."""
 
 from __future__ import annotations
 

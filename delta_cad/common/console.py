@@ -1,6 +1,4 @@
-"""What every command of every package shares: exit codes, one-line errors, Ctrl-C, a line of progress; loads nothing
-heavy.
-"""
+"""The common part of all commands: exit codes, one-line errors, Ctrl-C, a line of progress; loads nothing heavy."""
 
 from __future__ import annotations
 
@@ -28,7 +26,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def command_parser(program: str, description: str, epilog: str, commands: Sequence[ModuleType]) -> Parser:
-    """The arguments of all commands.
+    """Makes the parser of all commands.
 
     Args:
         program: As the help names it.

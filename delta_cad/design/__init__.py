@@ -1,4 +1,4 @@
-"""The design file: what was asked for, the chosen dimensions and hardware; read, validated, written and hashed."""
+"""The design file: requirements, chosen dimensions and hardware; read, validated, written and hashed."""
 # ruff: noqa: F401  the names are for those who import the package
 
 from delta_cad.design.file import (
@@ -16,9 +16,9 @@ from delta_cad.design.record import (
     NAME_PATTERN,
     NAME_RULE,
     SCHEMA,
-    Cube,
     Design,
+    DesignCube,
+    DesignRequirements,
     Hardware,
     Mechanism,
-    Requirements,
 )

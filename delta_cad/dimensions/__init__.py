@@ -59,7 +59,7 @@ class Dimensions:
 
 
 def dimensions(design: Design) -> Dimensions:
-    """All dimensions of a design.
+    """Derives all dimensions of a design.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.

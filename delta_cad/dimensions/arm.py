@@ -41,7 +41,7 @@ class ArmDimensions:
 
 @dataclass(frozen=True)
 class ShaftDimensions:
-    """What carries the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct)."""
+    """Carrier of the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct)."""
 
     diameter_mm: float
     y_mm: tuple[float, float]

@@ -43,7 +43,7 @@ class BracketDimensions:
 
 
 def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -> float:
-    """Polar angle from the arm's axis at which a pin at `distance_mm` from the shoulder touches the beam's edge.
+    """Computes the angle from the arm's axis at which a pin at a distance from the shoulder touches the beam's edge.
 
     The edge is the common tangent of the root circle and the boss circle; its normal leans acos((r1 - r2) / L).
     """

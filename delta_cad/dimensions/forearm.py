@@ -44,7 +44,7 @@ class ForearmDimensions:
 
 
 def tilt_limit_rad(seat_radius_mm: float, socket_width_mm: float, neck_diameter_mm: float) -> float:
-    """Free tilt of a ball stud in a ring socket, rad.
+    """Computes the free tilt of a ball stud in a ring socket, rad.
 
     The lip of the ring lies on the seat at polar angle acos((width / 2) / radius) from the ring's axis; the neck leaves
     the ball at asin((diameter / 2) / radius) from the stud's axis; they meet when the tilt is the difference.

@@ -72,7 +72,7 @@ class Masses:
 
     @property
     def handle_inertia(self) -> HandleInertia:
-        """What of it the effective mass at the handle is made of."""
+        """Inertias that make up the effective mass at the handle."""
         return HandleInertia(
             carried_mass=self.platform + 3.0 * self.rod_wrist,
             elbow_mass=self.rod_elbow,
@@ -109,7 +109,7 @@ class PointMasses:
     forearm: float
 
     def masses(self, upper_arm_length: float, rotor_inertia: float = 0.0) -> Masses:
-        """As the dynamics takes them.
+        """Lumps the masses as the dynamics takes them.
 
         Args:
             upper_arm_length: L_A, m.
@@ -133,7 +133,7 @@ class PointMasses:
 
 
 def rod_masses(mass: float, centre: float, inertia: float, length: float) -> tuple[float, float, float]:
-    """m_uu, m_uv and m_vv of one rigid rod, kg.
+    """Computes m_uu, m_uv and m_vv of one rigid rod, kg.
 
     Args:
         mass: kg.
@@ -191,7 +191,7 @@ def _of_schema(data: object, file: str) -> Mapping[str, Any]:
 def masses_from_dict(
     data: object, forearm_length: float, drive: DriveReport | None = None, file: str = "masses"
 ) -> Masses:
-    """The same from what the file holds; see `load_masses`."""
+    """Makes masses of what the file holds; see `load_masses`."""
     bodies = _of_schema(data, file).get("bodies")
     arms = [_body(bodies, f"upper_arm_{i}", file) for i in CHAINS]
     rods = [_body(bodies, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]

@@ -1,4 +1,4 @@
-"""What the drive gives at the joint: for ever, for a moment, and what its cable makes of it."""
+"""Torque of the drive at the joint, for ever and for a moment, and the load of its cable."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def step_fingerprint(path: Path) -> str:
 
 
 def content_fingerprint(data: bytes) -> str:
-    """Fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
+    """Computes the fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
     entities = _entities(data)
     hashes = _hashes(entities)
     return hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()

@@ -1,4 +1,4 @@
-"""What a build consists of: digest and size of each file, content fingerprint of the STEP, versions, input, status."""
+"""Manifest of a build: digest and size of each file, content fingerprint of the STEP, versions, input, status."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "a
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, the kernel and the packages that had a part in the result."""
+    """Gives the versions of Python, the kernel and the packages that had a part in the result."""
     import OCP
 
     kernel = ".".join(OCP.__version__.split(".")[:3])  # the binding appends its own counter

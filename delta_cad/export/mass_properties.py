@@ -43,7 +43,7 @@ class MassProperties:
     inertia_kg_m2: np.ndarray
 
     def moved(self, frame: np.ndarray) -> MassProperties:
-        """The same body seen from another frame.
+        """Gives the same body seen from another frame.
 
         Args:
             frame: (4, 4) transform from the present frame to the new one, translation in mm.
@@ -53,7 +53,7 @@ class MassProperties:
         return MassProperties(self.mass_kg, centre, rotation @ self.inertia_kg_m2 @ rotation.T)
 
     def record(self) -> dict[str, Any]:
-        """As plain numbers for JSON."""
+        """Gives the properties as plain numbers for JSON."""
         return {
             "mass_kg": self.mass_kg,
             "centre_m": self.centre_m.tolist(),
@@ -62,7 +62,7 @@ class MassProperties:
 
 
 def part_mass_properties(part: Part) -> MassProperties:
-    """Mass properties of one part in its own frame.
+    """Integrates the mass properties of one part in its own frame.
 
     Args:
         part: The part; `mass_g`, where given, overrides volume times density.
@@ -113,7 +113,7 @@ def combined(bodies: list[MassProperties]) -> MassProperties:
 def link_mass_properties(
     assembly: Assembly, parts: Mapping[str, MassProperties] | None = None
 ) -> dict[str, MassProperties]:
-    """Mass properties of every link that carries parts, each in its link's frame.
+    """Combines the mass properties of every link that carries parts, each in its link's frame.
 
     Args:
         assembly: The machine.
@@ -130,7 +130,7 @@ def link_mass_properties(
 
 
 def mass_report(assembly: Assembly) -> dict[str, Any]:
-    """All mass properties as plain numbers.
+    """Collects all mass properties as plain numbers.
 
     Returns:
         `parts` by part number (own frame) with volume and whether the mass is from the catalogue; `bodies` by link

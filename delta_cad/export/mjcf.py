@@ -3,8 +3,8 @@
 Bodies carry the names of the links. Each upper arm turns on a hinge with the rotor's and pinion's inertia as its
 armature; each rod hangs on its elbow by a ball joint and is connected to the platform, which slides without turning, as
 the parallelograms have it. At `qpos = 0` every chain is closed, so the file loads without a solve. Shapes are for the
-eye only: nothing collides. Joint angles count from home, whose
-angles a comment of the file gives.
+eye only: nothing collides. Joint
+angles count from home, whose angles a comment of the file gives.
 
 Source:
     MuJoCo XML reference: body, joint (armature), equality/connect. The engine's connect is a stiff constraint; the
@@ -37,7 +37,7 @@ def twin(
     stops_rad: tuple[float, float],
     gravity_m_s2: Sequence[float],
 ) -> str:
-    """MJCF text of a machine.
+    """Writes the MJCF text of a machine.
 
     Args:
         assembly: The machine.

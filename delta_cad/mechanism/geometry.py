@@ -59,7 +59,7 @@ class DeltaGeometry:
 
 
 def positions(p: ArrayLike) -> np.ndarray:
-    """The positions as an array of doubles, their last axis checked.
+    """Gives positions as an array of doubles, their last axis checked.
 
     Args:
         p: (..., 3) anything NumPy reads as numbers.
@@ -77,7 +77,7 @@ def positions(p: ArrayLike) -> np.ndarray:
 
 
 def chain_coordinates(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The wrist of each chain seen from its shoulder, README (1).
+    """Computes the wrist of each chain as seen from its shoulder, README (1).
 
     Returns:
         q, t, z: each (..., 3 chains), m: radial, along the shoulder axis, and vertical.

@@ -14,7 +14,7 @@ from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeom
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Closure margin w^2 of each chain: the chain closes exactly where it is not negative.
+    """Computes the closure margin w^2 of each chain: the chain closes exactly where it is not negative.
 
     It is also the serial singularity: the torque arm of the chain is L_A w. Continuous everywhere.
 
@@ -31,7 +31,7 @@ def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Component w of the forearm along the elbow's direction of motion, the square root of the closure margin.
+    """Computes the forearm's component w along the elbow's direction of motion, the root of the closure margin.
 
     Returns:
         (..., 3 chains) w in m, elbows outwards so never negative; NaN where the chain cannot be closed.
@@ -41,7 +41,7 @@ def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
+    """Computes cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
 
     Returns:
         cos theta, sin theta: each (..., 3 chains); NaN where the chain cannot be closed.
@@ -56,7 +56,7 @@ def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarra
 
 
 def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
+    """Computes the shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
 
     Returns:
         (..., 3 chains) theta in rad, elbows outwards.
@@ -66,7 +66,7 @@ def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Shoulder angles that hold the platform at a position, elbows outwards.
+    """Computes the shoulder angles that hold the platform at a position, elbows outwards.
 
     Returns:
         (..., 3 chains) theta in rad, 0 level, positive towards +z.
@@ -87,7 +87,7 @@ def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
-    """Refuse positions at which a chain cannot be closed.
+    """Refuses positions at which a chain cannot be closed.
 
     Raises:
         UnreachableError: A chain cannot be closed at one of the positions, or a position is not finite.
@@ -107,7 +107,7 @@ def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
 
 
 def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """How far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
+    """Computes how far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
 
     Returns:
         (..., 3 chains) m, positive where the chain cannot be closed (too far or too near), else negative.
@@ -120,7 +120,7 @@ def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Vectors s_i from elbow to wrist.
+    """Computes the vectors s_i from elbow to wrist.
 
     Returns:
         (..., 3 chains, 3) in the base frame, m, each of length L_B; NaN where the chain cannot be closed.
@@ -133,7 +133,7 @@ def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
-    """Elbows P_i for given shoulder angles.
+    """Computes the elbows P_i for given shoulder angles.
 
     Args:
         g: The mechanism.
@@ -149,7 +149,7 @@ def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
 
 
 def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Wrists B_i on the platform.
+    """Computes the wrists B_i on the platform.
 
     Returns:
         (..., 3 chains, 3) in the base frame, m.
@@ -158,7 +158,7 @@ def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Signed angle of each chain's rods out of the chain's plane, asin(t / L_B).
+    """Computes the signed angle of each chain's rods out of the chain's plane, asin(t / L_B).
 
     The distance of the two rods of a chain falls with the cosine of this angle.
 
@@ -170,7 +170,7 @@ def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
+    """Computes the angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
 
     Returns:
         (..., 3 chains) rad in [0, pi]: 0 stretched, pi folded back; NaN where the chain cannot be closed.

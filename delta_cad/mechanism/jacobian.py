@@ -17,7 +17,7 @@ DETERMINANT_MIN = 1e-12
 
 
 def forearm_determinant(s: np.ndarray) -> np.ndarray:
-    """Determinant of the three forearm vectors.
+    """Computes the determinant of the three forearm vectors.
 
     Args:
         s: (..., 3 chains, 3) forearm vectors, m.
@@ -29,7 +29,7 @@ def forearm_determinant(s: np.ndarray) -> np.ndarray:
 
 
 def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """The Jacobian for searches: `v = J theta_dot`, without exceptions.
+    """Computes the Jacobian for searches: `v = J theta_dot`, without exceptions.
 
     Returns:
         (..., 3 axes, 3 chains) m/rad; NaN where a chain cannot be closed or where det S is zero.
@@ -44,7 +44,7 @@ def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
+    """Computes the Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
 
     Returns:
         (..., 3 axes, 3 chains) m/rad.
@@ -65,7 +65,7 @@ def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def inverse_jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
+    """Computes the inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
 
     Returns:
         (..., 3 chains, 3 axes) rad/m.

@@ -15,7 +15,7 @@ from delta_cad.mechanism.jacobian import forearm_determinant, velocity_map
 
 
 def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarray:
-    """Largest torque of each shoulder over all directions of a force: row norms of J^T times the force.
+    """Computes the largest torque of each shoulder over all directions of a force: row norms of J^T times the force.
 
     Args:
         g: The mechanism.
@@ -38,7 +38,7 @@ def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarr
 
 
 def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
+    """Computes the singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
 
     Returns:
         (..., 3) m/rad, descending; 0 last where a chain is folded, infinity first at a direct singularity.
@@ -62,7 +62,7 @@ def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Condition number kappa of the Jacobian in the 2-norm.
+    """Computes the condition number kappa of the Jacobian in the 2-norm.
 
     Returns:
         (...) kappa >= 1; infinite at both singularities.
@@ -76,7 +76,7 @@ def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Distance of each chain to its fold: cosine between the forearm and the elbow's direction of motion, w / L_B.
+    """Computes each chain's distance to its fold, w / L_B: cosine between forearm and the elbow's direction of motion.
 
     Returns:
         (..., 3 chains) dimensionless, at most 1; 0 at the fold, and continued below 0 where the chain cannot be
@@ -87,7 +87,7 @@ def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def direct_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Distance to the direct singularity: determinant of the three unit forearm directions.
+    """Computes the distance to the direct singularity: determinant of the three unit forearm directions.
 
     Returns:
         (...) dimensionless in [-1, 1]; 0 where the forearms lie in one plane, positive with the platform above the

@@ -62,7 +62,7 @@ class Cube:
 
 
 def cube_grid(cube: Cube, n: int) -> np.ndarray:
-    """Points of an even grid over the volume, faces and corners included.
+    """Gives the points of an even grid over the volume, faces and corners included.
 
     Args:
         cube: The cube.
@@ -81,7 +81,7 @@ def cube_grid(cube: Cube, n: int) -> np.ndarray:
 
 
 def cube_surface(cube: Cube, n: int) -> np.ndarray:
-    """The points of the even grid that lie on the six faces, each once.
+    """Gives the points of the even grid that lie on the six faces, each once.
 
     Args:
         cube: The cube.
@@ -99,7 +99,7 @@ def cube_surface(cube: Cube, n: int) -> np.ndarray:
 
 
 def cube_corners(cube: Cube) -> np.ndarray:
-    """The eight corners.
+    """Gives the eight corners.
 
     Returns:
         (8, 3) positions, m.
@@ -160,7 +160,7 @@ Figure = Callable[[np.ndarray], np.ndarray]
 
 
 def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> CubeExtremes:
-    """Extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
+    """Searches for the extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
 
     The grid is the surface, where the extremes lie, README (21), and a coarse one inside. From the best point of
     each face a compass search over 26 neighbours, kept inside the cube, halves its step down to 2^-22 of the

@@ -65,7 +65,7 @@ def cheek_screw_length_mm(d: Dimensions, thickness_mm: float) -> float:
 
 
 def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
-    """How deep the heads are sunk into a cheek: nothing, unless the stock length would leave too little thread."""
+    """Computes how deep the heads are sunk into a cheek: not at all, unless too little thread would be left."""
     length, row = cheek_screw_length_mm(d, thickness_mm), catalogue.screw(BLOCK_SCREW)
     if length - thickness_mm >= BLOCK_ENGAGEMENT_DIAMETERS * row.diameter_mm:
         return 0.0
@@ -73,13 +73,13 @@ def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
 
 
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
-    """How deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels in its middle."""
+    """Computes how deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels."""
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
 
 
 def stop_pin_length_mm(d: Dimensions) -> float:
     """Shortest stock length of a stop pin that reaches into what it stops (sector or arm) deep enough."""
-    top = d.layers.sector_mm[1]  # of the sector, or of the arm where there is none
+    top = d.layers.sector_mm[1]  # face of the sector, or of the arm where there is none
     needed = d.layers.motor_cheek_mm[1] - STOP_SUNK_MM - (top - STOP_ENGAGEMENT_MM)
     stock = catalogue.dowel(f"{d.bracket.stop_pin_mm:g}").lengths_mm
     require(

@@ -46,7 +46,7 @@ def capstan_of(d: Dimensions) -> CapstanDimensions:
 
 
 def rim_end(d: Dimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
+    """Locates where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
 
     Args:
         d: Dimensions with a capstan.

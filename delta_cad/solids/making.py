@@ -14,7 +14,7 @@ from delta_cad.solids.primitive import one_solid
 
 
 class Order(TypedDict, total=False):
-    """How a part, or what it is made of, is bought; see `Part`."""
+    """The order of a bought part, or of the stock that a part is made from; see `Part`."""
 
     standard: str
     order_code: str
@@ -37,7 +37,7 @@ def made_part(
         shape: Its shape, mm.
         substance: Its material.
         holes: Its bores; groups of equal diameter are joined, because a bore in a solid is recognised by its diameter.
-        order: What is bought to make it of, see `ordered`.
+        order: Order of the stock it is made from, see `ordered`.
 
     Raises:
         BuildError: The shape is not one valid solid.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """What a part is made of: name as ordered, density in kg/m^3, display colour as sRGB in 0..1."""
+    """Material of a part: name as ordered, density in kg/m^3, display colour as sRGB in 0..1."""
 
     name: str
     density_kg_m3: float

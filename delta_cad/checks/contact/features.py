@@ -95,7 +95,7 @@ def features(solid: cq.Shape) -> Features:
 
 
 def off_axis(cylinder: Cylinder, frame: np.ndarray, lever_mm: float) -> float:
-    """How far a cylinder's axis strays from the y axis of a frame.
+    """Measures how far a cylinder's axis strays from the y axis of a frame.
 
     Args:
         cylinder: The cylinder, in the frame's parent.
@@ -113,7 +113,7 @@ def off_axis(cylinder: Cylinder, frame: np.ndarray, lever_mm: float) -> float:
 
 
 def is_turned(part: Part, frame: np.ndarray) -> bool:
-    """Whether a part is a body of revolution about an axis, so that a turn about it changes nothing.
+    """Decides whether a part is a body of revolution about an axis, so that a turn about it changes nothing.
 
     Args:
         part: The part.

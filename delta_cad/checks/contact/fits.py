@@ -153,7 +153,7 @@ class _Overlaps:
 
 
 def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, float] | None = None) -> float | None:
-    """Volume that two solids share.
+    """Computes the volume that two solids share.
 
     Args:
         a: One `cadquery.Solid`.
@@ -186,7 +186,7 @@ def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, floa
 
 
 def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
-    """How the faces of two shapes cross one another: the dear half of a boolean, which common and cut share."""
+    """Intersects the faces of two shapes: the costly half of a boolean, which common and cut share."""
     from OCP.BOPAlgo import BOPAlgo_PaveFiller
     from OCP.TopTools import TopTools_ListOfShape
 

@@ -40,7 +40,7 @@ class ContactPosition:
 
 
 def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPosition]:
-    """Positions at which contacts across links are tested; one of equal contacts of the chains stands for all."""
+    """Gives the positions at which contacts across links are tested; one of equal contacts stands for all."""
     poses = np.concatenate([limits.centre_mm[None], limits.poses_mm()])
     links = assembly.placement(poses)
     occurrences = {o.name: o for o in assembly.occurrences}

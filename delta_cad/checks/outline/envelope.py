@@ -7,7 +7,7 @@ Upper bounds, body by body:
         range of theta are in closed form.
     platform: the mesh, moved by the cube's half side.
     rod: branch and bound over boxes of handle positions, see `rod_reach`.
-Each gets the mesh's deviation on top. What this adds is told by the same extents over the sampled positions.
+Each gets the mesh's deviation on top. The same extents over the sampled positions show how much this adds.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
 
 
 def radial_range(points: np.ndarray, radius_mm: float, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest distance along the chain's radial direction while points turn about a tangential axis.
+    """Computes the range of the radial distance of points that turn about a tangential axis of their chain.
 
     Args:
         points: (n, 3) points in the turning link's frame, mm.

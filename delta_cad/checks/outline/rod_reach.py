@@ -1,4 +1,4 @@
-"""How far a body on a rod reaches along a direction over the cube: branch and bound with first-order bounds.
+"""Reach of a body on a rod along a direction over the cube, by branch and bound with first-order bounds.
 
 Over a box of handle positions, along a direction d,
     the elbow's ball E reaches `outwards (R + L_A cos(theta)) + side`, exact over the enclosed range of theta;
@@ -42,7 +42,7 @@ class RodReach:
         self._start = _Boxes(placement, *cube_boxes(limits.centre_mm, limits.half_side_mm, BOXES))
 
     def coarse(self, body: CollisionBody, direction: np.ndarray) -> float:
-        """Bound from the first boxes alone.
+        """Bounds the reach from the first boxes alone.
 
         Args:
             body: A body on a rod.
@@ -54,7 +54,7 @@ class RodReach:
         return float(self.bounds(body, direction, self._start.centres, self._start.halves)[0].max())
 
     def refined(self, body: CollisionBody, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:
-        """Bound that is close where it matters.
+        """Bounds the reach closely where it exceeds a floor.
 
         Args:
             body: A body on a rod.
@@ -71,7 +71,7 @@ class RodReach:
     def bounds(
         self, body: CollisionBody, direction: np.ndarray, centres: np.ndarray, halves: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Reach over boxes of handle positions.
+        """Bounds the reach over boxes of handle positions.
 
         Args:
             body: A body on a rod.
@@ -135,7 +135,7 @@ class _Boxes:
 
 
 def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest cosine over ranges of angles within (-2 pi, 2 pi), each (n,)."""
+    """Encloses the cosine over ranges of angles within (-2 pi, 2 pi), each (n,)."""
     ends = np.stack([np.cos(low), np.cos(high)])
     most = np.where((low <= 0.0) & (high >= 0.0), 1.0, ends.max(axis=0))
     over = (low <= -np.pi) & (high >= -np.pi) | (low <= np.pi) & (high >= np.pi)

@@ -32,7 +32,7 @@ class PictureError(RuntimeError):
 
 
 def render_window(size: tuple[int, int]) -> Any:
-    """An off-screen window.
+    """Opens an off-screen window.
 
     Args:
         size: Width and height, pixels, as rendered.
@@ -87,7 +87,7 @@ class Placed:
 
 
 def placed(mesh: Mesh, frame: np.ndarray, colour: Colour) -> Placed:
-    """A part's mesh moved by a (4, 4) frame from the part to the base frame, mm."""
+    """Moves a part's mesh by a (4, 4) frame from the part to the base frame, mm."""
     return Placed(mesh.vertices @ frame[:3, :3].T + frame[:3, 3], mesh.faces, colour)
 
 
@@ -152,7 +152,7 @@ def _edges(mesh: Any, camera: Any) -> Any:
 
 
 def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:
-    """Lines or faces of one colour that no light changes, hidden by what is before them.
+    """Makes lines or faces of one colour that no light changes, hidden by what is before them.
 
     Args:
         source: VTK's filter that gives them.

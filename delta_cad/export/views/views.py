@@ -30,7 +30,7 @@ VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 @dataclass(frozen=True)
 class Stage:
-    """What the machine has to fit into and to reach, in the base frame.
+    """Outline into which the machine has to fit and cube that it has to reach, in the base frame.
 
     Attributes:
         envelope_mm: (2,) size of the outline along x and y, mm.
@@ -231,7 +231,7 @@ class _Studio:
 
 
 def chain_of(name: str) -> int | None:
-    """Chain of an occurrence, the first number that stands alone in its name; None for what belongs to no chain."""
+    """Gives the chain of an occurrence, the first number that stands alone in its name; None if there is none."""
     match = re.search(r"_(\d)(?=_|$)", name)
     return int(match[1]) if match else None
 

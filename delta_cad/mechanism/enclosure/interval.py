@@ -71,7 +71,7 @@ def _outward(lo: np.ndarray, hi: np.ndarray) -> Interval:
 
 
 def exactly(x: float | np.ndarray) -> Interval:
-    """The doubles themselves."""
+    """Encloses doubles by themselves."""
     x = np.asarray(x, dtype=float)
     return Interval(x, x)
 
@@ -132,7 +132,7 @@ class Slopes:
 
 
 def coordinates(lower: np.ndarray, upper: np.ndarray) -> tuple[Slopes, Slopes, Slopes]:
-    """The three coordinates over boxes.
+    """Gives the three coordinates over boxes.
 
     Args:
         lower: (n, 3) lower corners, m.

@@ -1,4 +1,4 @@
-"""The mechanism over a box as a table of affine forms: what every limit's enclosure is made from, README (31)-(32).
+"""The mechanism over a box as a table of affine forms: the ground of every limit's enclosure, README (31)-(32).
 
 The table has a row for each quantity, named below; three rows, one a chain, for most. Over a box of positions `fill`
 makes it; the optimizer makes the same table over boxes of designs, so that a limit reads either.
@@ -152,7 +152,7 @@ def fill_forearms(pose):
 
 @compiled
 def scalar(pose, i, j):
-    """Scalar product of two forearms."""
+    """Computes the scalar product of two forearms."""
     a, b = FOREARM + 3 * i, FOREARM + 3 * j
     x = multiply(at(pose, a), at(pose, b))
     y = multiply(at(pose, a + 1), at(pose, b + 1))

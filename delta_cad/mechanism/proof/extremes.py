@@ -11,13 +11,13 @@ from delta_cad.mechanism.workspace import Cube, CubeSearch, Extreme
 
 
 class WorstFigure(NamedTuple):
-    """The worst of one figure over a cube.
+    """The worst value of one figure over a cube.
 
     Attributes:
-        limit: That measures it; it bounds nothing.
+        limit: Limit that measures the figure; it bounds nothing.
         figure: The figure.
         value: SI units; infinite where the cube holds a direct singularity.
-        position: Where, m.
+        position: Place of the worst value, m.
     """
 
     limit: PoseLimit
@@ -42,7 +42,7 @@ def worst_figures(g: DeltaGeometry, cube: Cube, values: Values) -> list[WorstFig
     """
     search = CubeSearch(cube)
     _, crossing = search.singularity(g)
-    found = []
+    figures: list[WorstFigure] = []
     for kind in POSE_LIMITS:
         limit = kind.measured(values)
         if limit is None:
@@ -52,5 +52,5 @@ def worst_figures(g: DeltaGeometry, cube: Cube, values: Values) -> list[WorstFig
                 worst = Extreme(math.inf, crossing)
             else:
                 worst = search(lambda p, f=figure, k=limit: f.worst(k, g, p), -1.0 if figure.upper else +1.0)
-            found.append(WorstFigure(limit, figure, worst.value, worst.position))
-    return found
+            figures.append(WorstFigure(limit, figure, worst.value, worst.position))
+    return figures
