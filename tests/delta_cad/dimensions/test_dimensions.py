@@ -241,7 +241,7 @@ def test_arms_that_swing_in_too_far_leave_no_room_for_the_feet() -> None:
         elbow = d.arm.length_mm * sin(radians(lowest))
         return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, d.arm, d.capstan, d.bearing, d.motor)
 
-    with pytest.raises(DimensionError, match=r"^foot_block, place: arms that swing to -80\.0 deg push the foot to "):
+    with pytest.raises(DimensionError, match=r"^foot_block, place: .* -80\.0 deg "):
         arm_down(-80.0)
     refused, made = -80.0, -60.0
     nearest = arm_down(made).foot_u_mm[0]

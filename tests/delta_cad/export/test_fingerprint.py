@@ -138,10 +138,10 @@ def test_a_deep_chain_needs_no_recursion() -> None:
 
 def test_what_is_no_step_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.step").write_text("solid cube\nendsolid\n")
-    with pytest.raises(FingerprintError, match="no DATA section"):
+    with pytest.raises(FingerprintError, match="DATA"):
         step_fingerprint(tmp_path / "a.step")
 
 
 def test_a_missing_entity_is_refused() -> None:
-    with pytest.raises(FingerprintError, match="#1 refers to #2"):
+    with pytest.raises(FingerprintError, match=r"#1 .*#2"):
         content_fingerprint(step_text("#1=A(#2)"))

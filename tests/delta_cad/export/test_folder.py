@@ -120,7 +120,7 @@ def test_a_rejected_build_never_touches_a_good_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", ".", "..", ".hidden", "a/b", "a b", "joy.rejected"])
 def test_unsafe_names_are_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(FolderError, match="is not the name of a build"), output_folder(tmp_path, name):
+    with pytest.raises(FolderError), output_folder(tmp_path, name):
         pass
     assert entries(tmp_path) == []
 

@@ -99,5 +99,5 @@ def test_a_package_that_is_not_there_is_said_so(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_an_unknown_status_is_refused(build: Path) -> None:
-    with pytest.raises(ManifestError, match="'good' is not one of passed, rejected"):
+    with pytest.raises(ManifestError, match="good"):
         write_manifest(build, input_hash="", status="good")

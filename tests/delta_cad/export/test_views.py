@@ -137,7 +137,7 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
             return lambda *_: 0
 
     monkeypatch.setattr(scene_module, "_window_makers", lambda: [Blind])
-    with pytest.raises(PictureError, match=r"no OpenGL for pictures: .* install libegl1"):
+    with pytest.raises(PictureError, match="OpenGL"):
         render_window((64, 64))
 
 
