@@ -47,14 +47,7 @@ def quiet(_: str) -> None:
 
 @dataclass(frozen=True)
 class BuiltMachine:
-    """A design made solid.
-
-    Attributes:
-        dimensions: All dimensions.
-        assembly: Parts placed on links.
-        meshes: One mesh a part.
-        masses: Result of `mass_report`.
-    """
+    """A design made solid: its dimensions, parts placed on links, one mesh a part, and the result of `mass_report`."""
 
     dimensions: Dimensions
     assembly: Assembly
@@ -67,7 +60,6 @@ class Outcome:
     """The result of a build or a check.
 
     Attributes:
-        design: The design.
         results: All checks.
         masses: Result of `mass_report`.
         folder: Where the files landed; None when none were written.

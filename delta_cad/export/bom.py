@@ -18,20 +18,14 @@ MASS_DECIMALS = 4  # masses are printed to 0.1 mg, far below what any scale in a
 
 @dataclass(frozen=True)
 class BomRow:
-    """One line of the bill of materials; masses in g.
+    """One line of the bill of materials; texts as those of the `Part`.
 
     Attributes:
         item: Line number from 1; made parts first, each group in order of first use.
-        part_number: Part number.
-        description: One line.
         quantity: How many are in the machine.
         make_or_buy: "make" or "buy".
-        material: Material as ordered.
         unit_mass_g: Mass of one, g.
         total_mass_g: Mass of all, g.
-        standard: Standard of a bought part or "".
-        order_code: Supplier and order code or "".
-        source: Where its data come from or "".
     """
 
     item: int

@@ -12,17 +12,30 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.IFSelect import IFSelect_RetDone
+from OCP.Interface import Interface_Static
+from OCP.Message import Message
+from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
+from OCP.StepBasic import StepBasic_DerivedUnitElement, StepBasic_SiUnitAndLengthUnit
+from OCP.STEPCAFControl import STEPCAFControl_Controller, STEPCAFControl_Writer
+from OCP.STEPControl import STEPControl_AsIs
+from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDF import TDF_Label
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_SOLID
+from OCP.TopLoc import TopLoc_Location
+from OCP.XCAFApp import XCAFApp_Application
+from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
-
-if TYPE_CHECKING:
-    from OCP.TDF import TDF_Label
-    from OCP.TDocStd import TDocStd_Document
 
 SCHEMAS = {"AP242": "AP242DIS", "AP214": "AP214IS"}  # Schemas on offer and the kernel's names for them.
 TIME_STAMP = "2000-01-01T00:00:00"  # the same input gives the same header
@@ -87,11 +100,6 @@ def _check_names(assembly: Assembly) -> None:
 
 def _document() -> tuple[TDocStd_Document, Any]:
     """An empty XCAF document in millimetres and its shape tool."""
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.XCAFApp import XCAFApp_Application
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
     document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
@@ -100,10 +108,6 @@ def _document() -> tuple[TDocStd_Document, Any]:
 
 def _define(document: TDocStd_Document, part: Part) -> TDF_Label:
     """Adds the product definition of a part: one solid, number, colour, material and density."""
-    from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
-    from OCP.TCollection import TCollection_HAsciiString
-    from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
-
     main = document.Main()
     label = XCAFDoc_DocumentTool.ShapeTool_s(main).AddShape(_one_solid(part), False)
     _name(label, part.number)
@@ -122,10 +126,6 @@ def _define(document: TDocStd_Document, part: Part) -> TDF_Label:
 
 def _one_solid(part: Part) -> Any:
     """The part's solid with any location of its own baked in (a located shape would become an instance)."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.TopAbs import TopAbs_SOLID
-    from OCP.TopLoc import TopLoc_Location
-
     shape = part.solid.wrapped
     if shape.ShapeType() != TopAbs_SOLID:
         raise StepError(f"part {part.number} is not one solid but a {part.solid.ShapeType()}")
@@ -147,18 +147,11 @@ def _location(frame: np.ndarray, name: str) -> Any:
 
 def _name(label: TDF_Label, name: str) -> None:
     """Names a definition or an occurrence."""
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDataStd import TDataStd_Name
-
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
 
 
 def _write(document: TDocStd_Document, path: Path, schema: str, title: str) -> None:
     """Transfers a document, fills the header and writes the file."""
-    from OCP.IFSelect import IFSelect_RetDone
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.STEPControl import STEPControl_AsIs
-
     if schema not in SCHEMAS:
         raise StepError(f"schema {schema!r} is not one of {', '.join(SCHEMAS)}")
     with _quiet_kernel(), _settings({"write.step.schema": SCHEMAS[schema], "write.step.unit": "MM"}):
@@ -177,9 +170,6 @@ def _settings(values: dict[str, str]) -> Iterator[None]:
 
     The controller must exist first: before that a parameter is accepted and ignored.
     """
-    from OCP.Interface import Interface_Static
-    from OCP.STEPCAFControl import STEPCAFControl_Controller
-
     STEPCAFControl_Controller.Init_s()
     before = {name: Interface_Static.CVal_s(name) for name in values}
     try:
@@ -197,8 +187,6 @@ def _mend_density_units(model: Any) -> None:
 
     The kernel writes the factors of the derived unit with the exponents 3 and 2, that is g^3 cm^2.
     """
-    from OCP.StepBasic import StepBasic_DerivedUnitElement, StepBasic_SiUnitAndLengthUnit
-
     for number in range(1, model.NbEntities() + 1):
         entity = model.Value(number)
         if isinstance(entity, StepBasic_DerivedUnitElement):
@@ -207,9 +195,6 @@ def _mend_density_units(model: Any) -> None:
 
 def _fill_header(model: Any, title: str) -> None:
     """Header section: name, time, organisation, system; the author, whom a design does not name, stays empty."""
-    from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
-    from OCP.TCollection import TCollection_HAsciiString
-
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(TCollection_HAsciiString(title))
     header.SetTimeStamp(TCollection_HAsciiString(TIME_STAMP))
@@ -221,8 +206,6 @@ def _fill_header(model: Any, title: str) -> None:
 @contextmanager
 def _quiet_kernel() -> Iterator[None]:
     """Keeps the kernel's transfer statistics off the terminal."""
-    from OCP.Message import Message
-
     messenger = Message.DefaultMessenger_s()
     printers = list(messenger.Printers())
     for printer in printers:

@@ -24,9 +24,7 @@ def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     Source:
         [RCIM2018] eqs. (6)-(7): h_i = -4 L_A^2 w_i^2. README (3).
     """
-    q, t, z = chain_coordinates(g, p)
-    rho2 = q * q + z * z
-    m = _projection(g, rho2, t)
+    _, _, rho2, m = _in_plane(g, p)
     return rho2 - m * m
 
 
@@ -46,9 +44,7 @@ def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarra
     Returns:
         cos theta, sin theta: each (..., 3 chains); NaN where the chain cannot be closed.
     """
-    q, t, z = chain_coordinates(g, p)
-    rho2 = q * q + z * z
-    m = _projection(g, rho2, t)
+    q, z, rho2, m = _in_plane(g, p)
     w2 = rho2 - m * m
     w = np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
     rho2 = np.where(rho2 > 0.0, rho2, np.nan)  # wrist on the shoulder axis: every angle closes, or none
@@ -183,9 +179,11 @@ def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     return np.arccos(np.where(closure_margin(g, p) >= 0.0, np.clip(cosine, -1.0, 1.0), np.nan))
 
 
-def _projection(g: DeltaGeometry, rho2: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """M = q cos theta + z sin theta, the wrist's component along the upper arm, README (2)."""
-    return (rho2 + t * t + g.upper_arm_length**2 - g.forearm_length**2) / (2.0 * g.upper_arm_length)
+def _in_plane(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The wrist's q, z, rho^2 = q^2 + z^2 and M = q cos theta + z sin theta, along the upper arm, README (2)."""
+    q, t, z = chain_coordinates(g, p)
+    rho2 = q * q + z * z
+    return q, z, rho2, (rho2 + t * t + g.upper_arm_length**2 - g.forearm_length**2) / (2.0 * g.upper_arm_length)
 
 
 def _mm(p: np.ndarray) -> str:

@@ -28,6 +28,11 @@ def forearm_determinant(s: np.ndarray) -> np.ndarray:
     return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
 
 
+def forearm_faces(s: np.ndarray) -> np.ndarray:
+    """Computes s_2 x s_3, s_3 x s_1 and s_1 x s_2 of (..., 3 chains, 3) forearm vectors, as rows, m^2."""
+    return np.cross(s[..., [1, 2, 0], :], s[..., [2, 0, 1], :])
+
+
 def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     """Computes the Jacobian for searches: `v = J theta_dot`, without exceptions.
 
@@ -38,9 +43,7 @@ def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     arm = g.upper_arm_length * elbow_arm(g, p)
     det = forearm_determinant(s)
     det = np.where(det == 0.0, np.nan, det)
-    s1, s2, s3 = s[..., 0, :], s[..., 1, :], s[..., 2, :]
-    columns = np.stack([np.cross(s2, s3), np.cross(s3, s1), np.cross(s1, s2)], axis=-1)
-    return columns * (arm / det[..., None])[..., None, :]
+    return np.swapaxes(forearm_faces(s), -1, -2) * (arm / det[..., None])[..., None, :]
 
 
 def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:

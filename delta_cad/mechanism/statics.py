@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_vectors
-from delta_cad.mechanism.jacobian import forearm_determinant, velocity_map
+from delta_cad.mechanism.jacobian import forearm_determinant, forearm_faces, velocity_map
 
 
 def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarray:
@@ -30,8 +30,7 @@ def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarr
     """
     s = forearm_vectors(g, p)
     arm = g.upper_arm_length * elbow_arm(g, p)
-    s1, s2, s3 = s[..., 0, :], s[..., 1, :], s[..., 2, :]
-    faces = np.stack([np.cross(s2, s3), np.cross(s3, s1), np.cross(s1, s2)], axis=-2)
+    faces = forearm_faces(s)
     moment = force * arm * np.sqrt((faces * faces).sum(axis=-1))
     det = np.abs(forearm_determinant(s))[..., None]
     return np.where(det == 0.0, np.inf, moment / np.where(det == 0.0, 1.0, det))
