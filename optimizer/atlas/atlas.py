@@ -24,14 +24,11 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 AtlasRow = dict[str, Any]
-CONNECT_S = 10
-"""For a scheduler to answer and for its first worker to be there."""
-RETRIES = 2
-"""Further tries of a task that raised; one whose worker died the scheduler gives away three times."""
-LOOK_S = 0.2
-"""Between two looks at Ctrl-C."""
+CONNECT_S = 10  # longest wait for a scheduler to answer and for its first worker to be there
+RETRIES = 2  # further tries of a task that raised; one whose worker died the scheduler gives away three times
+LOOK_S = 0.2  # time between two looks at Ctrl-C
+# One thread in each process: the processes are the parallelism.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""One thread in each process: the processes are the parallelism."""
 
 
 class ClusterError(RuntimeError):

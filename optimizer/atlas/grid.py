@@ -26,14 +26,11 @@ from optimizer.problem.requirements import Requirements, RequirementsError, requ
 from optimizer.search.genetic import GENERATIONS
 from optimizer.synthesis.three_step import METHODS
 
-VALUES_MAX = 1_000
-"""Values of one axis, and seeds."""
-SETS_MAX = 10_000
-"""Sets of one atlas: a night on two cores."""
+VALUES_MAX = 1_000  # values of one axis, and seeds
+SETS_MAX = 10_000  # sets of one atlas: a night on two cores
 POPULATION = (4, 100_000)
 GENERATION = (1, 100_000)
-INTEGER_MAX = 10**15
-"""A TOML integer may have thousands of digits; up to here each is a float too."""
+INTEGER_MAX = 10**15  # a TOML integer may have thousands of digits; up to here each is a float too
 KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
 SPACES = ("linspace", "geomspace")
 TABLES = ("requirements", "bounds_mm", "limits", "step_3")

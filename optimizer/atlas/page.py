@@ -10,10 +10,8 @@ from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.file import flat
 from optimizer.atlas.grid import Grid
 
-LINES_MAX = 500
-"""Rows of the table on the page; all are in the CSV."""
-LEFT_OUT = ("method", "conflict_step", "ending", "seconds")
-"""Columns of the CSV that the page spares."""
+LINES_MAX = 500  # rows of the table on the page; all are in the CSV
+LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CSV that the page spares
 
 
 def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:

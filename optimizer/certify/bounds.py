@@ -10,15 +10,13 @@ from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Torque
 from delta_cad.mechanism.proof.extremes import WorstFigure
 
-NARROW = 1e-5
-"""First distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof."""
-ROUNDING = 1e-12
-"""Added where a torque is brought from one force to another, in two roundings of 1e-16."""
+NARROW = 1e-5  # first distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof
+ROUNDING = 1e-12  # added where a torque is brought from one force to another, in two roundings of 1e-16
 WIDER = 10.0
+# Most boxes of one try; a bound that needs more is sought farther away, so that a tight certificate is replayed in
+# seconds.
 MOST_BOXES = 20_000
-"""Of one try; a bound that needs more is sought farther away, so that a tight certificate is replayed in seconds."""
-TRIES = 5
-"""The last distance is then 10 % or 0.1 rad."""
+TRIES = 5  # the last distance is then 10 % or 0.1 rad
 Progress = Callable[[int, float], None]
 
 

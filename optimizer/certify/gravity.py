@@ -42,10 +42,9 @@ CHAINS = range(3)
 RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
 NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *RODS)
 KNOWN = ("base", *NEEDED, *(f"pinion_{i}" for i in CHAINS))
-UPWARDS = 1.0 + 2.0**-40
-"""Lifts a sum of some twenty products over its own rounding, 2^-47 of it at most."""
+UPWARDS = 1.0 + 2.0**-40  # lifts a sum of some twenty products over its own rounding, 2^-47 of it at most
+# Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding.
 HOME_MM = 1e-6
-"""Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding."""
 
 
 class GravityError(ValueError):

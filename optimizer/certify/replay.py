@@ -12,10 +12,8 @@ from delta_cad.mechanism.enclosure.interval import exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.limits import PoseLimit
 
-BATCH = 1_000
-"""Boxes at a time: small enough to stay in the processor's cache."""
-FINEST = 45
-"""Halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were."""
+BATCH = 1_000  # boxes at a time: small enough to stay in the processor's cache
+FINEST = 45  # halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were
 
 
 def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-FINEST = 60
-"""Halvings of an edge beyond which no box is looked at; a double's own resolution is coarser."""
-Cell = tuple[int, int, int, int, int, int]
-"""kx, ix, ky, iy, kz, iz: the box [i, i + 1] / 2^k of each edge of the block."""
+FINEST = 60  # halvings of an edge beyond which no box is looked at; a double's own resolution is coarser
+Cell = tuple[int, int, int, int, int, int]  # kx, ix, ky, iy, kz, iz: the box [i, i + 1] / 2^k of each edge of the block
 
 
 class TilingError(ValueError):

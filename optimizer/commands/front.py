@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 NAME = "front"
 TEXT = "the front of cube size against worst kappa, torque and outline, with pictures"
-SEEDS = 6
-"""Seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7."""
+SEEDS = 6  # seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7
 
 
 class _StoppedError(Exception):

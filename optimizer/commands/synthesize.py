@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 NAME = "synthesize"
 TEXT = "the three steps of dimensional synthesis; writes the last step's design file"
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
+# Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds.
 GAP, BOXES, BOXES_BESIDE = 1e-5, 2_000_000, 100_000
-"""Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds."""
 
 
+# Arguments that make a run another run.
 NAMES = ("method", "seed", "steps", "population", "generations", "gap", "boxes", "no_proof")
-"""Arguments that make a run another run."""
 
 
 def _steps(text: str) -> tuple[int, ...]:

@@ -26,27 +26,20 @@ from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import explain
 from optimizer.synthesis.three_step import Store
 
-COARSE = 9
-"""Half sides that are started cold as well, evenly spaced; between them lie what neighbours started."""
-COLD = 3
-"""Cold starts of each; the neighbour is a fourth."""
+COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
+COLD = 3  # cold starts of each; the neighbour is a fourth
 POINTS_MIN = 4
+# Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace.
 SMALLEST_SHARE = 0.25
-"""Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace."""
-PIECE_MIN = 1e-4
-"""Shortest piece that is halved, as a part of the range, whatever kappa does in it."""
-LARGER_ROUNDS = 5
-"""Times that a larger cube found beyond the largest is followed; once has not been seen yet."""
-BETTER = 1e-9
-"""Part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10."""
+PIECE_MIN = 1e-4  # shortest piece that is halved, as a part of the range, whatever kappa does in it
+LARGER_ROUNDS = 5  # times that a larger cube found beyond the largest is followed; once has not been seen yet
+BETTER = 1e-9  # part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10
+# Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8.
 ACTIVE = 1e-6
-"""Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8."""
+# Largest part by which the largest cube is cut where it does not hold between the points of the search's grid.
 CUT = 0.05
-"""Largest part by which the largest cube is cut where it does not hold between the points of the search's grid."""
-CUTS = 24
-"""Halvings of that part: to 3e-9 of L."""
-STARTS = "not improved"
-"""Ending of a point that is a neighbour's design; a key of `result.ADVICE`."""
+CUTS = 24  # halvings of that part: to 3e-9 of L
+STARTS = "not improved"  # ending of a point that is a neighbour's design; a key of `result.ADVICE`
 
 
 class FrontError(ValueError):
@@ -128,8 +121,8 @@ class Curve:
         return None
 
 
+# Called after each point with the name of the curve, how many points it has, and the newest.
 PointReport = Callable[[str, int, FrontPoint | None], None]
-"""Called after each point with the name of the curve, how many points it has, and the newest."""
 
 
 @dataclass

@@ -6,10 +6,10 @@ from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError, explain
 
+# Part of the largest half side: less is no range of sizes but one size; part of its upper bound: less is no cube.
 RANGE_MIN = 1e-3
-"""Part of the largest half side: less is no range of sizes but one size; part of its upper bound: less is no cube."""
+# Larger by this part than the largest half side: where it is asked which constraints contradict each other.
 BEYOND = 0.01
-"""Larger by this part than the largest half side: where it is asked which constraints contradict each other."""
 
 
 def at_side(given: Requirements, side: float) -> Problem:

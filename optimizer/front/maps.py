@@ -11,12 +11,9 @@ from delta_cad.mechanism import Cube, DeltaGeometry, SingularError, cube_surface
 from delta_cad.mechanism.inverse import require_closed
 from delta_cad.mechanism.statics import conditioning, direct_margin, worst_joint_torque
 
-GRID = 121
-"""Points along an edge of a map; odd, so that the cube's middle is one of them."""
-SURFACE = 21
-"""Points along an edge of the surface on which a cube is looked at before it is mapped."""
-MARGIN = 0.2
-"""Margin around the cube that a map shows, as a part of the half side."""
+GRID = 121  # points along an edge of a map; odd, so that the cube's middle is one of them
+SURFACE = 21  # points along an edge of the surface on which a cube is looked at before it is mapped
+MARGIN = 0.2  # margin around the cube that a map shows, as a part of the half side
 
 
 def require_held(g: DeltaGeometry, cube: Cube) -> None:

@@ -19,13 +19,13 @@ from optimizer.paper.page import markdown_table
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_hash
 
+# Columns of `front.csv`, and names of a point's numbers in `front.json`.
 COLUMNS = (
     *("curve", "cube_side_mm", "half_side_mm", "max_kappa", "proven_bound", "max_torque_N_m"),
     *("outline_radius_mm", "outline_width_mm", "outline_depth_mm"),
     *(f"{name}_mm" for name in VARIABLES[:5]),
     "active",
 )
-"""Columns of `front.csv`, and names of a point's numbers in `front.json`."""
 TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
 FURTHER = ("front", "what changes", "largest side mm", "kappa there", "torque N m", "outline mm", "torque binds")
 PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")

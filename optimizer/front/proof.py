@@ -11,10 +11,9 @@ from optimizer.front.front import Curve
 from optimizer.problem.step import Problem, step_problem
 from optimizer.synthesis.three_step import Store
 
-GAP = 1e-4
-"""Gap that is asked of each proof, as a share of the objective."""
+GAP = 1e-4  # gap that is asked of each proof, as a share of the objective
+# Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
 BOXES = 12_000
-"""Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is."""
 
 
 def proved(

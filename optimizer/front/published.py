@@ -12,8 +12,8 @@ from optimizer.problem.step import SIDE
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import Result
 
+# Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP.
 TABLES = (7, 8, 10, 11, 12)
-"""Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP."""
 
 
 class PublishedDesign(NamedTuple):

@@ -16,17 +16,14 @@ import numpy as np
 from delta_cad.mechanism import DeltaGeometry, closure_margin
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 
-SAMPLES = 720
-"""Along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve."""
-BISECTIONS = 60
-"""Halvings to an end of a contour: more than a double can resolve."""
+SAMPLES = 720  # along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve
+BISECTIONS = 60  # halvings to an end of a contour: more than a double can resolve
 RAYS = 241
-RADIAL_SCAN = 400
-"""Points along a ray, from outside inwards, before its end is bisected."""
+RADIAL_SCAN = 400  # points along a ray, from outside inwards, before its end is bisected
 HEIGHTS = 49
 
+# (K,) beta -> (K, 3) points, and (K,) margin that is negative where the contour is not there.
 Contour = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""(K,) beta -> (K, 3) points, and (K,) margin that is negative where the contour is not there."""
 
 
 def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:

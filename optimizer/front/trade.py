@@ -19,14 +19,11 @@ from optimizer.problem.step import outline_of, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError
 from optimizer.synthesis.three_step import Store
 
-OUTLINES = (0.9, 1.1)
-"""Sizes of the outline beside the required one, as parts of its largest R + L_A."""
+OUTLINES = (0.9, 1.1)  # sizes of the outline beside the required one, as parts of its largest R + L_A
+# Torques beside the required one, as parts of the range that the front as required needs.
 TORQUES = (1.0 / 3.0, 2.0 / 3.0)
-"""Torques beside the required one, as parts of the range that the front as required needs."""
-SHARE = 3
-"""The further fronts have one point for so many of the front as required."""
-ROUND = 1000.0
-"""Torques are told, and so asked, in whole mN m."""
+SHARE = 3  # the further fronts have one point for so many of the front as required
+ROUND = 1000.0  # torques are given in whole mN m
 
 
 @dataclass(frozen=True)

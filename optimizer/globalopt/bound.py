@@ -13,8 +13,8 @@ from delta_cad.common.units import MM_PER_M
 from optimizer.problem.step import Problem, ProblemError
 from optimizer.search.result import Bound, Result
 
+# Boxes examined, boxes at most, certified objective so far, bound so far.
 Report = Callable[[int, int, float, float], None]
-"""Boxes examined, boxes at most, certified objective so far, bound so far."""
 
 
 @dataclass(frozen=True)

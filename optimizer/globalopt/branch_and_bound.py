@@ -19,17 +19,14 @@ from optimizer.globalopt.cutting_points import HEIGHT, MOST, RADII, fill_lengths
 from optimizer.globalopt.cutting_points import ROWS as TABLE
 from optimizer.globalopt.dual_simplex import SIZE, solve
 
-POINTS = 128
-"""Most cutting points at once."""
+POINTS = 128  # most cutting points at once
 CUTS = MOST * POINTS + 8
-SMALLEST = 1e-11
-"""m; a box this small is given up: the incumbent's own rounding is near."""
-ENOUGH = 0.7
-"""A contraction to less than this share of the volume is worth another look before the box is halved."""
+SMALLEST = 1e-11  # a box this small, m, is given up: the incumbent's own rounding is near
+ENOUGH = 0.7  # a contraction to less than this share of the volume is worth another look before the box is halved
+# Share of a box's half width that a contraction gives back: more than the roundings of a contraction's few operations
+# on numbers of 1.
 PAD = 1e-13
-"""Of a box's half width: more than the roundings of a contraction's few operations on numbers of 1."""
-FOLD = 1.1547
-"""Just below 2 / sqrt(3): as far from the axis the point above chain 1's shoulder may be, as a share of L."""
+FOLD = 1.1547  # just below 2 / sqrt(3): as far from the axis the point above chain 1's shoulder may be, as a share of L
 DONE, QUESTION, STUCK = 0, 1, 2
 
 

@@ -33,19 +33,17 @@ from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
+# Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H.
 HALF, DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
-"""Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H."""
 ROWS = forms.ROWS + 4
 
 _CUTTING = tuple(limit for limit in POSE_LIMITS if limit.cut is not None)
-START: dict[type[PoseLimit], int] = {}
-"""Place of a limit's numbers; the bits of those that are asked stand before them."""
+START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those that are asked stand before them
 SIZE = 1
 for _limit in _CUTTING:
     START[_limit], SIZE = SIZE, SIZE + _limit.size
 BITS = {limit: 1 << n for n, limit in enumerate(_CUTTING)}
-MOST = sum(limit.cuts for limit in _CUTTING)
-"""Most cuts of one point."""
+MOST = sum(limit.cuts for limit in _CUTTING)  # most cuts of one point
 
 
 def _cutting(tier: int) -> Any:

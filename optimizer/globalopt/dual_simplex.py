@@ -17,10 +17,8 @@ from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, UP
 
 SIZE = SYMBOLS + 1
-ITERATIONS = 60
-"""Exchanges of a row; 5 to 15 are usual."""
-LEAST = 1e-13
-"""Of cuts of magnitude 1: a smaller violation or step is a rounding of the elimination."""
+ITERATIONS = 60  # exchanges of a row; 5 to 15 are usual
+LEAST = 1e-13  # with cuts of magnitude 1, a smaller violation or step is a rounding of the elimination
 
 
 @compiled

@@ -14,12 +14,11 @@ from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem
 
 HEIGHT = VARIABLES.index("bottom_height")
+# Shares that are given up: nothing if possible, else the least of them that can be proved.
 YIELDS = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
-"""Shares that are given up: nothing if possible, else the least of them that can be proved."""
+# Boxes of one proof, 5 s at most, and of the first try. Along a fold a million are needed, else some thousands.
 BOXES, QUICK = 1_500_000, 50_000
-"""Of one proof, 5 s at most, and of the first. Along a fold a million are needed, else some thousands."""
-OWN_ROUNDING = 1e-15
-"""A closed-form margin this little below 0 is its own rounding: three operations on shares of 1."""
+OWN_ROUNDING = 1e-15  # a closed-form margin this little below 0 is its own rounding: three operations on shares of 1
 GRID = 33
 
 

@@ -32,29 +32,22 @@ from optimizer.search.sqp import EXCHANGE_GRID, Search
 
 GAP = 1e-5
 BOXES = 2_000_000
-CHUNK = 2_000
-"""Boxes between two looks at `stop`, some 50 ms."""
-STACK = 4_096
-"""Boxes that wait; depth first they are at most the halvings of all edges, a few hundred."""
-MOST = POINTS
-"""Cutting points at once; a further one takes the place of the least useful."""
-FIRST_GRID = 3
-"""Points along an edge of the cube's surface that are cutting points from the start."""
+CHUNK = 2_000  # boxes between two looks at `stop`, some 50 ms
+STACK = 4_096  # boxes that wait; depth first they are at most the halvings of all edges, a few hundred
+MOST = POINTS  # cutting points at once; a further one takes the place of the least useful
+FIRST_GRID = 3  # points along an edge of the cube's surface that are cutting points from the start
+# Boxes, some 10 s, in which the requested gap is tried at once: a quarter of the boxes of the way by decades.
 DIRECT = 200_000
-"""Boxes, some 10 s, in which the requested gap is tried at once: a quarter of the boxes of the way by decades."""
 FIRST_GAP = 0.1
 DECADE = 10.0
-STARTS = 3
-"""Of SQP: what they miss the search finds."""
+STARTS = 3  # starts of SQP; what they miss, the search finds
+# Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
+# takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that.
 VAIN = 8
-"""Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
-takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
-IDLE = 500
-"""Questions in a row that gave neither a cutting point nor a better design; from then on none is looked into."""
+IDLE = 500  # questions in a row that gave neither a cutting point nor a better design; from then on none is looked into
+# Boxes of designs where kappa of the design of the step before cannot be proved: near a fold little can be excluded.
 STEEP_BOXES = 100_000
-"""Of designs, where kappa of the design of the step before cannot be proved: near a fold little can be excluded."""
-NEAR = 1e-7
-"""Share of L within which two of them are the same."""
+NEAR = 1e-7  # share of L within which two of them are the same
 
 Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
 Ending = Literal["excluded", "better", "open", "budget", "stopped"]

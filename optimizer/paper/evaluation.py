@@ -19,8 +19,7 @@ from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import FINE_GRID, Result
 
 GAP = 1e-5  # two-sided, of every optimum that is proved here
-ROOM_MM = 1e-3
-"""Beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search."""
+ROOM_MM = 1e-3  # beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,7 @@ def _faults(r: ReproducedRun) -> str:
     return "no results" if r.published is None else ", ".join(map(str, r.published.faults)) or "yes"
 
 
+# Heading and cell of each column.
 COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
     ("row", lambda r: str(r.run.row)),
     ("method", lambda r: r.run.method),
@@ -153,7 +154,6 @@ COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
     ("proven", lambda r: _number(r.proven.bound, 5)),
     ("gap", lambda r: NONE if r.gap is None else percent(r.gap)),
 )
-"""Heading and cell of each column."""
 
 
 def _remarks(runs: Runs) -> list[str]:

@@ -21,8 +21,7 @@ LETTERS = ("L_A", "L_B", "R", "r", "H", "L")  # the paper's, in the order of `VA
 STEP_OF_TABLE = {4: 1, 6: 1, 7: 2, 8: 3, 9: 1, 10: 2, 11: 3, 12: 3}
 STEP_3_HALF_SIDE_MM = 35.0  # the paper prints no L for step 3; its prototype has a cube of 70 mm
 SHORTEST_MM = 1.0  # what our requirements take as the smallest length; the paper has lower bounds of 0
-EXCHANGED_H = ((9, 1), (9, 2))
-"""Table and row of two results whose H look exchanged in print."""
+EXCHANGED_H = ((9, 1), (9, 2))  # table and row of two results whose H look exchanged in print
 Lengths = tuple[float, ...]
 
 

@@ -24,6 +24,7 @@ VERDICT = (
     "(2-norm; {frobenius:.3f} in Frobenius's), and the proven optimum is {best_kappas:.3f}: the published designs are "
     "{above:.1f} % above it.",
 )
+# A sentence whose numbers are not there, because no run gives them, is left out.
 NOTES = (
     "Outside {agreement:.1f} %, and within it only with half of the last printed digit added, which shows nothing but "
     "that print is no finer. {rounded}.",
@@ -43,7 +44,6 @@ NOTES = (
     "mm. Cubes on the same bottom face contain each other, so that a larger L gives no smaller condition number, "
     "neither for the published design nor for the optimum.",
 )
-"""A sentence whose numbers are not there, because no run gives them, is left out."""
 
 
 class Span(NamedTuple):

@@ -17,14 +17,11 @@ from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.file import objective_column
 from optimizer.atlas.grid import Axis, Grid
 
-CELLS_MAX = 150
-"""Cells up to which each shows its number."""
+CELLS_MAX = 150  # cells up to which each shows its number
 TITLES = {"half_side": "largest half side, mm", "kappa": "smallest worst condition number"}
 COLOURS = ("viridis", "viridis_r")  # bright is good: a large half side, a small condition number
-SPAN_MIN = 1e-3
-"""Share of a value by which the colours of a map differ at least: roundings are not painted."""
-TICKS = 12
-"""Labels of an axis at most."""
+SPAN_MIN = 1e-3  # share of a value by which the colours of a map differ at least: roundings are not painted
+TICKS = 12  # labels of an axis at most
 
 
 def png(grid: Grid, rows: Sequence[AtlasRow]) -> bytes:

@@ -14,15 +14,11 @@ METHODS = (
     ("ga", "GA, the paper's parameters", BLUE, "-"),
     ("sqp", "SQP, starts one after the other", VERMILLION, (0, (5, 1.5))),
 )
-TALL = 0.25
-"""Height of the left picture at most, as a part of the optimum."""
-ZOOM = 0.005
-"""Height of the right picture over the optimum, as a part of the optimum."""
-ROOM = 0.08
-"""Below the lowest line, as a part of the picture's height."""
+TALL = 0.25  # height of the left picture at most, as a part of the optimum
+ZOOM = 0.005  # height of the right picture over the optimum, as a part of the optimum
+ROOM = 0.08  # below the lowest line, as a part of the picture's height
 POINTS = 400
-FAR = 100.0
-"""Times the optimum: drawn for infinite, outside the picture."""
+FAR = 100.0  # this many times the optimum stands for infinite, outside the picture
 
 
 @styled

@@ -16,11 +16,10 @@ from optimizer.front.front import Curve, FrontPoint
 from optimizer.front.published import PublishedDesign
 from optimizer.pictures.style import kappa_scale, pretty
 
+# Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top.
 MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
-"""Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top."""
 BINDING = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION, GREY, BLUE)
-NEAR_LIMIT = 1.5
-"""A limit up to so many times the largest value is drawn as a line, a farther one told in words."""
+NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one told in words
 
 
 @styled

@@ -15,10 +15,8 @@ from delta_cad.common.units import MM_PER_M as MM
 from optimizer.front.maps import Slice
 from optimizer.pictures.style import pretty
 
-SAME = 1e-6
-"""Part by which two worst values may differ and still both be the worst of all: an optimum has several."""
-LEVELS = 9
-"""Contour lines inside the range."""
+SAME = 1e-6  # part by which two worst values may differ and still both be the worst of all: an optimum has several
+LEVELS = 9  # contour lines inside the range
 
 
 @styled

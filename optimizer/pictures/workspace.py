@@ -20,12 +20,9 @@ from delta_cad.mechanism.workspace import Cube
 from optimizer.front.reachable import contours_at_height, contours_in_mirror_plane, shell
 from optimizer.pictures.style import pretty
 
-VIEW = (22.0, -62.0)
-"""Elevation and azimuth of the eye, degrees."""
-CUT_AWAY = 75.0
-"""Half the angle of the sector that is left out towards the eye, degrees."""
-GRID = 401
-"""Points along an edge of the section's raster, for its fill and the singular line."""
+VIEW = (22.0, -62.0)  # elevation and azimuth of the eye, degrees
+CUT_AWAY = 75.0  # half the angle of the sector that is left out towards the eye, degrees
+GRID = 401  # points along an edge of the section's raster, for its fill and the singular line
 SHELL_ALPHA = 0.28
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
 
+# Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L.
 VARIABLES = (
     "upper_arm_length",
     "forearm_length",
@@ -24,10 +25,9 @@ VARIABLES = (
     "bottom_height",
     "half_side",
 )
-"""Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L."""
 
+# (1, 3) the cube's centre: a determinant of another sign there than on the surface hides a singularity.
 CENTRE = np.zeros((1, 3))
-"""(1, 3) the cube's centre: a determinant of another sign there than on the surface hides a singularity."""
 
 
 class Figures(NamedTuple):
@@ -97,8 +97,7 @@ class Chains(NamedTuple):
     sin: np.ndarray
 
 
-TINY = 1e-75
-"""Least w / L_B that is divided by: the fourth power of what comes out is still a number."""
+TINY = 1e-75  # least w / L_B that is divided by: the fourth power of what comes out is still a number
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:

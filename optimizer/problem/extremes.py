@@ -10,11 +10,11 @@ import numpy as np
 from optimizer.problem.evaluator import CENTRE, fold_points, half_surface
 from optimizer.problem.step import Problem
 
+# Halvings of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square.
 REFINEMENTS = 20
-"""Of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square."""
 STEPS = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], dtype=float)
+# Axis and side of the faces that the mirror plane y = 0 leaves.
 FACES = ((0, -1.0), (0, 1.0), (1, 1.0), (2, -1.0), (2, 1.0))
-"""Axis and side of the faces that the mirror plane y = 0 leaves."""
 
 Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 

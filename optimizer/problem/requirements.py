@@ -73,8 +73,7 @@ class _Hardware(_Record):
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
 
 
-_SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")
-"""In this file they are the two numbers of `shoulder_deg`."""
+_SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in this file they are the two numbers of `shoulder_deg`
 _Limited: Any = create_model(
     "_Limited",
     __base__=_Hardware,
@@ -236,6 +235,7 @@ def _check_order(given: Requirements, file: str) -> None:
         raise RequirementsError(file, "step_3.half_side_mm", short(side), allowed)
 
 
+# Field that holds two numbers -> what each may be.
 PAIRS = {
     **dict.fromkeys(("upper_arm_length", "forearm_length", "base_radius", "platform_radius"), (1.0, LENGTH_MAX_MM)),
     "bottom_height": (1.0, 2.0 * LENGTH_MAX_MM),
@@ -243,7 +243,6 @@ PAIRS = {
     "outline_overhead_mm": (0.0, LENGTH_MAX_MM),
     "shoulder_deg": (-180.0, 180.0),
 }
-"""Field that holds two numbers -> what each may be."""
 
 
 def _allowed(loc: tuple[int | str, ...]) -> str:

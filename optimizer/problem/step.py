@@ -18,11 +18,10 @@ from delta_cad.mechanism.limits import LIMITS, AssemblyMode, Kappa, Limit, Limit
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
+# All there are, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
-"""All there are, in the order in which reports name them."""
 SIDE = VARIABLES.index("half_side")
-TINY_MM = 1e-3
-"""A half side below this is no cube: lengths are given in whole micrometres."""
+TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
 
 
 class ProblemError(ValueError):

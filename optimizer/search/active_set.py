@@ -17,17 +17,16 @@ import numpy as np
 from optimizer.problem.evaluator import figures, fold_points
 from optimizer.problem.step import Problem
 
+# Step of the central differences in the scaled variables: truncation 2e-11 of the third derivative, rounding 1e-11 of
+# the margin. Gradients agree with a fourth-order formula to 1e-6 where two singular values nearly meet, else to 1e-9.
 DIFFERENCE = 1e-5
-"""Step of the central differences in the scaled variables: truncation 2e-11 of the third derivative, rounding 1e-11 of
-the margin. Gradients agree with a fourth-order formula to 1e-6 where two singular values nearly meet, else to 1e-9."""
+# What every margin keeps at the optimum, so that what the solver leaves open (1e-10) still is no violation.
 SLACK = 1e-8
-"""What every margin keeps at the optimum, so that what the solver leaves open (1e-10) still is no violation."""
+# Margins this little below 0 still are met: lengths pass from mm to m and back (1e-16), sums of them 1e-14.
 ROUNDING = 1e-9
-"""Margins this little below 0 still are met: lengths pass from mm to m and back (1e-16), sums of them 1e-14."""
+# Distance, as a share of L, within which a margin differs by 1e-6 of its second derivative: the polish moved it.
 NEAR = 1e-3
-"""Distance, as a share of L, within which a margin differs by 1e-6 of its second derivative: the polish moved it."""
-LEVEL_MAX = 1e-3
-"""Feasibility is shown once every margin is this large; a higher level would only cost iterations."""
+LEVEL_MAX = 1e-3  # feasibility is shown once every margin is this large; a higher level would only cost iterations
 
 
 class Active(NamedTuple):

@@ -19,10 +19,8 @@ from scipy.spatial.distance import cdist
 
 CROSSOVER_ETA, CROSSOVER_VARIABLE, CROSSOVER_EXCHANGE = 15, 0.5, 0.5
 MUTATION, MUTATION_ETA, MUTATION_VARIABLE = 0.9, 20, 0.5
-SAME = 1e-16
-"""Distance of two designs up to which they are the same one."""
-MATINGS = 100
-"""Attempts to fill a generation with designs that are not there already."""
+SAME = 1e-16  # distance of two designs up to which they are the same one
+MATINGS = 100  # attempts to fill a generation with designs that are not there already
 
 
 class Breeder:

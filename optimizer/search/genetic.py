@@ -19,8 +19,8 @@ from optimizer.search.sqp import sampled
 POPULATIONS = {1: 100, 2: 220, 3: 220}
 GENERATIONS = 100
 CROSSOVER = 0.8
+# Points along an edge of the fixed sample: between them kappa of the published design rises by 0.1 % at most.
 SEARCH_GRID = 9
-"""Points along an edge of the fixed sample: between them kappa of the published design rises by 0.1 % at most."""
 
 
 class Generation(NamedTuple):
@@ -58,8 +58,8 @@ class Population:
     evaluations: int
 
 
+# Called after each generation with its number, how many there are, and the best objective so far.
 GenerationReport = Callable[[int, int, float], None]
-"""Called after each generation with its number, how many there are, and the best objective so far."""
 
 
 def evolve(

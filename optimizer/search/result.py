@@ -15,13 +15,13 @@ from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import Ending
 
+# Endings of which only a bound tells how far they are from the best there is.
 GUESSES = ("converged", "sampled", "not improved")
-"""Endings of which only a bound tells how far they are from the best there is."""
-CLOSE = 1e-3
-"""Relative gap below which nothing is left to be gained that could be built."""
+CLOSE = 1e-3  # relative gap below which nothing is left to be gained that could be built
+# Points along an edge of the surface on which a result checks itself, before each face's worst point is polished.
 FINE_GRID = 41
-"""Points along an edge of the surface on which a result checks itself, before each face's worst point is polished."""
 
+# How a result can end -> what to do about it.
 ADVICE = {
     "converged": "a local optimum of this start; other seeds or `proven` tell whether it is the best there is",
     "sampled": "the best of the last generation; `ga+sqp` takes it to the optimum",
@@ -34,15 +34,14 @@ ADVICE = {
     "undecided": "no design was found and none was proved to be impossible: raise `--boxes`",
     "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
 }
-"""How a result can end -> what to do about it."""
 STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
 NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
 FULL_SIDE = (
     "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
     "set step_3.half_side_mm below it"
 )
+# What the step before took from this one.
 CAPPED = "its half side is all that the search of step 1 reached: `--method proven`, or more of that search, gives room"
-"""What the step before took from this one."""
 
 
 class Bound(NamedTuple):

@@ -16,20 +16,18 @@ from optimizer.problem.extremes import Worst, design_worst
 from optimizer.problem.step import Problem
 from optimizer.search.active_set import ROUNDING, SLACK, Active, Program
 
-EXCHANGE_GRID = 17
-"""Points along an edge where worse points are looked for, before they are polished."""
-CONFIRMING_GRID = 41
-"""The same before an ending is believed; what a result checks itself on."""
+EXCHANGE_GRID = 17  # points along an edge where worse points are looked for, before they are polished
+CONFIRMING_GRID = 41  # the same before an ending is believed; a result checks itself on this grid
 START_GRID = 5
-ROUNDS = 15
-"""Exchanges; 3 to 8 are usual."""
+ROUNDS = 15  # exchanges; 3 to 8 are usual
 ITERATIONS = 100
-PRECISION = 1e-12
-"""Of SLSQP: change of the scaled objective at which it ends; a millionth of a micrometre."""
+PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millionth of a micrometre
+# Part of the level given up before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its
+# merit.
 STEP_BACK = 1e-3
-"""Of the level before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its merit."""
 SAMPLES = 128
 STARTS = 6
+# Exit modes of SLSQP.
 SLSQP_ENDS = {
     0: "converged",
     3: "a subproblem took too many iterations",
@@ -40,7 +38,6 @@ SLSQP_ENDS = {
     8: "no direction downhill is left",
     9: "the iteration limit was reached",
 }
-"""SLSQP's exit modes in words."""
 
 
 class Ending(NamedTuple):
@@ -85,8 +82,8 @@ class Search:
         return max(good, key=lambda ending: ending.level) if good else None
 
 
+# Called after each start with its number, how many there are, and the best level so far.
 Report = Callable[[int, int, float], None]
-"""Called after each start with its number, how many there are, and the best level so far."""
 
 
 def main_kind(problem: Problem) -> str:

@@ -12,8 +12,8 @@ from optimizer.problem.step import CONSTRAINTS, Problem, step_problem
 from optimizer.search.active_set import SLACK
 from optimizer.search.sqp import Search, exchange, start_points
 
+# Starts of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more.
 STARTS = 4
-"""Of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more."""
 
 
 class InfeasibleError(ValueError):

@@ -16,16 +16,11 @@ from optimizer.problem.requirements import Requirements, requirements_hash
 from optimizer.problem.step import SIDE, step_problem
 from optimizer.search.result import Result
 
-DECIMALS = 3
-"""Of a length in mm: one micrometre, finer than anything is machined to."""
-SAME_UM = 1e-3
-"""A half side this close below a whole micrometre counts as that: metres and back cost 1e-11."""
-DIGITS = 8
-"""Of the figures in the provenance; solvers end within 1e-9."""
-GAP_DIGITS = 3
-"""Of a gap, which is itself a small difference of two such figures."""
-GIVEN_UP_UM = 5
-"""Of the half side: a micrometre of the other lengths is worth less than one or two."""
+DECIMALS = 3  # decimals of a length in mm: one micrometre, finer than anything is machined to
+SAME_UM = 1e-3  # a half side this close below a whole micrometre counts as that: metres and back cost 1e-11
+DIGITS = 8  # digits of the figures in the provenance; solvers end within 1e-9
+GAP_DIGITS = 3  # digits of a gap, which is itself a small difference of two such figures
+GIVEN_UP_UM = 5  # most micrometres that the half side gives up: one of the other lengths is worth less than one or two
 
 
 def design_of(

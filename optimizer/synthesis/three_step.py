@@ -23,12 +23,9 @@ from optimizer.search.sqp import Ending
 from optimizer.synthesis.infeasible import explain, explain_proved
 
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
-CANDIDATES = 10
-"""Of the last generation that are looked at between the samples."""
-HALVINGS = 24
-"""Of the part by which a cube is made smaller: to 1e-9 of L."""
-SHRINK = 0.05
-"""Largest part; more would be another design."""
+CANDIDATES = 10  # designs of the last generation that are looked at between the samples
+HALVINGS = 24  # halvings of the part by which a cube is made smaller: to 1e-9 of L
+SHRINK = 0.05  # largest part; more would be another design
 
 
 class Progress(NamedTuple):
