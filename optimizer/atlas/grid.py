@@ -11,7 +11,6 @@ import itertools
 import json
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,7 @@ from pydantic import BaseModel
 
 from delta_cad.design import NAME_PATTERN, NAME_RULE
 from delta_cad.design.refusal import short
-from optimizer.problem.requirements import Requirements, RequirementsError, requirements_from_dict
+from optimizer.problem.requirements import Requirements, RequirementsError, read_toml, requirements_from_dict
 from optimizer.search.genetic import GENERATIONS
 from optimizer.synthesis.three_step import METHODS
 
@@ -116,7 +115,7 @@ def load_grid(path: str | Path) -> Grid:
         RequirementsError: The base, or one of the sets, is refused.
     """
     path = Path(path)
-    return grid_from_dict(_toml(path, path.name), path.name, path.parent)
+    return grid_from_dict(read_toml(path, path.name, GridError), path.name, path.parent)
 
 
 def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = Path()) -> Grid:
@@ -172,22 +171,11 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     return Grid(name, axes, tuple(sets))
 
 
-def _toml(path: Path, file: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise GridError(file, "", "", f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise GridError(file, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
-    except (ValueError, RecursionError) as error:
-        raise GridError(file, "", "", f"is not TOML we can read: {error}") from None
-
-
 def _base(data: Mapping[str, Any], file: str, folder: Path) -> tuple[dict[str, Any], str]:
     """The base as plain data, and what its error messages start with."""
     base = data.get("base")
     if isinstance(base, str):
-        return _toml(folder / base, base), base
+        return read_toml(folder / base, base, GridError), base
     if isinstance(base, Mapping):
         return dict(base), f"{file}: base"
     kind = "is missing; it must be" if "base" not in data else "must be"

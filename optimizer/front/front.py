@@ -188,16 +188,16 @@ class Tracer:
             error = explain(self.given, problem, None, self.seed) or no_cube(self.given, self.seed)
             raise error or FrontError("no design found from the starts of this seed; give another --seed")
         for _ in range(LARGER_ROUNDS):
-            design = _mm(problem, np.array(best.x))
+            design = problem.lengths_mm(best.x)
             further = at_side(self.given, design[SIDE] * (1.0 + BEYOND))
             if further.upper[SIDE] > problem.upper[SIDE]:
                 break
-            larger = sqp.search(further, np.concatenate([[further.scaled(np.array(design))], _cold(further, 0)])).best
+            larger = sqp.search(further, np.concatenate([[further.scaled(design)], _cold(further, 0)])).best
             if larger is None:
                 break
-            start = problem.scaled(np.array(_mm(further, np.array(larger.x))))
+            start = problem.scaled(further.lengths_mm(larger.x))
             best = sqp.search(problem, start[None]).best or best
-        result = _held(Result(problem, "sqp", _mm(problem, np.array(best.x)), "converged"))
+        result = _held(Result(problem, "sqp", problem.lengths_mm(best.x), "converged"))
         if self.store is not None:
             self.store.finish(f"{self.name}/largest", {"design_mm": list(result.design_mm)})
         return result
@@ -271,14 +271,14 @@ class Tracer:
             self.report(self.name, len(self._found), FrontPoint(self._found[side], ()))
 
     def _descend(self, problem: Problem, near: list[tuple[float, ...]], cold: bool) -> dict[str, Any]:
-        starts = [problem.scaled(np.array(design)) for design in near]
+        starts = [problem.scaled(design) for design in near]
         found = sqp.search(problem, np.array(starts + list(_cold(problem, self.seed) if cold else [])))
         best = found.best
         # the first neighbour is larger, or the point is swept: its design holds here too and sets the least to reach
-        own = Result(problem, "sqp", _mm(problem, starts[0]), STARTS)
+        own = Result(problem, "sqp", problem.lengths_mm(starts[0]), STARTS)
         chosen = own
         if best is not None:
-            result = Result(problem, "sqp", _mm(problem, np.array(best.x)), "converged")
+            result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")
             chosen = result if result.feasible and not (own.feasible and own.max_kappa < result.max_kappa) else own
         return {
             "design_mm": list(chosen.design_mm),
@@ -355,8 +355,3 @@ def _held(result: Result) -> Result:
 
 def _cold(problem: Problem, seed: int) -> np.ndarray:
     return sqp.start_points(problem, seed, COLD)
-
-
-def _mm(problem: Problem, x: np.ndarray) -> tuple[float, ...]:
-    # metres and back may leave a bound by a rounding
-    return tuple(float(v) for v in np.clip(problem.designs(x[None])[0] * MM_PER_M, problem.lower, problem.upper))

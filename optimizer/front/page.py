@@ -14,10 +14,10 @@ from optimizer.front.front import Curve, FrontPoint
 from optimizer.front.limits import BEYOND
 from optimizer.front.published import PublishedDesign
 from optimizer.front.trade import Trade
-from optimizer.paper.evaluation import finite
 from optimizer.paper.page import markdown_table
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_hash
+from optimizer.search.result import finite
 
 # Columns of `front.csv`, and names of a point's numbers in `front.json`.
 COLUMNS = (

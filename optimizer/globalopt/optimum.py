@@ -248,9 +248,7 @@ class _Proof:
         ending = sqp.descend(self.problem, x, Search())
         if not ending.converged:
             return
-        design = self.problem.designs(np.array(ending.x)[None])[0] * MM_PER_M
-        # metres and back may leave a bound by a rounding
-        design = np.clip(design, self.problem.lower, self.problem.upper)
+        design = np.array(self.problem.lengths_mm(ending.x))
         if self.best is not None and self.problem.step != 3 and design[SIDE] <= self.best.objective:
             return
         found = certified(self.problem, design, self.certifying)

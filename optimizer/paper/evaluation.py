@@ -16,7 +16,7 @@ from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import Problem, step_problem
 from optimizer.search.active_set import ROUNDING
-from optimizer.search.result import FINE_GRID, Result
+from optimizer.search.result import FINE_GRID, Result, finite
 
 GAP = 1e-5  # two-sided, of every optimum that is proved here
 ROOM_MM = 1e-3  # beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search
@@ -113,11 +113,6 @@ def worst_frobenius(design_mm: Lengths) -> float:
         return {"frobenius": -norms[0] * norms[1]}
 
     return -float(worst_points(values, FINE_GRID)["frobenius"].values[0])
-
-
-def finite(value: float) -> float | None:
-    """A number, or None where it is infinite or none at all: JSON knows neither."""
-    return value if math.isfinite(value) else None
 
 
 def mechanism_of(design_mm: Lengths) -> tuple[DeltaGeometry, Cube]:

@@ -6,12 +6,12 @@ import importlib.metadata
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from optimizer.paper.evaluation import finite
 from optimizer.paper.published import LETTERS, STEP_OF_TABLE, numbers
 from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun, Reproduction
 from optimizer.paper.statements import NOTES, VERDICT, Runs, percent, signed, statements, summary
 from optimizer.problem.step import SIDE
 from optimizer.search import genetic
+from optimizer.search.result import finite
 
 SCHEMA = "delta-reproduction/1"
 AIMS = {

@@ -8,16 +8,13 @@ from dataclasses import asdict, dataclass, field
 from decimal import Decimal
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from delta_cad.common.units import MM_PER_M
 from optimizer.globalopt.optimum import Proven, prove_optimum
-from optimizer.paper.evaluation import GAP, Evaluation, evaluate, finite
+from optimizer.paper.evaluation import GAP, Evaluation, evaluate
 from optimizer.paper.published import EXCHANGED_H, Lengths, PublishedRun, problem_of, start_within
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import Problem
 from optimizer.search.genetic import GENERATIONS
-from optimizer.search.result import Result
+from optimizer.search.result import Result, finite
 from optimizer.search.sqp import Search, descend
 from optimizer.synthesis.three_step import Run
 
@@ -223,11 +220,11 @@ class Reproduction:
 def _descended(problem: Problem, start: Lengths) -> Attempt:
     """SQP from one start alone, as the paper did."""
     count = Search()
-    ending = descend(problem, problem.scaled(np.array(start)), count)
-    mm = problem.designs(np.array(ending.x)[None])[0] * MM_PER_M
-    design = tuple(float(v) for v in np.clip(mm, problem.lower, problem.upper))
+    ending = descend(problem, problem.scaled(start), count)
     status = "converged" if ending.converged else "not improved"
-    return Attempt(Result(problem, "sqp", design, status, count.evaluations), "paper", ending.reason)
+    return Attempt(
+        Result(problem, "sqp", problem.lengths_mm(ending.x), status, count.evaluations), "paper", ending.reason
+    )
 
 
 def _exchanged(run: PublishedRun, runs: tuple[PublishedRun, ...]) -> Lengths | None:

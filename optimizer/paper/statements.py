@@ -7,9 +7,10 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from optimizer.paper.evaluation import Evaluation, finite
+from optimizer.paper.evaluation import Evaluation
 from optimizer.paper.published import EXCHANGED_H, STEP_3_HALF_SIDE_MM, numbers
 from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun
+from optimizer.search.result import finite
 
 Runs = list[ReproducedRun]
 LONGER_FOREARM = ("table 7 row 1", "table 7 row 2")  # their bounds differ in the largest L_B alone

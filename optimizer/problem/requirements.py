@@ -151,18 +151,31 @@ def load_requirements(path: str | Path) -> Requirements:
         RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` refuses.
     """
     path = Path(path)
+    return requirements_from_dict(read_toml(path, path.name), path.name)
+
+
+def read_toml(path: Path, name: str, refused: type[RequirementsError] = RequirementsError) -> dict[str, Any]:
+    """Reads a TOML file.
+
+    Args:
+        path: The file, UTF-8.
+        name: What error messages call it.
+        refused: The error to raise.
+
+    Returns:
+        Its tables as plain data.
+
+    Raises:
+        RequirementsError: Unreadable, not UTF-8, or not TOML.
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise RequirementsError(path.name, "", "", f"cannot be read: {error.strerror or error}") from None
+        raise refused(name, "", "", f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        allowed = f"is not UTF-8 text: {error.reason} at byte {error.start}"
-        raise RequirementsError(path.name, "", "", allowed) from None
-    try:
-        data = tomllib.loads(text)
+        raise refused(name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
     except (ValueError, RecursionError) as error:  # also a number of thousands of digits; lists nested too deep
-        raise RequirementsError(path.name, "", "", f"is not TOML we can read: {error}") from None
-    return requirements_from_dict(data, path.name)
+        raise refused(name, "", "", f"is not TOML we can read: {error}") from None
 
 
 def requirements_from_dict(data: object, file: str = "requirements") -> Requirements:

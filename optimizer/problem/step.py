@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import LIMITS, AssemblyMode, Kappa, Limit, Limits, Outline, PoseLimit
@@ -109,8 +110,20 @@ class Problem:
         full[:, index] = np.where(x == 1.0, upper[index], full[:, index])
         return full / MM_PER_M
 
-    def scaled(self, design_mm: np.ndarray) -> np.ndarray:
-        """The free variables of a design between 0 and 1; what is out of bounds is moved to the nearer bound.
+    def lengths_mm(self, x: np.ndarray) -> tuple[float, ...]:
+        """Computes the lengths of one design from its scaled variables, within the bounds to the last bit.
+
+        Args:
+            x: (number of free variables) scaled.
+
+        Returns:
+            (6) lengths in the order of `VARIABLES`, mm.
+        """
+        mm = self.designs(np.asarray(x)[None])[0] * MM_PER_M  # metres and back may leave a bound by a rounding
+        return tuple(float(v) for v in np.clip(mm, self.lower, self.upper))
+
+    def scaled(self, design_mm: ArrayLike) -> np.ndarray:
+        """Scales the free variables of a design to 0 to 1; what is out of bounds is moved to the nearer bound.
 
         Args:
             design_mm: (6,) lengths in the order of `VARIABLES`, mm.

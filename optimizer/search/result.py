@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from optimizer.problem.evaluator import VARIABLES, figures, fold_points
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
@@ -115,11 +116,13 @@ class Result:
     @cached_property
     def violations(self) -> dict[str, float]:
         """Name of each constraint -> how far its worst margin is below 0, without unit; 0 where it is met."""
-        row = np.array(self.design_mm)[None] / 1000.0
+        row = self._row
         found = design_worst(self.problem, row[0], FINE_GRID)
         lowest = {name: float(worst.values[0]) for name, worst in found.items() if name != "quality"}
         lowest |= {name: float(margin[0]) for name, margin in self.problem.design_margins(row).items()}
-        lowest |= {"half_side": self._side_margin()} if "half_side" in self.problem.constraints else {}
+        if "half_side" in self.problem.constraints:
+            low = self.problem.lower[SIDE]
+            lowest["half_side"] = (self.design_mm[SIDE] - low) / low
         return {name: max(0.0, -lowest[name]) for name in self.problem.constraints}
 
     @property
@@ -153,7 +156,7 @@ class Result:
         inertia = self.problem.requirements.values["inertia"]
         if inertia is None:
             return None
-        row = np.array(self.design_mm)[None] / 1000.0
+        row = self._row
 
         def lightness(points: np.ndarray) -> dict[str, np.ndarray]:
             return {"lightness": figures(row, points, False, False).lightness(inertia)[0]}
@@ -161,9 +164,14 @@ class Result:
         least = float(worst_points(lightness, FINE_GRID)["lightness"].values[0])
         return inertia.carried_mass / least if least > 0.0 else math.inf
 
+    @property
+    def _row(self) -> np.ndarray:
+        """(1, 6) lengths, m."""
+        return np.array(self.design_mm)[None] / MM_PER_M
+
     @cached_property
     def _extremes(self) -> dict[str, float]:
-        row = np.array(self.design_mm)[None] / 1000.0
+        row = self._row
 
         def values(points: np.ndarray) -> dict[str, np.ndarray]:
             f = figures(row, points, angles=False)
@@ -178,10 +186,6 @@ class Result:
         found = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
         return {name: float(worst.values[0]) for name, worst in found.items()}
 
-    def _side_margin(self) -> float:
-        low = self.problem.lower[SIDE]
-        return (self.design_mm[SIDE] - low) / low
-
     def better_than(self, other: Result) -> bool:
         """Whether this one is feasible and the other is not, or its objective is better, or it violates less."""
         if self.feasible != other.feasible:
@@ -195,18 +199,19 @@ class Result:
     def record(self) -> dict[str, Any]:
         """The facts as plain data for JSON; what is infinite is None."""
         L_A, R = self.design_mm[0], self.design_mm[2]
+        _, bound, gap, boxes = (None,) * 4 if self.proof is None else self.proof
         turned = bool(outline_of(self.problem.requirements).room(np.array(R + L_A))[1])
         return {
             "step": self.problem.step,
             "method": self.method,
-            "objective": _finite(self.objective),
+            "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
-            "max_torque_N_m": _finite(self.max_torque),
-            "max_kappa": _finite(self.max_kappa),
-            "proven_bound": None if self.proof is None else self.proof.bound,
-            "gap": None if self.proof is None else self.proof.gap,
-            "boxes": None if self.proof is None else self.proof.boxes,
+            "max_torque_N_m": finite(self.max_torque),
+            "max_kappa": finite(self.max_kappa),
+            "proven_bound": bound,
+            "gap": gap,
+            "boxes": boxes,
             "status": self.status,
             "advice": self.advice,
             "feasible": self.feasible,
@@ -220,5 +225,6 @@ class Result:
         }
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """Gives a number, or None where it is infinite or not a number, for which JSON has no sign."""
     return value if math.isfinite(value) else None
