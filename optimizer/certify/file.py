@@ -38,10 +38,10 @@ class _Record(BaseModel):
 
 
 class _Geometry(_Record):
-    base_radius_m: _Number
-    platform_radius_m: _Number
-    upper_arm_length_m: _Number
-    forearm_length_m: _Number
+    base_radius: _Number = Field(alias="base_radius_m")
+    platform_radius: _Number = Field(alias="platform_radius_m")
+    upper_arm_length: _Number = Field(alias="upper_arm_length_m")
+    forearm_length: _Number = Field(alias="forearm_length_m")
 
 
 class _Cube(_Record):
@@ -51,17 +51,17 @@ class _Cube(_Record):
 
 
 class _Masses(_Record):
-    acceleration_m_s2: _Point
-    carried_mass_kg: _Number
-    arm_moment_kg_m: _Number
-    file_sha256: _Sha256
+    acceleration: _Point = Field(alias="acceleration_m_s2")
+    carried_mass: _Number = Field(alias="carried_mass_kg")
+    arm_moment: _Number = Field(alias="arm_moment_kg_m")
+    sha256: _Sha256 = Field(alias="file_sha256")
 
 
 class _Gravity(_Record):
-    force_N: _Number
-    joint_torque_N_m: _Number
-    weight_N: _Number
-    reserve_N_m: _Number
+    force: _Number = Field(alias="force_N")
+    torque: _Number = Field(alias="joint_torque_N_m")
+    weight: _Number = Field(alias="weight_N")
+    reserve: _Number = Field(alias="reserve_N_m")
     masses: _Masses | None
 
 
@@ -92,7 +92,8 @@ class _File(_Record):
 
 def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
     """The certificate as plain data, with the digest of all the rest."""
-    g, cube, limits = certificate.geometry, certificate.cube, certificate.limits
+    cube, share = certificate.cube, certificate.gravity
+    masses = None if share is None or share.masses is None else _named(_Masses, share.masses)
     findings = []
     for f in certificate.findings:
         known = {"condition": f.condition, "verdict": f.verdict, "limit": f.limit, "point_m": f.point, "box_m": f.box}
@@ -104,19 +105,14 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         "verdict": certificate.verdict,
         "design": certificate.design,
         "design_hash": certificate.design_hash,
-        "geometry": {
-            "base_radius_m": g.base_radius,
-            "platform_radius_m": g.platform_radius,
-            "upper_arm_length_m": g.upper_arm_length,
-            "forearm_length_m": g.forearm_length,
-        },
+        "geometry": _named(_Geometry, certificate.geometry),
         "cube": {
             "bottom_height_m": cube.bottom_height,
             "half_side_m": cube.half_side,
             "top_height_m": float(cube.upper[2]),
         },
-        "limits": limits.record(),
-        "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
+        "limits": certificate.limits.record(),
+        "gravity": None if share is None else _named(_Gravity, share) | {"masses": masses},
         "findings": findings,
         "boxes": certificate.boxes,
         "leaves": certificate.leaves.tolist(),
@@ -124,31 +120,9 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
     return data | {"digest": _digest(data)}
 
 
-def _gravity_to_dict(share: GravityShare) -> dict[str, Any]:
-    m = share.masses
-    masses = None
-    if m is not None:
-        masses = {
-            "acceleration_m_s2": m.acceleration,
-            "carried_mass_kg": m.carried_mass,
-            "arm_moment_kg_m": m.arm_moment,
-            "file_sha256": m.sha256,
-        }
-    return {
-        "force_N": share.force,
-        "joint_torque_N_m": share.torque,
-        "weight_N": share.weight,
-        "reserve_N_m": share.reserve,
-        "masses": masses,
-    }
-
-
-def _gravity(read: _Gravity) -> GravityShare:
-    m = read.masses
-    masses = None
-    if m is not None:
-        masses = WeighedMasses(m.acceleration_m_s2, m.carried_mass_kg, m.arm_moment_kg_m, m.file_sha256)
-    return GravityShare(read.force_N, read.joint_torque_N_m, read.weight_N, read.reserve_N_m, masses)
+def _named(kind: type[_Record], record: object) -> dict[str, Any]:
+    """The numbers of a record under the names that they have in the file."""
+    return {field.alias or name: getattr(record, name) for name, field in kind.model_fields.items()}
 
 
 def _digest(data: dict[str, Any]) -> str:
@@ -213,7 +187,8 @@ def _limits(data: dict[str, Any]) -> Limits:
 
 
 def _certificate(read: _File, limits: Limits) -> Certificate:
-    g, cube = read.geometry, read.cube
+    share, cube = read.gravity, read.cube
+    masses = None if share is None or share.masses is None else WeighedMasses(**dict(share.masses))
     order = {limit.name: n for n, limit in enumerate(POSE_LIMITS)}
     unknown = [f.condition for f in read.findings if f.condition not in order]
     if unknown:
@@ -221,7 +196,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
     return Certificate(
         design=read.design,
         design_hash=read.design_hash,
-        geometry=DeltaGeometry(g.base_radius_m, g.platform_radius_m, g.upper_arm_length_m, g.forearm_length_m),
+        geometry=DeltaGeometry(**dict(read.geometry)),
         cube=Cube(cube.bottom_height_m, cube.half_side_m),
         limits=limits,
         findings=tuple(
@@ -230,7 +205,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         ),
         leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
         boxes=read.boxes,
-        gravity=None if read.gravity is None else _gravity(read.gravity),
+        gravity=None if share is None else GravityShare(share.force, share.torque, share.weight, share.reserve, masses),
     )
 
 

@@ -118,11 +118,12 @@ class _Run:
     def run(self) -> int:
         """Traces, proves, draws and writes; returns the exit code."""
         from optimizer.front.convergence import traces
+        from optimizer.front.front import Tracer
         from optimizer.front.limits import at_side
         from optimizer.front.page import record
         from optimizer.front.proof import proved
         from optimizer.front.published import published_designs
-        from optimizer.front.trade import Trader
+        from optimizer.front.trade import trade as trades
 
         given, show = self.given, self.line.show
 
@@ -135,7 +136,8 @@ class _Run:
         def seed(method: str, number: int, seeds: int) -> None:
             show(f"convergence, {method}, seed {number + 1} of {seeds}")
 
-        trade = Trader(self.task, given.points, given.seed, point, self.asked, self.store).trade()
+        tracer = Tracer(self.task, given.points, given.seed, report=point, stop=self.asked, store=self.store)
+        trade = trades(tracer)
         if trade.finished:
             trade = replace(trade, main=proved(trade.main, proof, self.asked, self.store))
         found: list[Trace] = []

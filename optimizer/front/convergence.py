@@ -10,7 +10,8 @@ import numpy as np
 
 from optimizer.problem.step import Problem
 from optimizer.search import genetic, sqp
-from optimizer.synthesis.three_step import Store
+from optimizer.search.result import finite
+from optimizer.synthesis.three_step import Store, remembered
 
 
 class Trace(NamedTuple):
@@ -28,6 +29,9 @@ class Trace(NamedTuple):
     seed: int
     evaluations: tuple[int, ...]
     best: tuple[float, ...]
+
+
+Run = Callable[[Problem, int, Callable[[], bool]], Trace]
 
 
 def traces(
@@ -52,17 +56,17 @@ def traces(
     found = []
     for seed in range(seeds):
         for method, run in (("sqp", _sqp), ("ga", _ga)):
-            key = f"convergence/{method}/{seed}"
-            kept = store.finished(key) if store else None
-            if kept is None:
+
+            def solve(method: str = method, run: Run = run, seed: int = seed) -> dict[str, Any] | None:
                 if report is not None:
                     report(method, seed, seeds)
                 trace = run(problem, seed, stop)
-                if stop():
-                    return found
-                kept = {"evaluations": list(trace.evaluations), "best": [_plain(value) for value in trace.best]}
-                if store is not None:
-                    store.finish(key, kept)
+                lists = {"evaluations": list(trace.evaluations), "best": [finite(value) for value in trace.best]}
+                return None if stop() else lists
+
+            kept = remembered(store, f"convergence/{method}/{seed}", solve)
+            if kept is None:
+                return found
             best = tuple(math.nan if value is None else float(value) for value in kept["best"])
             found.append(Trace(method, seed, tuple(kept["evaluations"]), best))
     return found
@@ -105,7 +109,3 @@ def _sqp(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
     levels = np.fmax.accumulate([level for _, level in found.trail])
     best = tuple(1.0 / float(level) if level > 0.0 else math.nan for level in levels)
     return Trace("sqp", seed, tuple(evaluations for evaluations, _ in found.trail), best)
-
-
-def _plain(value: float) -> Any:
-    return None if math.isnan(value) else value

@@ -24,7 +24,7 @@ from optimizer.problem.step import SIDE, Problem, outline_of, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import explain
-from optimizer.synthesis.three_step import Store
+from optimizer.synthesis.three_step import Store, remembered
 
 COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
 COLD = 3  # cold starts of each; the neighbour is a fourth
@@ -176,10 +176,11 @@ class Tracer:
 
     def _largest(self) -> Result | None:
         """Step 2: the largest cube; None if stopped."""
-        kept = self.store.finished(f"{self.name}/largest") if self.store else None
         problem = step_problem(self.given, 2)
-        if kept is not None:
-            return Result(problem, "sqp", tuple(kept["design_mm"]), "converged")
+        kept = remembered(self.store, f"{self.name}/largest", lambda: self._search_largest(problem))
+        return None if kept is None else Result(problem, "sqp", tuple(kept["design_mm"]), "converged")
+
+    def _search_largest(self, problem: Problem) -> dict[str, Any] | None:
         if self.stop():
             return None
         starts = sqp.start_points(problem, self.seed)
@@ -198,9 +199,7 @@ class Tracer:
             start = problem.scaled(further.lengths_mm(larger.x))
             best = sqp.search(problem, start[None]).best or best
         result = _held(Result(problem, "sqp", problem.lengths_mm(best.x), "converged"))
-        if self.store is not None:
-            self.store.finish(f"{self.name}/largest", {"design_mm": list(result.design_mm)})
-        return result
+        return {"design_mm": list(result.design_mm)}
 
     def _smallest(self, high: float) -> float:
         low, bound = self.given.bounds_mm.half_side
@@ -257,12 +256,7 @@ class Tracer:
     def _solve(self, side: float, near: list[tuple[float, ...]], cold: bool = False, phase: str = "point") -> None:
         """Step 3 at one half side from designs near it; the better of what is known and what is found is kept."""
         problem = at_side(self.given, side)
-        key = f"{self.name}/{phase}/{side!r}"
-        kept = self.store.finished(key) if self.store else None
-        if kept is None:
-            kept = self._descend(problem, near, cold)
-            if self.store is not None:
-                self.store.finish(key, kept)
+        kept = remembered(self.store, f"{self.name}/{phase}/{side!r}", lambda: self._descend(problem, near, cold))
         result = Result(problem, "sqp", tuple(kept["design_mm"]), kept["status"], kept["evaluations"])
         known = self._found.get(side)
         if known is None or (result.feasible and result.max_kappa < known.max_kappa * (1.0 - BETTER)):
@@ -280,11 +274,7 @@ class Tracer:
         if best is not None:
             result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")
             chosen = result if result.feasible and not (own.feasible and own.max_kappa < result.max_kappa) else own
-        return {
-            "design_mm": list(chosen.design_mm),
-            "status": chosen.status,
-            "evaluations": found.evaluations,
-        }
+        return {"design_mm": list(chosen.design_mm), "status": chosen.status, "evaluations": found.evaluations}
 
     def _front(self) -> list[Result]:
         """The feasible results that no other one dominates, ascending."""
@@ -299,13 +289,8 @@ class Tracer:
 
     def _beyond(self, high: float) -> tuple[str, ...]:
         """Names the constraints that cannot be met together a little beyond the largest half side."""
-        key = f"{self.name}/beyond"
-        kept = self.store.finished(key) if self.store else None
-        if kept is None:
-            kept = {"words": list(beyond(self.given, high, self.seed))}
-            if self.store is not None:
-                self.store.finish(key, kept)
-        return tuple(kept["words"])
+        conflict = lambda: {"words": list(beyond(self.given, high, self.seed))}  # noqa: E731
+        return tuple(remembered(self.store, f"{self.name}/beyond", conflict)["words"])
 
 
 def active_constraints(result: Result) -> tuple[str, ...]:

@@ -132,7 +132,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
     cuts, spare, work = np.empty((CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
     pose, other = np.empty((TABLE, 6)), np.empty((TABLE, 6))
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
-    matrix, right = np.empty((SIZE, SIZE)), np.empty((SIZE, 1))
+    matrix, right = np.empty((SIZE, SIZE)), np.empty(SIZE)
     point = np.empty((2, SYMBOLS))
     order = _by_use(hits, count)
     box, mask = np.empty((2, SYMBOLS)), np.empty(POINTS, dtype=np.uint8)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
-from delta_cad.common.picture_style import styled
+from delta_cad.common.picture_style import VERMILLION, styled
 from delta_cad.common.units import MM_PER_M as MM
 from optimizer.front.maps import Slice
 from optimizer.pictures.style import pretty
@@ -53,19 +53,12 @@ def maps(slices: list[Slice], force: float, title: str) -> Figure:
 
 def _map(ax: Axes, found: Slice, value: np.ndarray, limits: tuple[float, float], colours: str) -> Any:
     across, up = found.across * MM, found.up * MM
-    picture = ax.pcolormesh(
-        across,
-        up,
-        np.ma.masked_invalid(value),
-        cmap=colours,
-        vmin=limits[0],
-        vmax=limits[1],
-        shading="nearest",
-        rasterized=True,
-    )
-    levels = np.linspace(*limits, LEVELS + 2)[1:-1]
-    if limits[1] > limits[0]:
-        ax.contour(across, up, np.ma.masked_invalid(value), levels=levels, colors="white", linewidths=0.5, alpha=0.7)
+    shown, (low, high) = np.ma.masked_invalid(value), limits
+    style = {"cmap": colours, "vmin": low, "vmax": high, "shading": "nearest", "rasterized": True}
+    picture = ax.pcolormesh(across, up, shown, **style)
+    levels = np.linspace(low, high, LEVELS + 2)[1:-1]
+    if high > low:
+        ax.contour(across, up, shown, levels=levels, colors="white", linewidths=0.5, alpha=0.7)
     return picture
 
 
@@ -80,17 +73,9 @@ def _marks(ax: Axes, found: Slice, value: np.ndarray, form: str, worst: float) -
     ax.add_patch(Rectangle((left, lower), right - left, upper - lower, fill=False, edgecolor="black", linewidth=1.6))
     largest, x, y = found.worst(value)
     star = largest >= worst * (1.0 - SAME)
-    ax.plot(
-        [x * MM],
-        [y * MM],
-        marker="*" if star else "X",
-        markersize=15 if star else 8,
-        color="#D55E00",
-        markeredgecolor="white",
-        markeredgewidth=1.0,
-        clip_on=False,
-        zorder=5,
-    )
+    style = {"marker": "*", "markersize": 15} if star else {"marker": "X", "markersize": 8}
+    style |= {"color": VERMILLION, "markeredgecolor": "white", "markeredgewidth": 1.0, "clip_on": False, "zorder": 5}
+    ax.plot([x * MM], [y * MM], **style)
     ax.set_title(f"{found.title}\nworst " + form.format(largest) + (" (of all)" if star else ""))
     ax.set(xlabel=f"{found.axes[0]} (mm)", ylabel=f"{found.axes[1]} (mm)", xlim=edge[:2], ylim=edge[2:])
     ax.set_aspect("equal")

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, styled
@@ -74,7 +75,7 @@ def _shell(ax: Any, g: DeltaGeometry, cube: Cube) -> None:
     ax.view_init(*VIEW)
     ax.set_aspect("equal")
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(_steps(100.0))
+        axis.set_major_locator(MultipleLocator(100.0))
     ax.tick_params(pad=0)
 
 
@@ -122,19 +123,5 @@ def _mirror_plane(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
 
 
 def _square(left: float, lower: float, right: float, upper: float) -> Rectangle:
-    return Rectangle(
-        (left, lower),
-        right - left,
-        upper - lower,
-        facecolor=VERMILLION,
-        alpha=0.55,
-        edgecolor=VERMILLION,
-        linewidth=1.6,
-        label="cube",
-    )
-
-
-def _steps(step: float) -> Any:
-    from matplotlib.ticker import MultipleLocator
-
-    return MultipleLocator(step)
+    style = {"facecolor": VERMILLION, "edgecolor": VERMILLION, "alpha": 0.55, "linewidth": 1.6, "label": "cube"}
+    return Rectangle((left, lower), right - left, upper - lower, **style)

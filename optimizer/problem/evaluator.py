@@ -217,7 +217,7 @@ def half_surface(n: int) -> np.ndarray:
 
 @lru_cache(maxsize=16)
 def shared_points(n: int) -> np.ndarray:
-    """The surface grid and the centre: what of `sample_points` is the same for every design.
+    """Gives the surface grid and the centre, which every design shares.
 
     Args:
         n: Grid points along an edge.
@@ -230,25 +230,12 @@ def shared_points(n: int) -> np.ndarray:
     return points
 
 
-def sample_points(designs: np.ndarray, n: int) -> np.ndarray:
-    """The surface grid, the centre, and the points of the bottom face nearest to the shoulder axes.
-
-    With these the reach of a cube over the base plane is exact: a chain is too short first in a corner, because what
-    it reaches is convex, and folds first right above its shoulder, README (21) of the mechanism.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        n: Grid points along an edge.
-
-    Returns:
-        (D, K, 3) points in the coordinates of each cube.
-    """
-    fixed = shared_points(n)
-    return np.concatenate([np.broadcast_to(fixed, (len(designs), *fixed.shape)), fold_points(designs)], axis=1)
-
-
 def fold_points(designs: np.ndarray) -> np.ndarray:
-    """Where chain 0 and chain 1, or its mirror, come nearest to their shoulder axes: bottom face, u = R - r or nearest.
+    """Computes where chain 0 and chain 1, or its mirror, come nearest to their shoulder axes on the bottom face.
+
+    With the surface grid and the centre, these points make the reach of a cube over the base plane exact: a chain is
+    too short first in a corner, because what it reaches is convex, and folds first right above its shoulder, at
+    u = R - r or as near to that as the cube comes, README (21) of the mechanism.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.

@@ -11,7 +11,7 @@ import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
@@ -248,29 +248,21 @@ def _check_order(given: Requirements, file: str) -> None:
         raise RequirementsError(file, "step_3.half_side_mm", short(side), allowed)
 
 
-# Field that holds two numbers -> what each may be.
-PAIRS = {
-    **dict.fromkeys(("upper_arm_length", "forearm_length", "base_radius", "platform_radius"), (1.0, LENGTH_MAX_MM)),
-    "bottom_height": (1.0, 2.0 * LENGTH_MAX_MM),
-    "half_side": (0.0, LENGTH_MAX_MM),
-    "outline_overhead_mm": (0.0, LENGTH_MAX_MM),
-    "shoulder_deg": (-180.0, 180.0),
-}
-
-
 def _allowed(loc: tuple[int | str, ...]) -> str:
     """What a field may hold, from its declaration."""
     if len(loc) == 1:
         return NAME_RULE if loc[0] == "name" else "must be a table"
     table, name = str(loc[0]), str(loc[1])
     unit = "mm" if table == "bounds_mm" else next((u for end, u in UNITS.items() if name.endswith(end)), "")
-    if name == "gravity_m_s2":
-        return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
-    if name in PAIRS:
-        low, high = PAIRS[name]
-        kind = "[along W, along D]" if name == "outline_overhead_mm" else "[lower, upper]"
-        return f"must be {kind}, two numbers, each >= {low:g} and <= {high:g} {unit}"
-    return f"must be a number {bounds_of(_TABLES[table].model_fields[name].metadata)} {unit}".rstrip()
+    info = _TABLES[table].model_fields[name]
+    numbers = next(
+        (get_args(one) for one in (info.annotation, *get_args(info.annotation)) if get_origin(one) is tuple), ()
+    )
+    if numbers:
+        kind = {"outline_overhead_mm": "[along W, along D], two", "gravity_m_s2": "a list of 3"}
+        bounds = bounds_of(get_args(numbers[0])[1].metadata)
+        return f"must be {kind.get(name, '[lower, upper], two')} numbers, each {bounds} {unit}"
+    return f"must be a number {bounds_of(info.metadata)} {unit}".rstrip()
 
 
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) -> RequirementsError:

@@ -110,7 +110,7 @@ class Problem:
         full[:, index] = np.where(x == 1.0, upper[index], full[:, index])
         return full / MM_PER_M
 
-    def lengths_mm(self, x: np.ndarray) -> tuple[float, ...]:
+    def lengths_mm(self, x: ArrayLike) -> tuple[float, ...]:
         """Computes the lengths of one design from its scaled variables, within the bounds to the last bit.
 
         Args:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -69,7 +69,10 @@ class Store(Protocol):
         ...
 
 
-def remembered(store: Store | None, phase: str, solve: Callable[[], dict[str, Any] | None]) -> dict[str, Any] | None:
+Facts = TypeVar("Facts", dict[str, Any], dict[str, Any] | None)
+
+
+def remembered(store: Store | None, phase: str, solve: Callable[[], Facts]) -> dict[str, Any] | Facts:
     """Takes what a phase came to from a store, or solves the phase and keeps that.
 
     Args:

@@ -21,7 +21,8 @@ from delta_cad.mechanism import (
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.problem import evaluator
-from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface, sample_points
+from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface
+from tests.optimizer.tasks import sample_points
 
 NAMES = Figures._fields[:6]
 """Of the figures; what they are the figures of stands behind them."""

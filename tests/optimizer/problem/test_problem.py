@@ -11,10 +11,10 @@ from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.workspace import CubeSearch
-from optimizer.problem.evaluator import VARIABLES, half_surface, sample_points
+from optimizer.problem.evaluator import VARIABLES, half_surface
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_of, step_problem
-from tests.optimizer.tasks import INERTIA, task
+from tests.optimizer.tasks import INERTIA, sample_points, task
 
 PUBLISHED = np.array([82, 112.079, 40, 30, 57.112, 35])
 
