@@ -53,8 +53,8 @@ def design_box(problem: Problem) -> DesignBox | None:
     box = np.array([np.array(low) - sizes, np.array(top) + sizes]) / MM_PER_M
     if (box[0] > box[1]).any():
         return None
-    total = (reach - least) / MM_PER_M
-    return DesignBox(box, total + OUTWARDS * abs(reach), asked.forearm_per_half_side_min, reach, least)
+    total = (reach - least + OUTWARDS * abs(reach)) / MM_PER_M
+    return DesignBox(box, total, asked.forearm_per_half_side_min, reach, least)
 
 
 def design_of(problem: Problem, space: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:

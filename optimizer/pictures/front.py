@@ -19,7 +19,8 @@ from optimizer.pictures.style import kappa_scale, pretty
 # Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top.
 MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
 BINDING = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION, GREY, BLUE)
-RING: Any = {"marker": "o", "markeredgecolor": BLACK, "markersize": 10}  # around the design of the other pictures
+# Around the design that the other pictures show.
+RING: Any = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "markersize": 10}
 NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one told in words
 
 

@@ -129,6 +129,15 @@ def test_step_1_reproduces_within_0_3_percent_and_half_the_last_printed_digit(ru
     assert bare == [(9, 2), (9, 4), (9, 6), (9, 8)]
 
 
+@pytest.mark.parametrize(("printed", "agrees"), [(65.0, True), (65.4, True), (65.5, False), (64.9, False)])
+def test_agreement_ends_half_a_digit_beyond_0_3_percent(
+    runs: list[ReproducedRun], printed: float, agrees: bool
+) -> None:
+    """The lengths of table 9 row 2 give 65.235 mm: 0.3 % and half of a digit of 0.1 mm are 0.246 mm."""
+    row = next(r for r in runs if (r.run.table, r.run.row) == (9, 2))
+    assert replace(row, run=replace(row.run, objective=printed)).agrees is agrees
+
+
 def test_steps_2_and_3_do_not_follow_and_are_far_from_the_optimum(runs: list[ReproducedRun]) -> None:
     for r in runs:
         assert r.proven.status == "proved"
