@@ -93,7 +93,7 @@ class Grid:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of all that decides the results, in hexadecimal."""
+        """SHA-256 of everything that decides the results, in hexadecimal."""
         told = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
         text = json.dumps([self.name, [axis.field for axis in self.axes], told], sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode("ascii")).hexdigest()
@@ -172,7 +172,7 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
 
 
 def _base(data: Mapping[str, Any], file: str, folder: Path) -> tuple[dict[str, Any], str]:
-    """The base as plain data, and what its error messages start with."""
+    """Reads the base as plain data; with it, what its error messages start with."""
     base = data.get("base")
     if isinstance(base, str):
         return read_toml(folder / base, base, GridError), base
@@ -197,7 +197,7 @@ def _axes(data: object, file: str) -> tuple[Axis, ...]:
 
 
 def _fields(data: Mapping[str, Any], path: str) -> list[tuple[str, Any]]:
-    """Dotted field -> what is said of it; a field may be written as one quoted key or as nested tables."""
+    """Collects the dotted fields and their values; a field may be written as one quoted key or as nested tables."""
     found: list[tuple[str, Any]] = []
     for key, value in data.items():
         field = f"{path}.{key}" if path else str(key)
@@ -228,7 +228,7 @@ def _axis(field: str, value: Any, file: str) -> Axis:
 
 
 def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
-    """Values of a linspace or geomspace."""
+    """Computes the values of a linspace or geomspace."""
     kinds = [key for key in spec if key in SPACES]
     if len(spec) != 1 or len(kinds) != 1:
         raise GridError(file, where, short(dict(spec)), "must hold one key, linspace or geomspace")
@@ -245,7 +245,7 @@ def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
 
 
 def _placed(base: dict[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """The base with the inputs in their places."""
+    """Puts the inputs in their places in the base."""
     given = copy.deepcopy(base)
     for field, value in inputs.items():
         table, _, name = field.partition(".")

@@ -15,7 +15,7 @@ LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CS
 
 
 def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
-    """The atlas as Markdown.
+    """Writes the atlas as Markdown.
 
     Args:
         grid: What was asked.

@@ -25,7 +25,7 @@ class ProvedBound:
     """What is known of the extreme of one figure over the cube.
 
     Attributes:
-        limit: That measures the figure.
+        limit: Limit that measures the figure.
         figure: The figure.
         attained: The extreme found, SI units.
         point: Where it was found, m.

@@ -64,7 +64,7 @@ class Certificate:
 
     @property
     def verdict(self) -> Verdict:
-        """Refuted if any condition is, else undecided if any is, else proved."""
+        """The verdict on all conditions: refuted if any is, else undecided if any is, else proved."""
         verdicts = {finding.verdict for finding in self.findings}
         if "refuted" in verdicts:
             return "refuted"
@@ -146,7 +146,7 @@ def certify(
 
 
 def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
-    """The limits of a design's requirements, less the room that gravity needs, angles rounded to the strict side.
+    """Gathers the limits of a design's requirements, less the room for gravity, angles rounded to the strict side.
 
     Args:
         design: The design.
@@ -165,7 +165,7 @@ def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInerti
 
 
 def cube_of(design: Design) -> Cube:
-    """The design's cube in metres."""
+    """Gives the design's cube in metres."""
     return Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
 
 
@@ -256,7 +256,7 @@ def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress
 
 
 def _boxes(cube: Cube, cells: list[Cell]) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) lower and upper corners in doubles, rounded outwards from the exact ones of the half y >= 0."""
+    """Computes (n, 3) lower and upper corners in doubles, rounded outwards from the exact ones of the half y >= 0."""
     low, high = cube.lower.tolist(), cube.upper.tolist()
     bottom = [Fraction(low[0]), Fraction(0), Fraction(low[2])]
     top = [Fraction(x) for x in high]

@@ -91,7 +91,7 @@ class _File(_Record):
 
 
 def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
-    """The certificate as plain data, with the digest of all the rest."""
+    """Gathers the certificate as plain data, with the digest of everything else."""
     cube, share = certificate.cube, certificate.gravity
     masses = None if share is None or share.masses is None else _named(_Masses, share.masses)
     findings = []
@@ -121,19 +121,19 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
 
 
 def _named(kind: type[_Record], record: object) -> dict[str, Any]:
-    """The numbers of a record under the names that they have in the file."""
+    """Gives the numbers of a record under the names that they have in the file."""
     return {field.alias or name: getattr(record, name) for name, field in kind.model_fields.items()}
 
 
 def _digest(data: dict[str, Any]) -> str:
-    """SHA-256 of the canonical JSON of all but the digest itself."""
+    """Computes the SHA-256 of the canonical JSON of all but the digest itself."""
     rest = {key: value for key, value in data.items() if key != "digest"}
     text = json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def certificate_from_dict(data: object, file: str = "certificate") -> Certificate:
-    """The certificate from plain data; it still has to be verified.
+    """Makes a certificate from plain data; it still has to be verified.
 
     Args:
         data: What the JSON file holds.
@@ -170,12 +170,12 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
 
 
 def _printable(part: str | int) -> str:
-    """A key of a file, so that none can move a terminal's cursor or break the line."""
+    """Escapes a key of a file, so that none can move a terminal's cursor or break the line."""
     return str(part) if isinstance(part, int) or part.isidentifier() else ascii(part)
 
 
 def _limits(data: dict[str, Any]) -> Limits:
-    """The limits; every key is a known one."""
+    """Reads the limits; every key must be a known one."""
     known = Limits.keys()
     for key in data:
         if key not in known:

@@ -59,7 +59,7 @@ class WeighedMasses:
         acceleration: (3) gravity in the base frame, m/s^2.
         carried_mass: M, kg.
         arm_moment: S, kg m.
-        sha256: Of the file that they come from.
+        sha256: SHA-256 of the file that they come from.
     """
 
     acceleration: tuple[float, float, float]
@@ -87,7 +87,7 @@ class GravityShare:
     masses: WeighedMasses | None = None
 
     def limits(self, limits: Limits) -> Limits:
-        """The conditions, the torque's replaced by the one that leaves room for gravity, rounded to its strict side.
+        """Replaces the torque condition by one that leaves room for gravity, rounded to its strict side.
 
         Raises:
             GravityError: Nothing of the torque is left.
@@ -100,13 +100,13 @@ class GravityShare:
         return limits.with_(Torque(math.nextafter(self.force + self.weight, math.inf), left))
 
     def less_than(self, reserve: float) -> str | None:
-        """What is wrong if less is left for gravity than a torque given by hand.
+        """Says what is wrong if less is left for gravity than a torque given by hand.
 
         Args:
             reserve: Torque of each joint that should be left, N m.
 
         Returns:
-            The fault in words, or None.
+            The fault, or None.
         """
         if self.masses is not None:
             return "gravity's share comes from a mass file: compare it with that"
@@ -115,13 +115,13 @@ class GravityShare:
         return None
 
     def fault(self, limits: Limits) -> str | None:
-        """What is wrong if these conditions do not leave the room for gravity that they should, in exact fractions.
+        """Checks in exact fractions that these conditions leave the room for gravity that they should.
 
         Args:
             limits: The conditions of a certificate.
 
         Returns:
-            The fault in words, or None.
+            The fault, or None.
         """
         asked = limits.get(Torque)
         if asked is None:
@@ -150,7 +150,7 @@ class GravityShare:
 
 
 def given_share(design: Design, reserve: float) -> GravityShare:
-    """A reserve that somebody answers for.
+    """Makes the share of a reserve given by hand.
 
     Args:
         design: The design.
@@ -170,11 +170,11 @@ def given_share(design: Design, reserve: float) -> GravityShare:
 
 
 def share_of_masses(design: Design, masses: WeighedMasses) -> GravityShare:
-    """The share that the masses of a machine ask, module docstring.
+    """Computes the share that the masses of a machine ask for, as the module's docstring derives it.
 
     Args:
         design: The design.
-        masses: Of its machine.
+        masses: Masses of its machine.
 
     Returns:
         The share, rounded up.
@@ -214,7 +214,7 @@ def read_masses(path: Path, design: Design) -> WeighedMasses:
 
 
 def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, float]:
-    """M and S, rounded up."""
+    """Sums M and S, rounded up."""
     unknown = [name for name in bodies if name not in KNOWN]
     if unknown:
         raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")

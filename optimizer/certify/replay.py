@@ -35,7 +35,7 @@ class Unproved:
     """A box in which a condition could not be proved a second time.
 
     Attributes:
-        condition: Its name.
+        condition: Name of the condition.
         lower: Lower corner, m.
         upper: Upper corner, m.
     """
@@ -96,7 +96,7 @@ def replay(
 
 
 def _halved(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both halves of boxes, (2 n, 3) lower and upper corners: first all near ones, then all far ones."""
+    """Halves boxes into (2 n, 3) lower and upper corners: first all near ones, then all far ones."""
     rows, axis = np.arange(len(lower)), np.argmax(upper - lower, axis=1)
     middle = 0.5 * (lower[rows, axis] + upper[rows, axis])
     near, far = upper.copy(), lower.copy()

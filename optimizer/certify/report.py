@@ -1,4 +1,4 @@
-"""What `certify` tells: one row a figure with its limit, its proved bound, its extreme and the room between them."""
+"""The report of `certify`: one row a figure with its limit, its proved bound, its extreme and the room between them."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Row:
-    """One figure over the cube, in the unit that it is told in.
+    """One figure over the cube, in the unit that people read.
 
     Attributes:
-        condition: That it belongs to.
-        figure: Its name in words.
-        unit: Of all its numbers; "" for none.
+        condition: The condition that it belongs to.
+        figure: Name of the figure.
+        unit: Unit of all its numbers; "" for none.
         upper: Whether the limit is an upper one.
         sense: Sign of its inequality.
-        verdict: Of the condition; "not asked" if there is no limit.
+        verdict: Verdict on the condition; "not asked" if there is no limit.
         limit: What is allowed; None if nothing is.
         proved: No point of the cube is beyond this; None where nothing was proved.
         attained: The extreme found; None where a chain is open, or it is infinite.
-        at_mm: Where.
+        at_mm: Position of that extreme.
         point_mm: Point that breaks the limit for certain.
         value: The figure there.
         box_mm: Box in which the condition was not decided.
@@ -73,7 +73,7 @@ class Row:
         return room if self.upper else -room
 
     def record(self) -> dict[str, Any]:
-        """As plain data for JSON."""
+        """Gathers the row as plain data for JSON."""
         fields = ("condition", "figure", "unit", "verdict", "limit", "proved", "attained", "at_mm", "point_mm", "value")
         return {name: getattr(self, name) for name in (*fields, "box_mm")} | {
             "limit_is": "at most" if self.upper else "at least",
@@ -149,7 +149,7 @@ def _value(
     scale: float,
     added: float,
 ) -> float | None:
-    """The figure at the point that breaks the limit; of a pair of figures, the one that is broken."""
+    """Computes the figure at the point that breaks the limit; of a pair of figures, the one that is broken."""
     if finding is None or finding.point is None or limit is None:
         return None
     if isinstance(limit, Reach) and (finding.value is None or not math.isfinite(finding.value)):
@@ -167,18 +167,18 @@ def _mm(p: Point) -> Point:
 
 
 def rounded(value: float, upwards: bool) -> str:
-    """A bound in `DIGITS` digits, rounded to the side on which it still is true."""
+    """Writes a bound in `DIGITS` digits, rounded to the side on which it still is true."""
     context = Context(prec=DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
     return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{DIGITS}g}"
 
 
 def place(p: Point) -> str:
-    """A position in mm."""
+    """Writes a position in mm."""
     return "(" + ", ".join(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in p) + ") mm"
 
 
 def shortfall(row: Row) -> str:
-    """One sentence for a condition that was not proved: by how much and where."""
+    """Says of a condition that was not proved by how much it fails, and where."""
     unit = f" {row.unit}" if row.unit else ""
     if row.verdict == "undecided":
         where = "" if row.box_mm is None else f" in the box {place(row.box_mm[0])} to {place(row.box_mm[1])}"
@@ -197,12 +197,12 @@ def shortfall(row: Row) -> str:
 
 
 def broken(rows: list[Row]) -> list[Row]:
-    """The rows that keep a certificate from proving its design."""
+    """Selects the rows that keep a certificate from proving its design."""
     return [row for row in rows if row.verdict in ("refuted", "undecided")]
 
 
 def table(rows: list[Row]) -> str:
-    """The rows as aligned text."""
+    """Lays the rows out as aligned text."""
     head = ("figure", "verdict", "limit", "proved", "extreme found", "at x, y, z", "room")
     lines = [head, *(_cells(row) for row in rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
@@ -223,7 +223,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
-    """What was taken off for gravity, and what it comes to."""
+    """Says what was taken off for gravity, and what it comes to."""
     share = c.gravity
     if share is None:
         return "gravity is NOT taken off the torque: give --mass-properties (of a build) or --gravity-torque"
@@ -240,7 +240,7 @@ def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
 
 
 def gravity_most(c: Certificate, found: tuple[ProvedBound, ...]) -> float | None:
-    """Bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
+    """Computes a bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
     share = c.gravity
     if share is None:
         return None
@@ -251,7 +251,7 @@ def gravity_most(c: Certificate, found: tuple[ProvedBound, ...]) -> float | None
 
 
 def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> dict[str, Any]:
-    """The same as plain data for JSON."""
+    """Gathers the report as plain data for JSON."""
     share = c.gravity
     masses = None if share is None else share.masses
     source = None if share is None else "given" if masses is None else "mass properties"

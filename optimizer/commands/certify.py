@@ -86,7 +86,7 @@ def _require_provable(file: str, design: Design, masses: Path | None) -> None:
 
 
 def share_of(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:
-    """What is taken off for gravity.
+    """Computes what is taken off for gravity.
 
     Args:
         design: The design.
@@ -126,7 +126,7 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
 
 
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
-    """What moves; None where the file says too little of it and no limit needs it."""
+    """Reads what moves; None where the file says too little of it and no limit needs it."""
     from delta_cad.drive.masses import MassError
 
     try:

@@ -162,7 +162,7 @@ class _Run:
         return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
 
     def _drawings(self, trade: Trade, published: Any, found: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
-        """Name, caption and drawing of every picture."""
+        """Lists name, caption and drawing of every picture."""
         from optimizer.front.maps import slices
         from optimizer.paper.evaluation import mechanism_of
         from optimizer.pictures import convergence, front, maps, workspace
@@ -196,7 +196,7 @@ class _Run:
         return drawings
 
     def _write(self, place: Path, trade: Trade, facts: dict[str, Any], published: Any, drawings: list[Drawing]) -> None:
-        """Puts a whole folder in its place, or raises `_StoppedError` between two pictures."""
+        """Puts a complete folder in its place, or raises `_StoppedError` between two pictures."""
         from delta_cad.common.files import whole_folder
         from optimizer.front.page import files, page
         from optimizer.pictures.style import save
@@ -229,12 +229,12 @@ class _Run:
 
 
 def pictured(trade: Trade) -> FrontPoint:
-    """The point at the requirements' cube, or where `synthesize` ends without one: the largest."""
+    """Finds the point at the requirements' cube, or where `synthesize` ends without one: the largest."""
     return _wanted(trade) or trade.main.points[-1]
 
 
 def compared(trade: Trade) -> FrontPoint | None:
-    """The point at the requirements' cube, or at the knee: at the largest cube one design alone is feasible."""
+    """Finds the point at the requirements' cube, or at the knee: at the largest cube one design alone is feasible."""
     return _wanted(trade) or trade.knee
 
 
@@ -244,14 +244,14 @@ def _wanted(trade: Trade) -> FrontPoint | None:
 
 
 def lengths_of(design: Design) -> tuple[float, ...]:
-    """The six lengths of a design file in mm, in the order of the optimiser's variables."""
+    """Gives the six lengths of a design file in mm, in the order of the optimiser's variables."""
     sizes, cube = design.mechanism, design.cube
     four = (sizes.upper_arm_length_mm, sizes.forearm_length_mm, sizes.base_radius_mm, sizes.platform_radius_mm)
     return *four, cube.bottom_height_mm, cube.half_side_mm
 
 
 def title_of(design_mm: tuple[float, ...], name: str) -> str:
-    """The title of a design's pictures."""
+    """Writes the title of a design's pictures."""
     L_A, L_B, R, r, H, L = design_mm
     lengths = ", ".join(f"{n} {v:.4g}" for n, v in (("R", R), ("r", r), ("L_A", L_A), ("L_B", L_B), ("H", H)))
     return f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"

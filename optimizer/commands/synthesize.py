@@ -113,7 +113,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _again(given: argparse.Namespace) -> str:
-    """The command that gives the same design, without what is at its default."""
+    """Writes the command that gives the same design, without what is at its default."""
     words = [f"python -m optimizer synthesize {given.requirements.name} --method {given.method} --seed {given.seed}"]
     usual = Parser(add_help=False)
     arguments(usual)

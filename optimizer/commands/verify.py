@@ -85,7 +85,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
-    """Holds that gravity's share is that of the file."""
+    """Checks that gravity's share is that of the file."""
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import read_masses
@@ -100,7 +100,7 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
 
 
 def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
-    """Holds that at least a torque given by hand is left for gravity."""
+    """Checks that at least a torque given by hand is left for gravity."""
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import given_share
 
@@ -115,7 +115,7 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
 
 
 def _missing(certificate: Certificate, replay: Replay) -> str:
-    """Why a certificate that replays is no proof of its design; "" if it is."""
+    """Says why a certificate that replays is no proof of its design; "" if it is one."""
     from optimizer.certify.report import place
 
     parts = []
@@ -173,7 +173,7 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
 
 
 def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
-    """With what masses the effective mass is proved: re-digested ones are proved as well."""
+    """Says with what masses the effective mass is proved: re-digested ones are proved as well."""
     from delta_cad.mechanism.limits import EffectiveMass
 
     mass = certificate.limits.get(EffectiveMass)
@@ -188,7 +188,7 @@ def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
 
 
 def _gravity_words(given: argparse.Namespace, share: GravityShare | None) -> str:
-    """For what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
+    """Says for what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:
         compared = "as asked" if given.gravity_torque == 0.0 else nothing

@@ -19,7 +19,7 @@ class Trace(NamedTuple):
 
     Attributes:
         method: `ga` or `sqp`.
-        seed: Of the run.
+        seed: Seed of the run.
         evaluations: (K,) designs evaluated so far, ascending.
         best: (K,) smallest worst kappa of a feasible design so far; NaN before there was one. The GA's is that on its
             own sample of the surface, SQP's that on the polished surface.
@@ -47,7 +47,7 @@ def traces(
         problem: A step 3.
         seeds: How many, from 0.
         report: Called before each run: method, seed, and how many seeds there are.
-        stop: Asked before each run and in it; True ends there.
+        stop: Called before each run and in it; True ends there.
         store: Keeps each run; None keeps nothing.
 
     Returns:
@@ -73,11 +73,11 @@ def traces(
 
 
 def band(traces: list[Trace], method: str, at: np.ndarray) -> np.ndarray:
-    """Least, median and largest of the best values of a method's runs.
+    """Computes least, median and largest of the best values of a method's runs.
 
     Args:
         traces: Runs.
-        method: Of these only.
+        method: Method whose runs count.
         at: (K,) numbers of designs evaluated.
 
     Returns:

@@ -94,7 +94,7 @@ class Curve:
     Attributes:
         given: The requirements that all its points meet.
         name: Short, unique among the curves of a trade.
-        words: What sets it apart, for people.
+        words: What sets it apart, in a sentence.
         points: Ascending in half side and in kappa; no one is dominated.
         largest: Largest half side, mm; NaN where nothing meets the requirements.
         beyond: Constraints that cannot be met together 1 % beyond it, or at all.
@@ -113,7 +113,7 @@ class Curve:
     largest_bound: float | None = None
 
     def kappa_at(self, half_side: float) -> float | None:
-        """The front's kappa at a half side in mm, on the line between two points; None outside the front."""
+        """Computes the front's kappa at a half side in mm, on the line between two points; None outside the front."""
         for low, high in pairwise(self.points):
             if low.half_side <= half_side <= high.half_side:
                 share = (half_side - low.half_side) / (high.half_side - low.half_side)
@@ -132,11 +132,11 @@ class Tracer:
     Attributes:
         given: The requirements; their `step_3.half_side_mm`, if any, becomes one of the half sides.
         count: Points wanted.
-        seed: Of the cold starts.
-        name: Of the curve, and of its phases in the store.
+        seed: Seed of the cold starts.
+        name: Name of the curve, and of its phases in the store.
         words: What sets the curve apart.
-        report: Told of each point.
-        stop: Asked before each point; True ends with what there is.
+        report: Called after each point.
+        stop: Called before each point; True ends with what there is.
         store: Keeps what was solved; None keeps nothing.
     """
 
@@ -175,7 +175,7 @@ class Tracer:
         return Curve(self.given, self.name, self.words, points, high, beyond, finished)
 
     def _largest(self) -> Result | None:
-        """Step 2: the largest cube; None if stopped."""
+        """Finds the largest cube by step 2; None if stopped."""
         problem = step_problem(self.given, 2)
         kept = remembered(self.store, f"{self.name}/largest", lambda: self._search_largest(problem))
         return None if kept is None else Result(problem, "sqp", tuple(kept["design_mm"]), "converged")
@@ -213,7 +213,7 @@ class Tracer:
         return low
 
     def _coarse(self, low: float, high: float, top: tuple[float, ...]) -> bool:
-        """Evenly spaced half sides from the largest down, with cold starts; False if stopped."""
+        """Solves evenly spaced half sides from the largest down, with cold starts; False if stopped."""
         sides = [float(side) for side in np.linspace(low, high, min(COARSE, self.count))]
         wanted = self.given.step_3.half_side_mm
         if wanted is not None and low < wanted < high:
@@ -244,7 +244,7 @@ class Tracer:
         return True
 
     def _sweeps(self) -> bool:
-        """Once up and once down, each point started from the one before; False if stopped."""
+        """Sweeps the front up and down, each point started from the one before; False if stopped."""
         sides = sorted(self._found)
         for name, order in (("up", sides), ("down", sides[::-1])):
             for before, side in pairwise(order):
@@ -254,7 +254,7 @@ class Tracer:
         return True
 
     def _solve(self, side: float, near: list[tuple[float, ...]], cold: bool = False, phase: str = "point") -> None:
-        """Step 3 at one half side from designs near it; the better of what is known and what is found is kept."""
+        """Solves step 3 at one half side from designs near it, and keeps the better of the old and the new design."""
         problem = at_side(self.given, side)
         kept = remembered(self.store, f"{self.name}/{phase}/{side!r}", lambda: self._descend(problem, near, cold))
         result = Result(problem, "sqp", tuple(kept["design_mm"]), kept["status"], kept["evaluations"])
@@ -277,7 +277,7 @@ class Tracer:
         return {"design_mm": list(chosen.design_mm), "status": chosen.status, "evaluations": found.evaluations}
 
     def _front(self) -> list[Result]:
-        """The feasible results that no other one dominates, ascending."""
+        """Selects the feasible results that no other one dominates, ascending."""
         kept: list[Result] = []
         least = math.inf
         for side in sorted(self._found, reverse=True):
@@ -297,7 +297,7 @@ def active_constraints(result: Result) -> tuple[str, ...]:
     """Names what binds at a design: constraints whose worst margin is used up, and free variables at a bound.
 
     Args:
-        result: Of step 3.
+        result: Result of step 3.
 
     Returns:
         Names of `problem.CONSTRAINTS`, then bounds such as `platform_radius >= 30 mm`.
@@ -317,7 +317,7 @@ def active_constraints(result: Result) -> tuple[str, ...]:
 
 
 def _held(result: Result) -> Result:
-    """The largest cube about the same centre with which a design of step 2 also holds on the fine surface.
+    """Shrinks the cube of a design of step 2 about its centre until the design holds on the fine surface, too.
 
     The search looks for worst points on a coarser grid than the result checks itself on, and can miss one.
     """

@@ -13,21 +13,21 @@ BEYOND = 0.01
 
 
 def at_side(given: Requirements, side: float) -> Problem:
-    """Step 3 at a half side in mm, whatever `bounds_mm.half_side` says."""
+    """Poses step 3 at a half side in mm, whatever `bounds_mm.half_side` says."""
     asked = given.step_3.model_copy(update={"half_side_mm": side})
     return step_problem(given.model_copy(update={"step_3": asked}), 3)
 
 
 def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
-    """The smallest set of constraints that cannot be met together 1 % beyond the largest half side.
+    """Finds the smallest set of constraints that cannot be met together 1 % beyond the largest half side.
 
     Args:
         given: The requirements.
         largest: Largest half side, mm.
-        seed: Of the feasibility searches.
+        seed: Seed of the feasibility searches.
 
     Returns:
-        The constraints in words; none where the searches found a larger cube feasible.
+        The constraints, described; none where the searches found a larger cube feasible.
     """
     problem, bound = at_side(given, largest * (1.0 + BEYOND)), given.bounds_mm.half_side[1]
     if problem.upper[SIDE] > bound:
@@ -40,7 +40,7 @@ def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
 
     Args:
         given: The requirements.
-        seed: Of the feasibility searches.
+        seed: Seed of the feasibility searches.
 
     Returns:
         The contradiction with a half side of `RANGE_MIN` of its upper bound; None where that can be met.
@@ -53,7 +53,7 @@ def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
 
 
 def conflict_words(problem: Problem, error: InfeasibleError | None) -> tuple[str, ...]:
-    """The members of a contradiction in words, the half side by its number."""
+    """Describes the members of a contradiction, the half side by its number."""
     if error is None:
         return ()
     side = f"half side {problem.lower[SIDE]:.4g} mm"

@@ -63,13 +63,13 @@ class Slice(NamedTuple):
         return (x >= left) & (x <= right) & (y >= lower) & (y <= upper)
 
     def worst(self, values: np.ndarray) -> tuple[float, float, float]:
-        """Largest value inside the cube, and where: value, first and second coordinate in m."""
+        """Finds the largest value inside the cube, and where: value, first and second coordinate in m."""
         row, column = np.unravel_index(int(np.nanargmax(np.where(self.inside, values, np.nan))), values.shape)
         return float(values[row, column]), float(self.across[column]), float(self.up[row])
 
 
 def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Slice]:
-    """The cube's bottom, middle and top face, and its mirror plane.
+    """Computes the maps of the cube's bottom, middle and top plane, and of its mirror plane.
 
     Args:
         g: The mechanism.
@@ -95,7 +95,7 @@ def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Sl
 
 
 def _axis(low: float, high: float, n: int) -> np.ndarray:
-    """Even steps from edge to edge, both among them to the last bit, and as many more as the margin takes."""
+    """Computes even steps from edge to edge, both among them to the last bit, and as many more as the margin takes."""
     further = np.arange(1, round(MARGIN * (n - 1) / 2.0) + 1) * (high - low) / (n - 1)
     return np.concatenate([low - further[::-1], np.linspace(low, high, n), high + further])
 

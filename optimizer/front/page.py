@@ -32,7 +32,7 @@ PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torqu
 
 
 def row(curve: str, point: FrontPoint) -> dict[str, Any]:
-    """One point as plain data under the names of `COLUMNS`."""
+    """Gathers one point as plain data under the names of `COLUMNS`."""
     sides, sizes = (2.0 * point.half_side, point.half_side), (point.reach, *point.outline)
     worst = (point.kappa, point.bound, point.torque)
     numbers = (*sides, *worst, *sizes, *point.result.design_mm[:5])
@@ -40,7 +40,7 @@ def row(curve: str, point: FrontPoint) -> dict[str, Any]:
 
 
 def telling(trade: Trade) -> list[tuple[str, FrontPoint]]:
-    """The points of the front as required that tell most: ends, knee, the requirements' cube, changes of what binds."""
+    """Selects the points that say most: ends, knee, the requirements' cube, changes of what binds."""
     points, wanted = trade.main.points, trade.main.given.step_3.half_side_mm
     found: list[tuple[str, FrontPoint]] = []
     for k, point in enumerate(points):
@@ -57,7 +57,7 @@ def telling(trade: Trade) -> list[tuple[str, FrontPoint]]:
 
 
 def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces: Sequence[Trace]) -> dict[str, Any]:
-    """All facts as plain data for JSON."""
+    """Gathers all facts as plain data for JSON."""
     given = trade.main.given
     return {
         "name": given.name,
@@ -105,7 +105,7 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
 
 
 def files(facts: dict[str, Any], text: str) -> dict[str, str]:
-    """The files of a front without its pictures: name -> content.
+    """Writes the files of a front without its pictures: name -> content.
 
     Args:
         facts: What `record` gives.
@@ -121,7 +121,7 @@ def files(facts: dict[str, Any], text: str) -> dict[str, str]:
 
 
 def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[tuple[str, str]]) -> str:
-    """The page as Markdown.
+    """Writes the page as Markdown.
 
     Args:
         trade: The fronts.

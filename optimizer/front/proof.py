@@ -28,7 +28,7 @@ def proved(
     Args:
         curve: The front.
         report: Called after each proof: how many are done, and how many there are.
-        stop: Asked before and in each proof; True ends with the bounds there are.
+        stop: Called before and in each proof; True ends with the bounds there are.
         store: Keeps each proof; None keeps nothing.
 
     Returns:

@@ -44,10 +44,10 @@ class PublishedDesign(NamedTuple):
 
 
 def published_designs(given: Requirements) -> list[PublishedDesign]:
-    """The designs of `TABLES` with the force of the requirements.
+    """Recomputes the designs of `TABLES` with the force of the requirements.
 
     Args:
-        given: What they are held against.
+        given: Requirements that they are compared with.
 
     Returns:
         One for each row that has a result.

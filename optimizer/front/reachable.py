@@ -27,7 +27,7 @@ Contour = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
-    """The workspace's boundary in a horizontal plane.
+    """Computes the workspace's boundary in a horizontal plane.
 
     Args:
         g: The mechanism.
@@ -44,7 +44,7 @@ def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
 
 
 def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
-    """The workspace's boundary above the base plane in the plane y = 0, in which chain 0 moves.
+    """Computes the workspace's boundary above the base plane in the plane y = 0, in which chain 0 moves.
 
     Args:
         g: The mechanism.
@@ -73,7 +73,7 @@ class Shell(NamedTuple):
 
 
 def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
-    """The boundary of the workspace over the base plane.
+    """Computes the boundary of the workspace over the base plane.
 
     Args:
         g: The mechanism.
@@ -107,7 +107,7 @@ def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
 
 
 def _squares(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(...) squares of the largest and of the smallest height over (..., 2) points; the largest negative outside."""
+    """Computes (...) squares of the extreme heights over (..., 2) points; the largest is negative outside."""
     q = p @ RADIAL[:, :2].T - (g.base_radius - g.platform_radius)
     t = p @ TANGENTIAL[:, :2].T
     s2 = g.forearm_length**2 - t * t
@@ -131,12 +131,12 @@ def _horizontal(g: DeltaGeometry, chain: int, sign: float, z: float) -> Contour:
 
 
 def _own_reaches(g: DeltaGeometry) -> tuple[float, float]:
-    """Radii of chain 0's circles in the mirror plane: stretched and folded."""
+    """Computes the radii of chain 0's circles in the mirror plane: stretched and folded."""
     return g.upper_arm_length + g.forearm_length, abs(g.forearm_length - g.upper_arm_length)
 
 
 def _circle(g: DeltaGeometry, radius: float) -> Contour:
-    """Chain 0 in the mirror plane, about its shoulder; beta is its angle there."""
+    """Makes the contour of chain 0 in the mirror plane, about its shoulder; beta is its angle there."""
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = radius * np.cos(beta) + g.base_radius - g.platform_radius
@@ -147,7 +147,7 @@ def _circle(g: DeltaGeometry, radius: float) -> Contour:
 
 
 def _mirrored(g: DeltaGeometry) -> Contour:
-    """Chains 1 and 2 in the mirror plane, where they are each other's image."""
+    """Makes the contour of chains 1 and 2 in the mirror plane, where they are each other's image."""
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rho, t = _limit(g, beta)
@@ -165,7 +165,7 @@ def _limit(g: DeltaGeometry, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pieces(contour: Contour) -> list[np.ndarray]:
-    """The parts of a closed contour whose margin is not negative, their ends bisected."""
+    """Finds the parts of a closed contour whose margin is not negative, their ends bisected."""
     beta = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
     there = contour(beta)[1] >= 0.0
     if not there.any():

@@ -98,7 +98,7 @@ def further(tracer: Tracer, given: Requirements, name: str, words: str) -> Curve
 
 
 def largest_reach(given: Requirements) -> float:
-    """Largest R + L_A that the outline allows, mm; the rectangle either way round."""
+    """Computes the largest R + L_A that the outline allows, mm; the rectangle either way round."""
     limits, task = given.limits, given.requirements
     if limits.outline_radius_max_mm is not None:
         return limits.outline_radius_max_mm
@@ -108,7 +108,7 @@ def largest_reach(given: Requirements) -> float:
 
 
 def scaled_outline(given: Requirements, part: float) -> Requirements:
-    """Requirements with another outline: R + L_A at most a part of what it was, the bounds of both scaled alike."""
+    """Scales the outline of requirements: the largest R + L_A, and the bounds of both alike."""
     bounds = {
         name: tuple(part * value for value in getattr(given.bounds_mm, name))
         for name in ("upper_arm_length", "base_radius")
@@ -122,18 +122,18 @@ def scaled_outline(given: Requirements, part: float) -> Requirements:
 
 
 def outline_name(given: Requirements, part: float) -> tuple[str, str]:
-    """Name and words of a front with another outline."""
+    """Gives the name of a front with another outline, and its description."""
     return f"outline {part:g}", f"R + L_A <= {part * largest_reach(given):.4g} mm, bounds of R and L_A x {part:g}"
 
 
 def with_torque(given: Requirements, level: float) -> Requirements:
-    """Requirements with so much torque, N m, for the force at each joint; gravity's share comes on top."""
+    """Gives requirements so much torque, N m, for the force at each joint; gravity's share comes on top."""
     total = level + given.limits.gravity_torque_N_m
     return given.model_copy(update={"requirements": given.requirements.model_copy(update={"joint_torque_N_m": total})})
 
 
 def torque_levels(main: Curve) -> list[float]:
-    """Torques in N m, ascending, below what the front needs and above what its smallest cube needs."""
+    """Chooses torques in N m, ascending, below what the front needs and above what its smallest cube needs."""
     needed = [point.torque for point in main.points]
     if not needed:
         return []

@@ -18,7 +18,7 @@ from optimizer.problem.step import SIDE, Problem
 
 
 class DesignBox(NamedTuple):
-    """Where designs are looked for.
+    """The box in which designs are searched.
 
     Attributes:
         box: (2, 4) lower and upper ends of L_A, L_B, a, H, m, rounded outwards.
@@ -36,7 +36,7 @@ class DesignBox(NamedTuple):
 
 
 def design_box(problem: Problem) -> DesignBox | None:
-    """The space of a problem; None if outline, clearance and bounds alone leave nothing.
+    """Computes the box of designs of a problem; None if outline, clearance and bounds alone leave nothing.
 
     Args:
         problem: The step.
@@ -58,11 +58,11 @@ def design_box(problem: Problem) -> DesignBox | None:
 
 
 def design_of(problem: Problem, space: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:
-    """A whole design for a point of the space: of the R that fit, the smallest.
+    """Completes a point of the design box to a design, with the smallest R that fits.
 
     Args:
         problem: The step.
-        space: Its space.
+        space: Its design box.
         point: (4,) L_A, L_B, a, H, m.
         half_side_mm: L.
 

@@ -3,7 +3,7 @@
 A cut is an affine form: what a design has to meet at one cutting point of the cube. No single cut may exclude a box
 around an optimum, where several are in balance; a sum with weights >= 0 does, to second order of the box's size. The
 weights come from a linear program over the box, `max t: c_k + e_k + s_k u >= t, -1 <= u <= 1`, solved by the dual
-simplex method in plain floating point; whatever they are, the sum of cuts with weights >= 0 is judged by itself, with
+simplex method in plain floating point; whatever they are, the sum of cuts with weights >= 0 is tested by itself, with
 every rounding counted, so that nothing is believed of the solver.
 
 Importing this module loads numba.
@@ -51,7 +51,7 @@ def _eliminate(matrix, right):
 
 @compiled
 def _gradient(cuts, count, k, out):
-    """Gradient of constraint k in (u, t): a row's, or that of one of the 8 sides of the box."""
+    """Fills the gradient of constraint k in (u, t): that of a cut, or of one of the 8 sides of the box."""
     out[:] = 0.0
     if k < count:
         for j in range(SYMBOLS):
@@ -64,7 +64,7 @@ def _gradient(cuts, count, k, out):
 
 @compiled
 def excluded(cuts, count, basis, weight):
-    """Whether the sum of cuts with these weights is negative in the whole box, every rounding counted.
+    """Decides whether the sum of cuts with these weights is negative in the whole box, every rounding counted.
 
     Args:
         cuts: (n, 6) forms.

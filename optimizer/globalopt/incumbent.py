@@ -44,7 +44,7 @@ def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Ce
     Args:
         problem: The step.
         design_mm: (6,) lengths in the order of `VARIABLES`, mm.
-        boxes: Of one proof at most.
+        boxes: Most boxes of one proof.
 
     Returns:
         The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
@@ -62,7 +62,7 @@ def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Ce
 
 
 def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
-    """A design of step 3 whose constraints are proved over the whole cube, but whose condition number is sampled.
+    """Proves the constraints of a design of step 3 over the whole cube, but samples its condition number.
 
     Where the cube touches a fold the condition number rises too steeply to be proved, while the torque that holds it
     finite is not too steep.
@@ -80,7 +80,7 @@ def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
 
 
 def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:
-    """The design with a share given up, if that can be proved."""
+    """Proves the design with a share given up; None if it cannot be proved."""
     from delta_cad.mechanism.proof.prove import prove
 
     design = np.array(design_mm, dtype=float)

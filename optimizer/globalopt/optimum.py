@@ -54,7 +54,7 @@ Ending = Literal["excluded", "better", "open", "budget", "stopped"]
 
 
 class Now(NamedTuple):
-    """Where a proof is.
+    """The state of a proof.
 
     Attributes:
         boxes: Examined so far.
@@ -72,8 +72,8 @@ class Proven:
     """What was proved of a step.
 
     Attributes:
-        objective: Of the incumbent, certified: half side, mm, or a condition number that its cube nowhere exceeds; NaN
-            without one.
+        objective: Certified objective of the incumbent: half side, mm, or a condition number that its cube nowhere
+            exceeds; NaN without one.
         bound: No design within the bounds that meets the constraints is better: mm, or a condition number; NaN where
             none is feasible.
         gap: |objective - bound| / objective; NaN without an incumbent.
@@ -110,14 +110,14 @@ def prove_optimum(
 
     Args:
         problem: The step.
-        gap: Relative two-sided gap that is asked for.
+        gap: Relative two-sided gap that is requested.
         max_boxes: Boxes of designs after which the proof ends with the gap that it reached.
         incumbent_mm: (6,) a design to start from, in the order of `VARIABLES`, mm; need not be feasible.
         before_mm: (6,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
             be proved, even if its condition number is only sampled.
-        seed: Of the starts of SQP.
-        report: Told where the proof is, each `CHUNK` boxes.
-        stop: Asked as often; True ends it with what stands.
+        seed: Seed of the starts of SQP.
+        report: Called with the state of the proof, each `CHUNK` boxes.
+        stop: Called as often; True ends it with what stands.
 
     Returns:
         Incumbent, bound, gap.
@@ -217,7 +217,7 @@ class _Proof:
         return less if self.problem.step == 3 else one.objective > self.best.objective
 
     def _first(self, incumbent_mm: tuple[float, ...] | np.ndarray | None) -> None:
-        """An incumbent from SQP."""
+        """Finds an incumbent by SQP."""
         if incumbent_mm is not None:
             self._take(np.asarray(incumbent_mm, dtype=float))
             if self.best is not None:
@@ -228,7 +228,7 @@ class _Proof:
             self._descend(start)
 
     def _fall_back(self, design_mm: np.ndarray) -> None:
-        """The design of the step before; the effort is bounded where its condition number is too steep to be proved."""
+        """Takes the design of the step before, with less effort where its condition number is too steep to be proved."""
         design = np.clip(design_mm, self.problem.lower, self.problem.upper)
         found = proved = certified(self.problem, design, QUICK)
         if found is None:
@@ -334,7 +334,7 @@ class _Proof:
         return "open" if opened else "excluded"
 
     def _points(self, side: float) -> np.ndarray:
-        """Cutting points in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
+        """Computes the cutting points in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
         points = self.units * side
         points[:, 2] = (1.0 + self.units[:, 2]) * side
         return points

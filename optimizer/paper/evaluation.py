@@ -1,4 +1,4 @@
-"""A published design by our equations: what it keeps, what it is worth, and what its own lengths allow."""
+"""Evaluates a published design by our equations: its faults, its figures, and what its own lengths allow."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Shortfall:
     Attributes:
         name: The constraint, or the length that is out of its bounds.
         by: How much it lacks.
-        unit: Unit of that.
+        unit: Its unit.
     """
 
     name: str
@@ -64,9 +64,9 @@ def evaluate(problem: Problem, design_mm: Lengths, gap: float = GAP) -> Evaluati
     """Evaluates a design, whether it keeps its constraints or not.
 
     Args:
-        problem: Its step.
+        problem: The step that it was published for.
         design_mm: (6) lengths, mm.
-        gap: Relative, of the half side that its lengths allow.
+        gap: Relative gap of the proof of the half side that its lengths allow.
     """
     result = Result(problem, "published", design_mm, "sampled")
     kappa = finite(result.max_kappa)
@@ -80,14 +80,14 @@ def evaluate(problem: Problem, design_mm: Lengths, gap: float = GAP) -> Evaluati
 
 
 def largest_half_side(problem: Problem, design_mm: Lengths, gap: float = GAP) -> float | None:
-    """Largest half side that a design's L_A, L_B, R, r allow with the best H within the bounds, mm.
+    """Computes the largest half side that a design's L_A, L_B, R, r allow with the best H within the bounds, mm.
 
     H is left free because step 1's optima lie on the fold, where a rounding of the printed H decides over reach.
 
     Args:
         problem: The step.
         design_mm: (6) lengths, mm; H and L count for nothing.
-        gap: Relative, of the proof.
+        gap: Relative gap of the proof.
 
     Returns:
         The half side, certified; None if no cube is allowed.
@@ -101,7 +101,7 @@ def largest_half_side(problem: Problem, design_mm: Lengths, gap: float = GAP) ->
 
 
 def worst_frobenius(design_mm: Lengths) -> float:
-    """Largest |J| |J^-1| in Frobenius's norm over a cube without singularity; at least 3.
+    """Computes the largest |J| |J^-1| in Frobenius's norm over a cube without singularity; at least 3.
 
     Args:
         design_mm: (6) lengths, mm.
@@ -116,13 +116,13 @@ def worst_frobenius(design_mm: Lengths) -> float:
 
 
 def mechanism_of(design_mm: Lengths) -> tuple[DeltaGeometry, Cube]:
-    """The mechanism and the cube of (6) lengths in mm."""
+    """Makes the mechanism and the cube of (6) lengths in mm."""
     L_A, L_B, R, r, H, L = (x / MM_PER_M for x in design_mm)
     return DeltaGeometry(base_radius=R, platform_radius=r, upper_arm_length=L_A, forearm_length=L_B), Cube(H, L)
 
 
 def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.ndarray]:
-    """The mechanism of six lengths, and points (..., 3) in the coordinates of its cube as positions in m."""
+    """Makes the mechanism of six lengths, and positions, m, of (..., 3) points of its cube."""
     g, cube = mechanism_of(design_mm)
     return g, cube.half_side * points + np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 

@@ -23,7 +23,7 @@ NONE = "-"
 
 
 def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
-    """All facts as plain data for JSON: no number in it is infinite.
+    """Gathers all facts as plain data for JSON: no number in it is infinite.
 
     Args:
         runs: The recomputed runs.
@@ -50,7 +50,7 @@ def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
 
 
 def _parameters(made: Reproduction) -> list[dict[str, Any]]:
-    """Table 2: the paper's GA and ours."""
+    """Gathers table 2: the parameters of the paper's GA and of ours."""
     paper = numbers()["table_2_ga_parameters"]
     ours = [genetic.POPULATIONS[step] if made.population is None else made.population for step in (1, 2, 3)]
     return [
@@ -63,7 +63,7 @@ def _parameters(made: Reproduction) -> list[dict[str, Any]]:
 
 
 def page(runs: Runs, made: Reproduction) -> str:
-    """The page in Markdown; arguments as of `record`."""
+    """Writes the page in Markdown; it takes the arguments of `record`."""
     facts = record(runs, made)
     parts = [
         "# The published tables, recomputed",
@@ -96,7 +96,7 @@ def page(runs: Runs, made: Reproduction) -> str:
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Writes a table in Markdown."""
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))
 
 
@@ -125,7 +125,7 @@ def _lengths(r: ReproducedRun) -> str:
 
 
 def _bounds(r: ReproducedRun) -> str:
-    """The bounds of the lengths that are free."""
+    """Writes the bounds of the lengths that are free."""
     bounds = zip(LETTERS[:SIDE], r.run.lower, r.run.upper, strict=False)
     return ", ".join(f"{letter} {low:g} to {high:g}" for letter, low, high in bounds if low != high)
 
@@ -157,7 +157,7 @@ COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
 
 
 def _remarks(runs: Runs) -> list[str]:
-    """What must be known of runs beside their numbers; each text once, with the rows that it is about."""
+    """Lists what must be known of runs beside their numbers, each remark once, with its rows."""
     about: dict[str, list[str]] = {}
     for r in runs:
         proven, sqp = r.proven, r.found["sqp"]

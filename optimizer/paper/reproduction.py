@@ -43,7 +43,7 @@ class Attempt(NamedTuple):
         return finite(self.result.objective) if self.result.feasible else None
 
     def record(self) -> dict[str, Any]:
-        """The facts as plain data for JSON."""
+        """Gathers the facts as plain data for JSON."""
         facts = self.result.record()
         names = ("variables", "max_kappa", "max_torque_N_m", "evaluations")
         own = {"start": self.start, "objective": self.objective, "ending": self.ending}
@@ -56,10 +56,10 @@ class ReproducedRun:
 
     Attributes:
         run: As printed.
-        changed: What of its bounds and start had to be changed, in words.
+        changed: Changes to its bounds and start.
         published: Its result by our equations; None where it has "no results".
         exchanged: The same with the H of the other row, where print looks exchanged.
-        found: Method of `METHODS` -> what it came to.
+        found: Method of `METHODS` -> its attempt.
         proven: The proven optimum under the same bounds.
     """
 
@@ -111,7 +111,7 @@ class ReproducedRun:
         return 1.0 - self.run.objective / self.proven.bound
 
     def record(self) -> dict[str, Any]:
-        """The facts as plain data for JSON."""
+        """Gathers the facts as plain data for JSON."""
         run, proven = self.run, self.proven
         return {
             "row": run.row,
@@ -157,7 +157,7 @@ class Reproduction:
         population: Individuals of the GA; None for the paper's.
         generations: Generations of the GA.
         gap: Gap that the proofs are asked for.
-        report: Called with what is being done, in words.
+        report: Called with a line that says what is being done.
     """
 
     seed: int = 0
@@ -218,7 +218,7 @@ class Reproduction:
 
 
 def _descended(problem: Problem, start: Lengths) -> Attempt:
-    """SQP from one start alone, as the paper did."""
+    """Runs SQP from one start alone, as the paper did."""
     count = Search()
     ending = descend(problem, problem.scaled(start), count)
     status = "converged" if ending.converged else "not improved"
@@ -228,7 +228,7 @@ def _descended(problem: Problem, start: Lengths) -> Attempt:
 
 
 def _exchanged(run: PublishedRun, runs: tuple[PublishedRun, ...]) -> Lengths | None:
-    """The design with the H of the other of two rows, where print looks exchanged."""
+    """Gives the design with the H of the other of two rows, where print looks exchanged."""
     if (run.table, run.row) not in EXCHANGED_H or run.result is None:
         return None
     other = next(o.result for o in runs if (o.table, o.row) in EXCHANGED_H and o.row != run.row)

@@ -1,4 +1,4 @@
-"""What the recomputed tables say: numbers computed from the runs, and sentences that are written once around them."""
+"""The sentences about the recomputed tables, and the numbers in them, computed from the runs."""
 
 from __future__ import annotations
 
@@ -58,17 +58,17 @@ class Span(NamedTuple):
 
 
 def percent(share: float, digits: int = 2) -> str:
-    """A share as a percentage."""
+    """Writes a share as a percentage."""
     return f"{100.0 * share:.{digits}f} %"
 
 
 def signed(share: float | None) -> str:
-    """A share as a percentage with its sign."""
+    """Writes a share as a percentage with its sign."""
     return f"{100.0 * (share or 0.0):+.2f} %"
 
 
 def summary(runs: Runs) -> str:
-    """The verdict in one line."""
+    """Writes the verdict in one line."""
     parts = []
     for step in (1, 2, 3):
         if mine := _compared(runs, step):
@@ -79,7 +79,7 @@ def summary(runs: Runs) -> str:
 
 
 def statements(runs: Runs, sentences: tuple[str, ...]) -> list[str]:
-    """The sentences of `VERDICT` or `NOTES` that the runs give the numbers for."""
+    """Fills in the sentences of `VERDICT` or `NOTES` that the runs give the numbers for."""
     known, told = figures(runs), []
     for sentence in sentences:
         try:
@@ -90,7 +90,7 @@ def statements(runs: Runs, sentences: tuple[str, ...]) -> list[str]:
 
 
 def figures(runs: Runs) -> dict[str, Any]:
-    """The numbers of the sentences by name; shares in per cent; only those that the runs give."""
+    """Computes the numbers of the sentences by name; shares in per cent; only those that the runs give."""
     known: dict[str, Any] = {"agreement": 100.0 * AGREEMENT, **_differences(runs), **_of_our_methods(runs)}
     if designs := [r.proven.design_mm for r in runs if r.run.step == 1 and r.proven.design_mm]:
         kappas = [_kappa(r) for r in runs if r.run.step == 1]
@@ -112,7 +112,7 @@ def figures(runs: Runs) -> dict[str, Any]:
 
 
 def _differences(runs: Runs) -> dict[str, Any]:
-    """What print is against what follows from it and against the proven optima, step by step."""
+    """Compares print with what follows from it and with the proven optima, step by step."""
     known: dict[str, Any] = {}
     one, two, three = (_compared(runs, step) for step in (1, 2, 3))
     if one:
@@ -145,7 +145,7 @@ def _differences(runs: Runs) -> dict[str, Any]:
 
 
 def _of_our_methods(runs: Runs) -> dict[str, Any]:
-    """What our methods come to: where the paper has no result, along step 2's ridge, after the GA, from the proof."""
+    """Evaluates our methods: where the paper has no result, along step 2's ridge, after the GA, from the proof."""
     known: dict[str, Any] = {}
     if unsolved := [r for r in runs if r.run.result is None]:
         ends = [(r.run.name, r.found["sqp"].objective, r.found["sqp"].ending) for r in unsolved]
@@ -172,7 +172,7 @@ def _of_our_methods(runs: Runs) -> dict[str, Any]:
 
 
 def _gains(a: ReproducedRun, b: ReproducedRun) -> str:
-    """What SQP takes off the condition number of the GA, of two rows of table 12."""
+    """Says how much SQP lowers the condition number of the GA in two rows of table 12."""
     ours = (b.found["ga+sqp"].objective, b.found["ga"].objective)
     pairs = ((b.run.objective, a.run.objective), (b.follows, a.follows), ours)
     printed, follows, found = (1.0 - (after or math.nan) / (before or math.nan) for after, before in pairs)
@@ -183,7 +183,7 @@ def _gains(a: ReproducedRun, b: ReproducedRun) -> str:
 
 
 def _distance(runs: Runs, name: str) -> str:
-    """How far one of our methods ends from the certified optimum at most."""
+    """Says how far one of our methods ends from the certified optimum at most."""
     pairs = [(r.found[name].objective, r.proven.objective) for r in runs]
     known = [abs(objective / best - 1.0) for objective, best in pairs if objective is not None]
     lost = f" ({len(pairs) - len(known)} rows without result)" if len(known) < len(pairs) else ""
@@ -191,7 +191,7 @@ def _distance(runs: Runs, name: str) -> str:
 
 
 def _reproduces(runs: Runs) -> str:
-    """Whether a step reproduces, from its runs; names those that are outside the bare agreement."""
+    """Says whether the runs of a step reproduce; names those that are outside the bare agreement."""
     if not any(r.agrees for r in runs):
         return "does not reproduce"
     bare, rounded = sum(bool(r.within) for r in runs), _rounded(runs)
@@ -202,12 +202,12 @@ def _reproduces(runs: Runs) -> str:
 
 
 def _compared(runs: Runs, step: int) -> Runs:
-    """The runs of a step whose print can be held against what follows from it."""
+    """Selects the runs of a step whose print can be compared with what follows from it."""
     return [r for r in runs if r.run.step == step and r.difference is not None]
 
 
 def _rounded(runs: Runs) -> Runs:
-    """The runs that agree with half of their last printed digit added, and not without."""
+    """Selects the runs that agree with half of their last printed digit added, and not without."""
     return [r for r in runs if r.agrees and not r.within]
 
 

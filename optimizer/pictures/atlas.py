@@ -25,7 +25,7 @@ TICKS = 12  # labels of an axis at most
 
 
 def png(grid: Grid, rows: Sequence[AtlasRow]) -> bytes:
-    """The map as a PNG file; arguments as of `atlas_map`."""
+    """Draws the map as a PNG file; it takes the arguments of `atlas_map`."""
     picture = io.BytesIO()
     with rc_context(RC):
         atlas_map(grid, rows).savefig(picture, format="png", dpi=DPI, metadata={"Software": None})
@@ -37,7 +37,7 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
     """Draws the map: one panel a step, the first axis upwards.
 
     Args:
-        grid: That can be `mapped`.
+        grid: A grid that can be `mapped`.
         rows: One for each set.
 
     Returns:
@@ -57,10 +57,10 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
 
 
 def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
-    """Best objective of each pair of values, over the seeds.
+    """Finds the best objective of each pair of values, over the seeds.
 
     Args:
-        grid: Of two axes.
+        grid: A grid of two axes.
         rows: One for each set.
         column: As `objective_column` names it.
 

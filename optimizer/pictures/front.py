@@ -90,7 +90,7 @@ def _impossible(ax: Axes, curve: Curve) -> None:
 
 
 def _limit(ax: Axes, limit: float | None, words: str) -> None:
-    """A limit as a line if it is near, in words if it is far above."""
+    """Draws a limit as a line if it is near, and writes it if it is far above."""
     if limit is None:
         return
     low, high = ax.get_ylim()
@@ -106,7 +106,7 @@ def _limit(ax: Axes, limit: float | None, words: str) -> None:
 
 
 def _binding(ax: Axes, points: Sequence[FrontPoint]) -> None:
-    """A strip that tells which constraints bind where; what binds everywhere is left out."""
+    """Draws a strip of the constraints that bind; what binds everywhere is left out."""
     always = set.intersection(*(set(p.active) for p in points)) if points else set()
     sets = [tuple(name for name in p.active if name not in always) for p in points]
     kinds = [kind for kind in dict.fromkeys(sets) if kind]

@@ -85,8 +85,8 @@ class Chains(NamedTuple):
         arms: (D, K, 3) w, m.
         forearms: (D, K, 3, 3) unit vectors from elbow to wrist; shorter or longer beyond the reach.
         elbows: (D, K, 3, 3) unit vectors along which the elbows move.
-        cos: (D, K, 3) of the shoulder angle.
-        sin: (D, K, 3) of the shoulder angle.
+        cos: (D, K, 3) cosine of the shoulder angle.
+        sin: (D, K, 3) sine of the shoulder angle.
     """
 
     closure: np.ndarray
@@ -101,7 +101,7 @@ TINY = 1e-75  # least w / L_B that is divided by: the fourth power of what comes
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
-    """The figures of every design at every point, compiled where numba is installed.
+    """Computes the figures of every design at every point, compiled where numba is installed.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
@@ -132,7 +132,7 @@ def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, bool, np.ndarray], No
 
 
 def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
-    """The figures in NumPy: the formulas to read, and what the compiled ones are tested against.
+    """Computes the figures in NumPy: the formulas to read, and what the compiled ones are tested against.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
@@ -189,7 +189,7 @@ def _cross(s: np.ndarray, i: int, j: int) -> np.ndarray:
 
 
 def _quality(s: np.ndarray, w: np.ndarray, determinant: np.ndarray, closure: np.ndarray) -> np.ndarray:
-    """Signed 1 / kappa from the rows s_i / w_i of the inverse Jacobian, multiplied by w_1 w_2 w_3: no division."""
+    """Computes the signed 1 / kappa from the rows s_i / w_i of the inverse Jacobian times w_1 w_2 w_3: no division."""
     others = np.stack([w[..., 1] * w[..., 2], w[..., 2] * w[..., 0], w[..., 0] * w[..., 1]], axis=-1)
     rows = s * others[..., None]
     values = np.linalg.eigvalsh(rows @ np.swapaxes(rows, -1, -2))
@@ -200,7 +200,7 @@ def _quality(s: np.ndarray, w: np.ndarray, determinant: np.ndarray, closure: np.
 
 @lru_cache(maxsize=16)
 def half_surface(n: int) -> np.ndarray:
-    """Points of an even grid on the faces of the cube with y >= 0; the mechanism mirrors the other half.
+    """Gives an even grid on the faces of the cube with y >= 0; the mechanism mirrors the other half.
 
     Args:
         n: Points along an edge, at least 2.

@@ -32,7 +32,7 @@ class Worst(NamedTuple):
 
 
 def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict[str, Worst]:
-    """The smallest values of every margin: one on each face, the sixth being the mirror of another, and one anywhere.
+    """Finds the smallest values of every margin: one on each face that is no mirror image, and one anywhere.
 
     Args:
         margins: (K, 3) points in the coordinates of the cube -> name -> (K,) values.
@@ -77,7 +77,7 @@ def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict
 
 
 def design_worst(problem: Problem, design: np.ndarray, n: int) -> dict[str, Worst]:
-    """The worst points of every pointwise margin of a problem, and of `quality` where it asks for it.
+    """Finds the worst points of every pointwise margin of a problem, and of `quality` where it asks for it.
 
     Args:
         problem: The step.

@@ -208,9 +208,9 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
 
 
 def requirements_hash(given: Requirements) -> str:
-    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out, no null.
+    """Computes the SHA-256, 64 hex digits, of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out.
 
-    So a limit that the file does not know yet changes no hash.
+    What is not stated is left out, so that a limit that the file does not know yet changes no hash.
     """
     text = json.dumps(
         given.model_dump(mode="json", exclude_none=True), sort_keys=True, separators=(",", ":"), allow_nan=False
@@ -249,7 +249,7 @@ def _check_order(given: Requirements, file: str) -> None:
 
 
 def _allowed(loc: tuple[int | str, ...]) -> str:
-    """What a field may hold, from its declaration."""
+    """Says what a field may hold, from its declaration."""
     if len(loc) == 1:
         return NAME_RULE if loc[0] == "name" else "must be a table"
     table, name = str(loc[0]), str(loc[1])
@@ -266,7 +266,7 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
 
 
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) -> RequirementsError:
-    """The first finding of the validator as our error."""
+    """Turns the first finding of the validator into our error."""
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
         model = _TABLES.get(str(loc[0]), Requirements) if len(loc) > 1 else Requirements

@@ -19,7 +19,7 @@ from delta_cad.mechanism.limits import LIMITS, AssemblyMode, Kappa, Limit, Limit
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
-# All there are, in the order in which reports name them.
+# All constraints, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
 SIDE = VARIABLES.index("half_side")
 TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
@@ -54,7 +54,7 @@ class Problem:
 
     @property
     def free_index(self) -> tuple[int, ...]:
-        """Their places among the six."""
+        """Places of the free variables among the six."""
         return tuple(k for k in range(len(VARIABLES)) if self.lower[k] < self.upper[k])
 
     @property
@@ -70,7 +70,7 @@ class Problem:
         return tuple(limit for limit in stated if limit is not None)
 
     def pose_limits(self, kappa: float = math.inf) -> Limits:
-        """The limits on every position of the cube that a proof takes.
+        """Gathers the limits on every position of the cube that a proof takes.
 
         Args:
             kappa: Largest condition number to ask for beside the limit.
@@ -94,7 +94,7 @@ class Problem:
         return self.requirements.requirements.joint_torque_N_m - self.requirements.limits.gravity_torque_N_m
 
     def designs(self, x: np.ndarray) -> np.ndarray:
-        """Scaled variables to designs.
+        """Computes designs from scaled variables.
 
         Args:
             x: (D, number of free variables), 0 at the lower bound and 1 at the upper.
@@ -136,12 +136,12 @@ class Problem:
         return np.clip((np.asarray(design_mm)[index] - lower[index]) / (upper - lower)[index], 0.0, 1.0)
 
     def figures(self, designs: np.ndarray, points: np.ndarray) -> Figures:
-        """The figures this step needs; `quality` and the angles are left out where nothing asks for them."""
+        """Computes the figures that this step needs; `quality` and the angles only where a limit evaluates them."""
         evaluated = {name for limit in self.limits for name in limit.evaluates}
         return figures(designs, points, self.step == 3 or "quality" in evaluated, "angles" in evaluated)
 
     def point_margins(self, f: Figures) -> dict[str, np.ndarray]:
-        """Margins that hold in a point of the cube.
+        """Computes the margins that hold in a point of the cube.
 
         Args:
             f: Figures of D designs at K points.
@@ -152,7 +152,7 @@ class Problem:
         return {one.name: one.margin(f) for one in self.limits if isinstance(one, PoseLimit) and one.cut is not None}
 
     def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
-        """Margins in closed form, the same in the whole cube.
+        """Computes the margins in closed form, the same in the whole cube.
 
         Args:
             designs: (D, 6) lengths in the order of `VARIABLES`, m.
@@ -165,7 +165,7 @@ class Problem:
         return {name: margin for name, margin in found.items() if margin is not None}
 
     def describe(self, name: str) -> str:
-        """A constraint in words, with the field of the requirements file that asks for it."""
+        """Describes a constraint, with the field of the requirements file that states it."""
         if name == "half_side":
             half = self.requirements.step_3.half_side_mm
             if self.step == 3:
@@ -177,14 +177,14 @@ class Problem:
 
 
 def outline_of(given: Requirements) -> Outline:
-    """The outline that requirements allow."""
+    """Gives the outline that requirements allow."""
     return Outline.stated(given.values)
 
 
 def step_problem(
     given: Requirements, step: int, reached_mm: float | None = None, without: frozenset[str] = frozenset()
 ) -> Problem:
-    """One of the three steps.
+    """Poses one of the three steps.
 
     Args:
         given: What the customer gave.

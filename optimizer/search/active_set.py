@@ -30,7 +30,7 @@ LEVEL_MAX = 1e-3  # feasibility is shown once every margin is this large; a high
 
 
 class Active(NamedTuple):
-    """One margin asked at one point of the cube."""
+    """One margin at one point of the cube."""
 
     name: str
     point: tuple[float, float, float]
@@ -44,7 +44,7 @@ class Program:
     Attributes:
         problem: The step.
         kind: `half_side`, `quality` or `feasibility`.
-        active: Pointwise margins that are asked.
+        active: Pointwise margins that are constraints.
         evaluations: How many designs were evaluated.
     """
 
@@ -85,23 +85,23 @@ class Program:
         return len(new)
 
     def bounds(self) -> list[tuple[float, float]]:
-        """(lower, upper) of every unknown."""
+        """Gives (lower, upper) of every unknown."""
         box = [(0.0, 1.0)] * len(self.problem.free)
         return box + ([(-np.inf, LEVEL_MAX if self.kind == "feasibility" else 1.0)] if self.has_level else [])
 
     def objective(self, unknowns: np.ndarray) -> tuple[float, np.ndarray]:
-        """What is minimised, and its gradient: minus the level, or minus L scaled."""
+        """Computes what is minimised, and its gradient: minus the level, or minus L scaled."""
         gradient = np.zeros(len(unknowns))
         if self.level_index is not None:
             gradient[self.level_index] = -1.0
         return float(gradient @ unknowns), gradient
 
     def rows(self, unknowns: np.ndarray) -> np.ndarray:
-        """Left sides of all constraints, each >= 0 where it is met."""
+        """Computes the left sides of all constraints, each >= 0 where it is met."""
         return self._both(unknowns)[0]
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
-        """(rows, unknowns) their gradients."""
+        """Computes the (rows, unknowns) gradients of the constraints."""
         return self._both(unknowns)[1]
 
     def _both(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -125,7 +125,7 @@ class Program:
         return value, gradient
 
     def margins(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The margins that are asked, without level and slack.
+        """Computes the margins at the active points, without level and slack.
 
         Args:
             x: (D, number of free variables) scaled variables.
@@ -144,13 +144,13 @@ class Program:
             for k, item in enumerate(self.active):
                 columns.append(found[item.name][:, k])
                 weights.append(1.0 if self.kind == "feasibility" or item.name == "quality" else 0.0)
-        for margin in self._whole(designs):
+        for margin in self._cube_margins(designs):
             columns.append(margin)
             weights.append(1.0 if self.kind == "feasibility" else 0.0)
         return np.column_stack(columns) if columns else np.ones((len(x), 0)), np.array(weights)
 
-    def _whole(self, designs: np.ndarray) -> list[np.ndarray]:
-        """Margins of whole designs: (D,) each.
+    def _cube_margins(self, designs: np.ndarray) -> list[np.ndarray]:
+        """Computes the (D,) margins that each hold for the whole design.
 
         The point of the bottom face where a chain folds first moves with R - r: exchanged for ever newer points it is
         met in the limit only, followed as it moves it is one smooth row.

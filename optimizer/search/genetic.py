@@ -77,14 +77,14 @@ def evolve(
 
     Args:
         problem: The step; at least one variable must be free.
-        seed: Of everything random.
+        seed: Seed of everything random.
         population: Individuals of a generation; left out, the paper's for the step.
         generations: How many, the first one included.
         known: (K, free variables) designs that the first generation contains.
-        record: Generations of an earlier run with the same arguments; they are told, not evaluated again.
+        record: Generations of an earlier run with the same arguments; their objectives and margins are taken from there.
         keep: Given each generation after it was evaluated.
         report: Called after each generation.
-        stop: Asked after each generation; True ends the search there.
+        stop: Called after each generation; True ends the search there.
 
     Returns:
         The last generation.

@@ -1,4 +1,4 @@
-"""What a step came to: a record that recomputes its own violations on a fine surface of the cube."""
+"""The result of a step: a record that recomputes its own violations on a fine surface of the cube."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Result:
         return words if gap is not None and gap <= CLOSE else words + self._narrowed()
 
     def _narrowed(self) -> str:
-        """What the step before left of room, in words; empty where it took none."""
+        """Says what the step before left of room; empty where it took none."""
         given, step = self.problem.requirements, self.problem.step
         most = self.problem.upper[SIDE]
         if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:
@@ -187,7 +187,7 @@ class Result:
         return {name: float(worst.values[0]) for name, worst in found.items()}
 
     def better_than(self, other: Result) -> bool:
-        """Whether this one is feasible and the other is not, or its objective is better, or it violates less."""
+        """Tells whether this one is feasible and the other is not, or its objective is better, or it violates less."""
         if self.feasible != other.feasible:
             return self.feasible
         if not self.feasible:
@@ -197,7 +197,7 @@ class Result:
         return self.objective > other.objective
 
     def record(self) -> dict[str, Any]:
-        """The facts as plain data for JSON; what is infinite is None."""
+        """Gathers the facts as plain data for JSON; what is infinite is None."""
         L_A, R = self.design_mm[0], self.design_mm[2]
         _, bound, gap, boxes = (None,) * 4 if self.proof is None else self.proof
         turned = bool(outline_of(self.problem.requirements).room(np.array(R + L_A))[1])

@@ -87,7 +87,7 @@ Report = Callable[[int, int, float], None]
 
 
 def main_kind(problem: Problem) -> str:
-    """Kind of program whose level is the objective of the step."""
+    """Names the kind of program whose level is the objective of the step."""
     return "quality" if problem.step == 3 else "half_side"
 
 
@@ -99,8 +99,8 @@ def search(
     Args:
         problem: The step.
         starts: (S, free variables) scaled.
-        report: Told of each start that ended.
-        stop: Asked after each start; True leaves out the others.
+        report: Called after each start.
+        stop: Called after each start; True leaves out the others.
 
     Returns:
         All endings.
@@ -117,7 +117,7 @@ def search(
 
 
 def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
-    """One start: towards feasibility if it is not feasible, then to the optimum.
+    """Follows one start: towards feasibility if it is not feasible, then to the optimum.
 
     Args:
         problem: The step.
@@ -139,7 +139,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
 
     Args:
         problem: The step.
-        kind: Of the program: `half_side`, `quality` or `feasibility`.
+        kind: Kind of the program: `half_side`, `quality` or `feasibility`.
         start: (free variables) scaled.
         count: Its `evaluations` are added to.
 
@@ -199,7 +199,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
 
 
 def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float:
-    """How far the worst constraint is below 0, without unit; 0 where all are met.
+    """Computes how far the worst constraint is below 0, without unit; 0 where all are met.
 
     Args:
         problem: The step.
@@ -215,12 +215,12 @@ def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float
 
 
 def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarray:
-    """The middle of the bounds, then the most promising of a Latin hypercube: the feasible best, or the least violated.
+    """Gives the middle of the bounds, then the best feasible or least violated designs of a Latin hypercube.
 
     Args:
         problem: The step.
-        seed: Of the hypercube.
-        starts: How many in all.
+        seed: Seed of the hypercube.
+        starts: Number of starts in all.
 
     Returns:
         (starts, free variables) scaled; one row where nothing is free.
@@ -236,7 +236,7 @@ def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarra
 
 
 def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Objective and margins of many designs on a fixed grid of the cube's surface.
+    """Computes objective and margins of many designs on a fixed grid of the cube's surface.
 
     Args:
         problem: The step.
@@ -262,7 +262,7 @@ def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.nda
 
 
 def _violated(program: Program, worst: dict[str, Worst], asked: float) -> list[Active]:
-    """The worst points at which a margin is less than the program asks."""
+    """Selects the worst points at which a margin is less than the program asks."""
     return [
         Active(name, _key(point))
         for name, w in worst.items()
@@ -279,7 +279,7 @@ def _worst(program: Program, x: np.ndarray, n: int = EXCHANGE_GRID) -> dict[str,
 
 
 def _own_level(program: Program, x: np.ndarray, worst: dict[str, Worst]) -> float:
-    """The level that a design reaches by itself, on the polished surface."""
+    """Computes the level that a design reaches by itself, on the polished surface."""
     if program.kind == "quality":
         return float(worst["quality"].values[0])
     if program.kind == "half_side":

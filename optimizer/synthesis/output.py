@@ -26,15 +26,15 @@ GIVEN_UP_UM = 5  # most micrometres that the half side gives up: one of the othe
 def design_of(
     given: Requirements, results: list[Result], method: str, seed: int, file: str, command: str | None = None
 ) -> Design:
-    """The last result as a design.
+    """Makes a design of the last result.
 
     Args:
         given: What the customer gave; its limits become the design's requirements.
         results: One for each step, the last of them wanted.
-        method: That found them.
-        seed: That they were found with.
+        method: Method that found them.
+        seed: Seed of that method.
         file: Name that error messages start with.
-        command: That makes the file again, for its provenance; None leaves it out.
+        command: Command that makes the file again, for its provenance; None leaves it out.
 
     Returns:
         The design, its provenance filled in.
@@ -74,7 +74,7 @@ def design_of(
 
 
 def presentable(result: Result) -> tuple[float, ...]:
-    """The lengths of a result in whole micrometres, as a machinist is to be given them.
+    """Rounds the lengths of a result to whole micrometres, as a machinist is to be given them.
 
     Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
     on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
@@ -107,7 +107,7 @@ def presentable(result: Result) -> tuple[float, ...]:
 
 
 def _rounded(length: float) -> list[float]:
-    """A length rounded down and up, the nearer one first."""
+    """Rounds a length down and up; the nearer one comes first."""
     scaled = length * 10**DECIMALS
     return sorted({math.floor(scaled) / 10**DECIMALS, math.ceil(scaled) / 10**DECIMALS}, key=lambda v: abs(v - length))
 
@@ -124,5 +124,5 @@ def _step(result: Result) -> dict[str, Any]:
 
 
 def _settled(value: Any, digits: int) -> Any:
-    """A figure without the digits that differ from one machine's arithmetic to another's."""
+    """Rounds away the digits of a figure that differ from one machine's arithmetic to another's."""
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value

@@ -30,7 +30,7 @@ SHRINK = 0.05  # largest part; more would be another design
 
 
 class Progress(NamedTuple):
-    """Where a run is.
+    """The progress of a run.
 
     Attributes:
         step: 1, 2 or 3.
@@ -53,7 +53,7 @@ class Store(Protocol):
     """What keeps the phases of a run."""
 
     def finished(self, phase: str) -> dict[str, Any] | None:
-        """What a finished phase came to, as plain data."""
+        """Gives what a finished phase came to, as plain data."""
         ...
 
     def finish(self, phase: str, data: dict[str, Any]) -> None:
@@ -61,7 +61,7 @@ class Store(Protocol):
         ...
 
     def generations(self, phase: str) -> Sequence[Generation]:
-        """The generations of a phase that were kept."""
+        """Gives the generations of a phase that were kept."""
         ...
 
     def keep(self, phase: str, generation: Generation) -> None:
@@ -98,14 +98,14 @@ class Run:
     Attributes:
         given: What the customer gave.
         method: One of `METHODS`.
-        seed: Of everything random.
+        seed: Seed of everything random.
         steps: Which of the three, in order.
         population: Individuals of the GA; None for the paper's.
-        generations: Of the GA.
+        generations: Generations of the GA.
         effort: How far proofs go.
         prove: Whether the other methods' results get a bound, and contradictions a proof, too, if numba is installed.
-        report: Told where the run is.
-        stop: Asked after each generation and each start; True ends the run with the best so far.
+        report: Called with the progress of the run.
+        stop: Called after each generation and each start; True ends the run with the best so far.
         store: Keeps the phases; None keeps nothing.
     """
 
@@ -264,7 +264,7 @@ class Run:
 
 
 def presentable(problem: Problem, last: genetic.Population) -> np.ndarray:
-    """The best of the last generation that also holds between the samples.
+    """Finds the best of the last generation that also holds between the samples.
 
     A cube of steps 1 and 2 that does not is made smaller, about the middle of its bottom face, until it does: it then
     lies inside the old one, so that no margin gets worse.
@@ -287,7 +287,7 @@ def presentable(problem: Problem, last: genetic.Population) -> np.ndarray:
 
 
 def _shrunk(problem: Problem, x: np.ndarray) -> np.ndarray | None:
-    """The design with the largest cube within 5 % of its own that holds on the polished surface; None without one."""
+    """Shrinks a design's cube by up to 5 % until it holds on the polished surface; None where it does not."""
     if _holds(problem, x):
         return x
     if "half_side" not in problem.free:
@@ -309,7 +309,7 @@ def _holds(problem: Problem, x: np.ndarray) -> bool:
 
 
 def _bound(one: Result | None) -> float | None:
-    """The half side that no design of step 1, and so none of step 2, exceeds, proved; None where it is unknown."""
+    """Gives the half side that, proved, no design of step 1 exceeds, and so none of step 2; None where it is unknown."""
     return None if one is None or one.proof is None else one.proof.bound
 
 
@@ -321,7 +321,7 @@ def _level(problem: Problem, x: np.ndarray) -> float:
 
 
 def _objective(problem: Problem, level: float) -> float:
-    """Half side in mm from L scaled between its bounds, or kappa from 1 / kappa; NaN where there is none."""
+    """Computes the half side in mm from L scaled between its bounds, or kappa from 1 / kappa; NaN where there is none."""
     if problem.step == 3:
         return 1.0 / level if level > 0.0 else np.nan
     low, high = problem.lower[SIDE], problem.upper[SIDE]
