@@ -31,7 +31,7 @@ POPULATION = (4, 100_000)
 GENERATION = (1, 100_000)
 INTEGER_MAX = 10**15  # a TOML integer may have thousands of digits; up to here each is a float too
 KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
-SPACES = ("linspace", "geomspace")
+SPACINGS = ("linspace", "geomspace")
 TABLES = ("requirements", "bounds_mm", "limits", "step_3")
 
 
@@ -94,8 +94,8 @@ class Grid:
     @property
     def sha256(self) -> str:
         """SHA-256 of everything that decides the results, in hexadecimal."""
-        told = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
-        text = json.dumps([self.name, [axis.field for axis in self.axes], told], sort_keys=True, allow_nan=False)
+        decisive = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
+        text = json.dumps([self.name, [axis.field for axis in self.axes], decisive], sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
@@ -152,8 +152,8 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     steps = data.get("steps", [1, 2, 3])
     if not _naturals(steps) or not set(steps) <= {1, 2, 3} or steps != sorted(steps):
         raise GridError(file, "steps", short(steps), "must be a list of 1, 2, 3, each once at most, in order")
-    population = _whole(data, file, "population", None, POPULATION)
-    generations = _whole(data, file, "generations", GENERATIONS, GENERATION)
+    population = _integer(data, file, "population", None, POPULATION)
+    generations = _integer(data, file, "generations", GENERATIONS, GENERATION)
     axes = _axes(data.get("axes"), file)
     count = math.prod(len(axis.values) for axis in axes) * len(seeds)
     if count > SETS_MAX:
@@ -198,12 +198,12 @@ def _axes(data: object, file: str) -> tuple[Axis, ...]:
 
 def _fields(data: Mapping[str, Any], path: str) -> list[tuple[str, Any]]:
     """Collects the dotted fields and their values; a field may be written as one quoted key or as nested tables."""
-    found: list[tuple[str, Any]] = []
+    fields: list[tuple[str, Any]] = []
     for key, value in data.items():
         field = f"{path}.{key}" if path else str(key)
         nested = isinstance(value, Mapping) and "." not in field
-        found += _fields(value, field) if nested else [(field, value)]
-    return found
+        fields += _fields(value, field) if nested else [(field, value)]
+    return fields
 
 
 def _axis(field: str, value: Any, file: str) -> Axis:
@@ -229,7 +229,7 @@ def _axis(field: str, value: Any, file: str) -> Axis:
 
 def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
     """Computes the values of a linspace or geomspace."""
-    kinds = [key for key in spec if key in SPACES]
+    kinds = [key for key in spec if key in SPACINGS]
     if len(spec) != 1 or len(kinds) != 1:
         raise GridError(file, where, short(dict(spec)), "must hold one key, linspace or geomspace")
     kind, numbers = kinds[0], spec[kinds[0]]
@@ -253,7 +253,7 @@ def _placed(base: dict[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
     return given
 
 
-def _whole(data: Mapping[str, Any], file: str, key: str, default: int | None, allowed: tuple[int, int]) -> int | None:
+def _integer(data: Mapping[str, Any], file: str, key: str, default: int | None, allowed: tuple[int, int]) -> int | None:
     value = data.get(key, default)
     if key in data and (not _natural(value) or not allowed[0] <= value <= allowed[1]):
         raise GridError(file, key, short(value), f"must be a whole number >= {allowed[0]} and <= {allowed[1]:,}")

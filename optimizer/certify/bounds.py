@@ -64,18 +64,18 @@ def bounds(
     )
 
 
-def tightened(asked: Limits, found: tuple[ProvedBound, ...]) -> Limits:
+def tightened(asked: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
     """Makes every limit as tight as a bound is proved, wherever that is stricter than what is asked.
 
     Args:
         asked: The limits; what they leave out is added.
-        found: The bounds.
+        proved_bounds: The bounds.
 
     Returns:
         The limits.
     """
     tight = asked
-    for one in found:
+    for one in proved_bounds:
         if one.proved is None:
             continue
         limit = tight.get(type(one.limit))

@@ -129,15 +129,15 @@ def certify(
     from delta_cad.mechanism.proof.prove import prove
 
     geometry, cube = design.geometry, cube_of(design)
-    asked = asked_of(design, gravity) if limits is None else limits
-    proof = prove(geometry, cube, asked, max_boxes=max_boxes, progress=progress)
+    conditions = limits_of(design, gravity) if limits is None else limits
+    proof = prove(geometry, cube, conditions, max_boxes=max_boxes, progress=progress)
     complete = any(finding.verdict == "proved" for finding in proof.findings)
     return Certificate(
         design=design.name,
         design_hash=design_hash(design),
         geometry=geometry,
         cube=cube,
-        limits=asked,
+        limits=conditions,
         findings=proof.findings,
         leaves=proof.leaves if complete else proof.leaves[:0],
         boxes=proof.boxes,
@@ -145,7 +145,7 @@ def certify(
     )
 
 
-def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
+def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
     """Gathers the limits of a design's requirements, less the room for gravity, angles rounded to the strict side.
 
     Args:
@@ -209,8 +209,8 @@ def _same_design(c: Certificate, design: Design) -> None:
     if c.geometry != design.geometry or c.cube != cube_of(design):
         raise CertificateError(f'it is about other dimensions than those of design "{design.name}"')
     if c.design_hash != design_hash(design):
-        found = design_hash(design)
-        raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {found[:12]}")
+        own = design_hash(design)
+        raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {own[:12]}")
     r, share = design.requirements, c.gravity
     if share is not None and (share.force, share.torque) != (r.force_N, r.joint_torque_N_m):
         raise CertificateError("torque: gravity is taken off another force or torque than the design's")
@@ -220,7 +220,7 @@ def _same_design(c: Certificate, design: Design) -> None:
     if mass is None and r.effective_mass_max_kg is not None:
         lax = EffectiveMass.name
     else:  # with the masses that the certificate is about; `verify` compares them with those of a build
-        lax = c.limits.laxer(asked_of(design, share, None if mass is None else mass.inertia))
+        lax = c.limits.laxer(limits_of(design, share, None if mass is None else mass.inertia))
     if lax is not None:
         raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
 

@@ -123,19 +123,18 @@ class GravityShare:
         Returns:
             The fault, or None.
         """
-        asked = limits.get(Torque)
-        if asked is None:
+        condition = limits.get(Torque)
+        if condition is None:
             return "gravity is taken off, but no torque is asked"
         numbers = (self.force, self.torque, self.weight, self.reserve)
         if not all(math.isfinite(x) and x >= 0.0 for x in numbers):
             return "gravity's share holds a number that is negative or not finite"
         force, torque, weight, reserve = (Fraction(x) for x in numbers)
-        if Fraction(asked.force) < force + weight:
-            return (
-                f"the force of {asked.force:.9g} N is less than {self.force:g} N and the weight of {self.weight:.9g} N"
-            )
-        if Fraction(asked.torque_max) > torque - reserve:
-            return f"the torque of {asked.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
+        if Fraction(condition.force) < force + weight:
+            needed = f"{self.force:g} N and the weight of {self.weight:.9g} N"
+            return f"the force of {condition.force:.9g} N is less than {needed}"
+        if Fraction(condition.torque_max) > torque - reserve:
+            return f"the torque of {condition.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
         if self.masses is None:
             return None
         m = self.masses
@@ -218,19 +217,19 @@ def _sums(file: str, bodies: Mapping[str, Any], design: Design) -> tuple[float, 
     unknown = [name for name in bodies if name not in KNOWN]
     if unknown:
         raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")
-    found = {name: mass_and_centre(bodies, name, file) for name in KNOWN if name in bodies or name in NEEDED}
+    masses = {name: mass_and_centre(bodies, name, file) for name in KNOWN if name in bodies or name in NEEDED}
     length, arm = design.geometry.forearm_length, design.geometry.upper_arm_length
     ratio = design.hardware.capstan_ratio if design.hardware.drive == "capstan" else 1.0
-    carried, moments = found["platform"][0], []
+    carried, moments = masses["platform"][0], []
     for i in CHAINS:
         elbow, beside = 0.0, 0.0
         for name in RODS[2 * i : 2 * i + 2]:
-            mass, (x, y, z) = found[name]
+            mass, (x, y, z) = masses[name]
             off = math.hypot(y, z) / length
             carried += mass * (abs(x) / length + off)
             elbow += mass * (abs(1.0 - x / length) + off)
         for name, turns in ((f"upper_arm_{i}", 1.0), (f"pinion_{i}", ratio)):
-            mass, (x, _, z) = found.get(name, (0.0, (0.0, 0.0, 0.0)))
+            mass, (x, _, z) = masses.get(name, (0.0, (0.0, 0.0, 0.0)))
             beside += turns * mass * math.hypot(x, z)
         moments.append(elbow * arm + beside)
     return float(carried * UPWARDS), float(max(moments) * UPWARDS)

@@ -81,18 +81,18 @@ class Row:
         }
 
 
-def report_rows(c: Certificate, found: tuple[ProvedBound, ...]) -> list[Row]:
+def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[Row]:
     """Makes the rows of a certificate.
 
     Args:
         c: The certificate, about what the requirements ask.
-        found: The bounds proved beside it, for the force without gravity's share; none where a chain is open.
+        proved_bounds: The bounds proved beside it, for the force without gravity's share; none where a chain is open.
 
     Returns:
         One for each figure, those that are not asked too, unless nothing is known of them.
     """
     findings = {f.condition: f for f in c.findings}
-    known = {one.figure.name: one for one in found}
+    known = {one.figure.name: one for one in proved_bounds}
     rows = []
     for kind in POSE_LIMITS:
         limit, finding = c.limits.get(kind), findings.get(kind.name)
@@ -216,13 +216,13 @@ def _cells(row: Row) -> tuple[str, ...]:
     limit = "" if row.limit is None else f"{row.sense} {row.limit:.{DIGITS}g}{unit}"
     proved = "" if row.proved is None else f"{row.sense} {rounded(row.proved, row.upper)}{unit}"
     worst = row.worst
-    found = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
+    extreme = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
     at = "" if worst is None else place(worst[1])
     room = "" if row.room is None else f"{row.room:.3g}{unit}"
-    return row.figure, row.verdict, limit, proved, found, at, room
+    return row.figure, row.verdict, limit, proved, extreme, at, room
 
 
-def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
+def gravity_sentence(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> str:
     """Says what was taken off for gravity, and what it comes to."""
     share = c.gravity
     if share is None:
@@ -235,22 +235,22 @@ def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
         f"{share.weight:.4g} N more than the {share.force:g} N in the worst direction; upper arms, elbows and pinions "
         f"take {share.reserve:.4g} N m"
     )
-    most = gravity_most(c, found)
+    most = gravity_most(c, proved_bounds)
     return text if most is None else f"{text}; gravity alone is at most {rounded(most, True)} N m (proved)"
 
 
-def gravity_most(c: Certificate, found: tuple[ProvedBound, ...]) -> float | None:
+def gravity_most(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> float | None:
     """Computes a bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
     share = c.gravity
     if share is None:
         return None
     if share.masses is None:
         return share.reserve
-    torque = next((one.proved for one in found if isinstance(one.limit, Torque)), None)
+    torque = next((one.proved for one in proved_bounds if isinstance(one.limit, Torque)), None)
     return None if torque is None else torque / share.force * share.weight * (1.0 + 1e-12) + share.reserve
 
 
-def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> dict[str, Any]:
+def facts(c: Certificate, rows: list[Row], proved_bounds: tuple[ProvedBound, ...]) -> dict[str, Any]:
     """Gathers the report as plain data for JSON."""
     share = c.gravity
     masses = None if share is None else share.masses
@@ -268,7 +268,7 @@ def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> di
             "carried_mass_kg": None if masses is None else masses.carried_mass,
             "arm_moment_kg_m": None if masses is None else masses.arm_moment,
             "mass_properties_sha256": None if masses is None else masses.sha256,
-            "torque_max_N_m": gravity_most(c, found),
+            "torque_max_N_m": gravity_most(c, proved_bounds),
         },
         "boxes": c.boxes,
         "leaves": len(c.leaves),

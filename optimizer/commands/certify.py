@@ -143,12 +143,12 @@ def _certify(
     from delta_cad.mechanism import UnreachableError
     from delta_cad.mechanism.proof.extremes import worst_figures
     from optimizer.certify.bounds import bounds, tightened
-    from optimizer.certify.certificate import asked_of, certify, cube_of, values_of
+    from optimizer.certify.certificate import certify, cube_of, limits_of, values_of
     from optimizer.certify.file import write_certificate
-    from optimizer.certify.report import broken, facts, gravity_words, report_rows, shortfall, table
+    from optimizer.certify.report import broken, facts, gravity_sentence, report_rows, shortfall, table
 
     geometry, cube = design.geometry, cube_of(design)
-    limits = asked_of(design, share, inertia)
+    limits = limits_of(design, share, inertia)
     with Line() as line:
         line.show("searching the cube")
         try:
@@ -157,30 +157,37 @@ def _certify(
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
         certificate = certify(
-            design, limits, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "the limits asked")
+            design, limits, gravity=share, max_boxes=given.max_boxes, progress=_progress(line, "the limits asked")
         )
-        found = bounds(geometry, cube, worst, _told(line, "the tightest limits"))
+        proved_bounds = bounds(geometry, cube, worst, _progress(line, "the tightest limits"))
         written = certificate
         if given.tight and certificate.verdict == "proved":
-            tight = tightened(limits, found)
+            tight = tightened(limits, proved_bounds)
             written = certify(
-                design, tight, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "all of them together")
+                design,
+                tight,
+                gravity=share,
+                max_boxes=given.max_boxes,
+                progress=_progress(line, "all of them together"),
             )
             written = written if written.verdict == "proved" else certificate
-    rows = report_rows(certificate, found)
+    rows = report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     if given.json:
-        told = facts(certificate, rows, found) | {"certificate": str(given.out), "tight": written is not certificate}
-        print(json.dumps(told, indent=1))
+        report = facts(certificate, rows, proved_bounds) | {
+            "certificate": str(given.out),
+            "tight": written is not certificate,
+        }
+        print(json.dumps(report, indent=1))
     else:
         side, low = 2.0 * design.cube.half_side_mm, design.cube.bottom_height_mm
         verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
         print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
         print(table(rows))
-        print(gravity_words(certificate, found))
+        print(gravity_sentence(certificate, proved_bounds))
         about = "the limits asked" if written is certificate else "the column `proved`"
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
     if certificate.verdict == "proved":
@@ -189,5 +196,5 @@ def _certify(
     return refuse(f"{given.design.name}: {'; '.join(reasons)}", NOT_MET)
 
 
-def _told(line: Line, what: str) -> Callable[[int, float], None]:
+def _progress(line: Line, what: str) -> Callable[[int, float], None]:
     return lambda boxes, share: line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")

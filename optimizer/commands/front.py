@@ -84,9 +84,9 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
-    with Interrupt() as asked, Line() as line:
+    with Interrupt() as stop, Line() as line:
         try:
-            return _Run(task, design, given, folder, store, asked, line).run()
+            return _Run(task, design, given, folder, store, stop, line).run()
         except FrontError as error:
             store.remove()
             return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
@@ -108,11 +108,11 @@ class _Run:
         given: argparse.Namespace,
         folder: Path,
         store: Any,
-        asked: Callable[[], bool],
+        stop: Callable[[], bool],
         line: Line,
     ) -> None:
         self.task, self.design, self.given, self.folder = task, design, given, folder
-        self.store, self.asked, self.line = store, asked, line
+        self.store, self.stop, self.line = store, stop, line
         self.partial = folder.with_name(folder.name + ".partial")
 
     def run(self) -> int:
@@ -128,7 +128,7 @@ class _Run:
         given, show = self.given, self.line.show
 
         def point(curve: str, count: int, newest: FrontPoint | None) -> None:
-            show(f"{curve}, point {count}" + ("" if newest is None else f": {_words(newest)}"))
+            show(f"{curve}, point {count}" + ("" if newest is None else f": {_described(newest)}"))
 
         def proof(done: int, total: int) -> None:
             show(f"proof {done} of {total}")
@@ -136,19 +136,19 @@ class _Run:
         def seed(method: str, number: int, seeds: int) -> None:
             show(f"convergence, {method}, seed {number + 1} of {seeds}")
 
-        tracer = Tracer(self.task, given.points, given.seed, report=point, stop=self.asked, store=self.store)
+        tracer = Tracer(self.task, given.points, given.seed, report=point, stop=self.stop, store=self.store)
         trade = trades(tracer)
         if trade.finished:
-            trade = replace(trade, main=proved(trade.main, proof, self.asked, self.store))
-        found: list[Trace] = []
+            trade = replace(trade, main=proved(trade.main, proof, self.stop, self.store))
+        runs: list[Trace] = []
         subject = compared(trade)
         if trade.finished and subject is not None:
-            found = traces(at_side(self.task, subject.half_side), given.seeds, seed, self.asked, self.store)
+            runs = traces(at_side(self.task, subject.half_side), given.seeds, seed, self.stop, self.store)
         published = published_designs(self.task)
-        facts = record(trade, given.seed, published, found)
+        facts = record(trade, given.seed, published, runs)
         try:
-            drawings = [] if self.asked() else self._drawings(trade, published, found, subject)
-            if not self.asked():
+            drawings = [] if self.stop() else self._drawings(trade, published, runs, subject)
+            if not self.stop():
                 self._write(self.folder, trade, facts, published, drawings)
                 self.store.remove()
                 return self._tell(trade, facts)
@@ -161,7 +161,7 @@ class _Run:
         kept = f"{points} points so far in {self.partial}"
         return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
 
-    def _drawings(self, trade: Trade, published: Any, found: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
+    def _drawings(self, trade: Trade, published: Any, runs: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
         """Lists name, caption and drawing of every picture."""
         from optimizer.front.maps import slices
         from optimizer.paper.evaluation import mechanism_of
@@ -189,9 +189,9 @@ class _Run:
                 lambda: maps.maps(slices(geometry, cube, force), force, name),
             ),
         ]
-        if found and subject is not None:
+        if runs and subject is not None:
             title = f"Step 3 at a cube of {2 * subject.half_side:.4g} mm"
-            draw = lambda: convergence.convergence(found, subject.kappa, title)  # noqa: E731
+            draw = lambda: convergence.convergence(runs, subject.kappa, title)  # noqa: E731
             drawings.append(("convergence", "GA and SQP over the seeds", draw))
         return drawings
 
@@ -204,7 +204,7 @@ class _Run:
         with whole_folder(place) as folder:
             for name, _, draw in drawings:
                 self.line.show(f"picture: {name}")
-                if self.asked():
+                if self.stop():
                     raise _StoppedError
                 save(draw(), folder, name)
             text = page(trade, published, [(f"{name}.png", what) for name, what, _ in drawings])
@@ -221,7 +221,7 @@ class _Run:
             print(json.dumps(facts, indent=1, allow_nan=False))
             return DONE
         for what, point in telling(trade):
-            print(f"{what}: {_words(point)}")
+            print(f"{what}: {_described(point)}")
         beyond = " and ".join(trade.main.beyond) or "not found"
         print(f"1 % beyond the largest contradict each other: {beyond}")
         print(f"{len(trade.main.points)} points and the pictures in {self.folder}")
@@ -257,6 +257,6 @@ def title_of(design_mm: tuple[float, ...], name: str) -> str:
     return f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"
 
 
-def _words(point: FrontPoint) -> str:
+def _described(point: FrontPoint) -> str:
     binds = f"; binds: {', '.join(point.active)}" if point.active else ""
     return f"cube of {2 * point.half_side:.4g} mm, worst kappa {point.kappa:.4g}, torque {point.torque:.4g} N m{binds}"

@@ -131,7 +131,7 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
 def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, reason: str) -> dict[str, Any]:
     from optimizer.certify.file import certificate_to_dict
 
-    share, told = certificate.gravity, certificate_to_dict(certificate)
+    share, content = certificate.gravity, certificate_to_dict(certificate)
     return {
         "certificate": str(given.certificate),
         "holds": not reason,
@@ -140,9 +140,9 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "design_checked": given.design is not None,
         "masses_checked": given.mass_properties is not None,
         "gravity_torque_checked": given.gravity_torque is not None,
-        "geometry": told["geometry"],
-        "cube": told["cube"],
-        "limits": told["limits"],
+        "geometry": content["geometry"],
+        "cube": content["cube"],
+        "limits": content["limits"],
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
@@ -164,15 +164,15 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
     side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height
     return (
         f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}; "
-        f"{_gravity_words(given, certificate.gravity)}\n"
+        f"{_gravity_sentence(given, certificate.gravity)}\n"
         f"{'; '.join(certificate.limits[name].words(rounded) for name in replay.proved)}\n"
         f"{certificate.design}: L_A {L_A:g}, L_B {L_B:g}, R {R:g}, r {r:g}, cube of {side:g} from {low:g} mm up\n"
         f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined"
-        f"{_mass_words(given, certificate)}"
+        f"{_mass_sentence(given, certificate)}"
     )
 
 
-def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
+def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
     """Says with what masses the effective mass is proved: re-digested ones are proved as well."""
     from delta_cad.mechanism.limits import EffectiveMass
 
@@ -187,7 +187,7 @@ def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
     )
 
 
-def _gravity_words(given: argparse.Namespace, share: GravityShare | None) -> str:
+def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> str:
     """Says for what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:

@@ -53,7 +53,7 @@ def traces(
     Returns:
         The runs that came to their end.
     """
-    found = []
+    done = []
     for seed in range(seeds):
         for method, run in (("sqp", _sqp), ("ga", _ga)):
 
@@ -66,10 +66,10 @@ def traces(
 
             kept = remembered(store, f"convergence/{method}/{seed}", solve)
             if kept is None:
-                return found
+                return done
             best = tuple(math.nan if value is None else float(value) for value in kept["best"])
-            found.append(Trace(method, seed, tuple(kept["evaluations"]), best))
-    return found
+            done.append(Trace(method, seed, tuple(kept["evaluations"]), best))
+    return done
 
 
 def band(traces: list[Trace], method: str, at: np.ndarray) -> np.ndarray:
@@ -105,7 +105,7 @@ def _ga(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
 
 def _sqp(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
     starts = np.roll(sqp.start_points(problem, seed), -1, axis=0)  # what no seed moves, the middle, comes last
-    found = sqp.search(problem, starts, stop=stop)
-    levels = np.fmax.accumulate([level for _, level in found.trail])
+    outcome = sqp.search(problem, starts, stop=stop)
+    levels = np.fmax.accumulate([level for _, level in outcome.trail])
     best = tuple(1.0 / float(level) if level > 0.0 else math.nan for level in levels)
-    return Trace("sqp", seed, tuple(evaluations for evaluations, _ in found.trail), best)
+    return Trace("sqp", seed, tuple(evaluations for evaluations, _ in outcome.trail), best)

@@ -31,7 +31,7 @@ COLD = 3  # cold starts of each; the neighbour is a fourth
 POINTS_MIN = 4
 # Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace.
 SMALLEST_SHARE = 0.25
-PIECE_MIN = 1e-4  # shortest piece that is halved, as a part of the range, whatever kappa does in it
+INTERVAL_MIN = 1e-4  # shortest piece that is halved, as a part of the range, whatever kappa does in it
 LARGER_ROUNDS = 5  # times that a larger cube found beyond the largest is followed; once has not been seen yet
 BETTER = 1e-9  # part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10
 # Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8.
@@ -235,7 +235,7 @@ class Tracer:
             quality = np.array([1.0 / self._found[side].max_kappa for side in sides])
             scale = max(float(quality.max() - quality.min()), np.finfo(float).tiny)
             across = np.diff(sides) / (high - low)
-            length = np.where(across > PIECE_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
+            length = np.where(across > INTERVAL_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
             k = int(np.argmax(length))
             if length[k] == 0.0:
                 break
@@ -266,15 +266,15 @@ class Tracer:
 
     def _descend(self, problem: Problem, near: list[tuple[float, ...]], cold: bool) -> dict[str, Any]:
         starts = [problem.scaled(design) for design in near]
-        found = sqp.search(problem, np.array(starts + list(_cold(problem, self.seed) if cold else [])))
-        best = found.best
+        outcome = sqp.search(problem, np.array(starts + list(_cold(problem, self.seed) if cold else [])))
+        best = outcome.best
         # the first neighbour is larger, or the point is swept: its design holds here too and sets the least to reach
         own = Result(problem, "sqp", problem.lengths_mm(starts[0]), STARTS)
         chosen = own
         if best is not None:
             result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")
             chosen = result if result.feasible and not (own.feasible and own.max_kappa < result.max_kappa) else own
-        return {"design_mm": list(chosen.design_mm), "status": chosen.status, "evaluations": found.evaluations}
+        return {"design_mm": list(chosen.design_mm), "status": chosen.status, "evaluations": outcome.evaluations}
 
     def _front(self) -> list[Result]:
         """Selects the feasible results that no other one dominates, ascending."""

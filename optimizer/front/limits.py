@@ -14,8 +14,8 @@ BEYOND = 0.01
 
 def at_side(given: Requirements, side: float) -> Problem:
     """Poses step 3 at a half side in mm, whatever `bounds_mm.half_side` says."""
-    asked = given.step_3.model_copy(update={"half_side_mm": side})
-    return step_problem(given.model_copy(update={"step_3": asked}), 3)
+    step_3 = given.step_3.model_copy(update={"half_side_mm": side})
+    return step_problem(given.model_copy(update={"step_3": step_3}), 3)
 
 
 def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
@@ -32,7 +32,7 @@ def beyond(given: Requirements, largest: float, seed: int) -> tuple[str, ...]:
     problem, bound = at_side(given, largest * (1.0 + BEYOND)), given.bounds_mm.half_side[1]
     if problem.upper[SIDE] > bound:
         return (f"half side <= {bound:g} mm (bounds_mm.half_side)",)
-    return conflict_words(problem, explain(problem.requirements, problem, None, seed))
+    return described_conflict(problem, explain(problem.requirements, problem, None, seed))
 
 
 def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
@@ -49,10 +49,10 @@ def no_cube(given: Requirements, seed: int) -> InfeasibleError | None:
     error = explain(problem.requirements, problem, None, seed)
     if error is None:
         return None
-    return InfeasibleError(2, error.conflict, conflict_words(problem, error), error.shortfall)
+    return InfeasibleError(2, error.conflict, described_conflict(problem, error), error.shortfall)
 
 
-def conflict_words(problem: Problem, error: InfeasibleError | None) -> tuple[str, ...]:
+def described_conflict(problem: Problem, error: InfeasibleError | None) -> tuple[str, ...]:
     """Describes the members of a contradiction, the half side by its number."""
     if error is None:
         return ()

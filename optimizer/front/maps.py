@@ -83,15 +83,15 @@ def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Sl
     L, H = cube.half_side, cube.bottom_height
     line, rise = _axis(-L, L, n), _axis(H, float(cube.upper[2]), n)
     x, y = np.meshgrid(line, line)
-    found = []
+    planes = []
     for name, z in (("bottom", H), ("middle", H + L), ("top", float(cube.upper[2]))):
         p = np.stack([x, y, np.full_like(x, z)], axis=-1)
-        found.append(_slice(g, p, force, f"{name}, z = {MM_PER_M * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
+        planes.append(_slice(g, p, force, f"{name}, z = {MM_PER_M * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
     across, up = np.meshgrid(line, rise)
     p = np.stack([across, np.zeros_like(across), up], axis=-1)
     sides = (-L, L, H, float(cube.upper[2]))
-    found.append(_slice(g, p, force, "side, y = 0", ("x", "z"), line, rise, sides))
-    return found
+    planes.append(_slice(g, p, force, "side, y = 0", ("x", "z"), line, rise, sides))
+    return planes
 
 
 def _axis(low: float, high: float, n: int) -> np.ndarray:

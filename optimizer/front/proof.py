@@ -57,11 +57,11 @@ def _bound(
     key: str, problem: Problem, design_mm: tuple[float, ...], stop: Callable[[], bool], store: Store | None
 ) -> float | None:
     def solve() -> dict[str, Any] | None:
-        found = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, stop=stop)
+        proven = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, stop=stop)
         if stop():  # as far as it came is no fact to keep
             return None
         # without an incumbent nothing stands beside the bound
-        return {"bound": finite(found.bound) if found.design_mm else None}
+        return {"bound": finite(proven.bound) if proven.design_mm else None}
 
     kept = remembered(store, key, solve)
     return None if kept is None else kept["bound"]

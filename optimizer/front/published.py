@@ -52,13 +52,13 @@ def published_designs(given: Requirements) -> list[PublishedDesign]:
     Returns:
         One for each row that has a result.
     """
-    found = []
+    designs = []
     for run in published_runs(TABLES):
         if run.result is not None:
             result = Result(at_side(given, run.result[SIDE]), "published", run.result, "converged")
             worst = (result.max_kappa, result.max_torque)
-            found.append(PublishedDesign(run.table, run.row, run.method, run.result, *worst, misses(given, result)))
-    return found
+            designs.append(PublishedDesign(run.table, run.row, run.method, run.result, *worst, misses(given, result)))
+    return designs
 
 
 def misses(given: Requirements, result: Result) -> tuple[str, ...]:

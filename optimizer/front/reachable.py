@@ -36,11 +36,11 @@ def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
     Returns:
         Pieces of the boundary, each (K, 3) points of one chain's limit, m.
     """
-    pieces = []
+    arcs = []
     for chain in range(3):
         for sign in (-1.0, 1.0):
-            pieces += _pieces(_horizontal(g, chain, sign, z))
-    return pieces
+            arcs += _arcs(_horizontal(g, chain, sign, z))
+    return arcs
 
 
 def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
@@ -52,8 +52,8 @@ def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
     Returns:
         Pieces of the boundary, each (K, 3) points, m; chain 2's are chain 1's.
     """
-    pieces = [piece for reach in _own_reaches(g) for piece in _pieces(_circle(g, reach))]
-    return pieces + _pieces(_mirrored(g))
+    arcs = [arc for reach in _own_reaches(g) for arc in _arcs(_circle(g, reach))]
+    return arcs + _arcs(_mirrored(g))
 
 
 class Shell(NamedTuple):
@@ -164,7 +164,7 @@ def _limit(g: DeltaGeometry, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return g.upper_arm_length + g.forearm_length * np.cos(beta), g.forearm_length * np.sin(beta)
 
 
-def _pieces(contour: Contour) -> list[np.ndarray]:
+def _arcs(contour: Contour) -> list[np.ndarray]:
     """Finds the parts of a closed contour whose margin is not negative, their ends bisected."""
     beta = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
     there = contour(beta)[1] >= 0.0
@@ -183,10 +183,10 @@ def _pieces(contour: Contour) -> list[np.ndarray]:
     )
     if there.all():
         return [contour(beta)[0]]
-    pieces = []
+    arcs = []
     for first, last, begin, end in zip(change[0::2], change[1::2], ends[0::2], ends[1::2], strict=True):
-        pieces.append(contour(np.concatenate([[begin], beta[first + 1 : last + 1], [end]]))[0])
-    return pieces
+        arcs.append(contour(np.concatenate([[begin], beta[first + 1 : last + 1], [end]]))[0])
+    return arcs
 
 
 def _ends(contour: Contour, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:

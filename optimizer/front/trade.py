@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optimizer.front.front import POINTS_MIN, Curve, FrontPoint, Tracer
-from optimizer.front.limits import conflict_words
+from optimizer.front.limits import described_conflict
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import outline_of, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError
@@ -94,7 +94,7 @@ def further(tracer: Tracer, given: Requirements, name: str, words: str) -> Curve
     try:
         return other.curve()
     except InfeasibleError as error:
-        return Curve(given, name, words, (), beyond=conflict_words(step_problem(given, error.step), error))
+        return Curve(given, name, words, (), beyond=described_conflict(step_problem(given, error.step), error))
 
 
 def largest_reach(given: Requirements) -> float:

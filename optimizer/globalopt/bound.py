@@ -59,13 +59,13 @@ def solve(
     """
     if not available():
         raise ProblemError("a proof needs numba, which is not installed: install delta-haptics[optimize]")
-    found = prove_optimum(
+    proven = prove_optimum(
         problem, gap=effort.gap, max_boxes=effort.boxes, before_mm=before_mm, seed=seed, report=report, stop=stop
     )
-    design = found.design_mm or problem.lengths_mm(np.full(len(problem.free), 0.5))
-    objective = finite(found.objective) if found.certified else None
-    proof = Bound(objective, finite(found.bound), finite(found.gap), found.boxes)
-    return Result(problem, "proven", design, found.status, proof=proof)
+    design = proven.design_mm or problem.lengths_mm(np.full(len(problem.free), 0.5))
+    objective = finite(proven.objective) if proven.certified else None
+    proof = Bound(objective, finite(proven.bound), finite(proven.gap), proven.boxes)
+    return Result(problem, "proven", design, proven.status, proof=proof)
 
 
 def with_bound(
@@ -89,7 +89,7 @@ def with_bound(
     Returns:
         The same with a proof; unchanged if there is no bound, because the result is feasible to a rounding only.
     """
-    found = prove_optimum(
+    proven = prove_optimum(
         result.problem if within is None else within,
         gap=effort.gap,
         max_boxes=effort.boxes,
@@ -99,7 +99,7 @@ def with_bound(
         report=report,
         stop=stop,
     )
-    if not math.isfinite(found.bound):
+    if not math.isfinite(proven.bound):
         return result
-    gap = abs(result.objective - found.bound) / result.objective if result.objective > 0.0 else math.inf
-    return replace(result, proof=Bound(None, found.bound, finite(gap), found.boxes))
+    gap = abs(result.objective - proven.bound) / result.objective if result.objective > 0.0 else math.inf
+    return replace(result, proof=Bound(None, proven.bound, finite(gap), proven.boxes))

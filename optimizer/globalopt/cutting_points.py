@@ -155,10 +155,10 @@ def point_cuts(points, n, k, pose, work, cuts, count):
     Returns:
         How many there are now, or `EXCLUDED`.
     """
-    asked = int(k[0])
+    limits = int(k[0])
     _fill_chains(points[n, 0], points[n, 1], points[n, 2], pose)
-    count = _by_chains(pose, k, asked, work, cuts, count)
-    if count == EXCLUDED or not asked & _FOREARMS:
+    count = _by_chains(pose, k, limits, work, cuts, count)
+    if count == EXCLUDED or not limits & _FOREARMS:
         return count
     forms.fill_forearms(pose)
-    return _by_forearms(pose, k, asked, work, cuts, count)
+    return _by_forearms(pose, k, limits, work, cuts, count)

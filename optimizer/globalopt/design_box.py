@@ -42,8 +42,8 @@ def design_box(problem: Problem) -> DesignBox | None:
         problem: The step.
     """
     (la, lb, R, r, H), high = problem.lower[:SIDE], problem.upper
-    asked = reduce(DesignBounds.both, (limit.design_bounds() for limit in problem.limits), DesignBounds())
-    reach, least = asked.reach_max_mm, max(r, asked.platform_radius_min_mm)
+    bounds = reduce(DesignBounds.both, (limit.design_bounds() for limit in problem.limits), DesignBounds())
+    reach, least = bounds.reach_max_mm, max(r, bounds.platform_radius_min_mm)
     la_high = min(high[0], (reach - R) * (1.0 + OUTWARDS))
     if la_high < la * (1.0 - OUTWARDS) or least > high[3]:
         return None
@@ -54,15 +54,15 @@ def design_box(problem: Problem) -> DesignBox | None:
     if (box[0] > box[1]).any():
         return None
     total = (reach - least + OUTWARDS * abs(reach)) / MM_PER_M
-    return DesignBox(box, total, asked.forearm_per_half_side_min, reach, least)
+    return DesignBox(box, total, bounds.forearm_per_half_side_min, reach, least)
 
 
-def design_of(problem: Problem, space: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:
+def design_of(problem: Problem, designs: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:
     """Completes a point of the design box to a design, with the smallest R that fits.
 
     Args:
         problem: The step.
-        space: Its design box.
+        designs: Its design box.
         point: (4,) L_A, L_B, a, H, m.
         half_side_mm: L.
 
@@ -70,5 +70,5 @@ def design_of(problem: Problem, space: DesignBox, point: np.ndarray, half_side_m
         (6,) lengths in the order of `VARIABLES`, mm, within the bounds.
     """
     la, lb, a, height = np.asarray(point) * MM_PER_M
-    R = max(problem.lower[2], space.platform_min_mm + a)
+    R = max(problem.lower[2], designs.platform_min_mm + a)
     return np.clip([la, lb, R, R - a, height, half_side_mm], problem.lower, problem.upper)

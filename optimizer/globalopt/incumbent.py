@@ -50,15 +50,15 @@ def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Ce
         The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
     """
     kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
-    found = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
-    if found is not None:
-        return found
+    best = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
+    if best is not None:
+        return best
     for share in reversed(YIELDS[1:]):  # what gives up less is harder to prove: the first failure ends it
         less = _proved(problem, design_mm, kappa, share, boxes)
         if less is None:
             break
-        found = less
-    return found
+        best = less
+    return best
 
 
 def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
@@ -75,8 +75,8 @@ def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
         The design with its sampled condition number; None if its constraints cannot be proved.
     """
     kappa = _largest_kappa(problem, design_mm)
-    found = _proved(problem, design_mm, None, YIELDS[0], BOXES)
-    return found._replace(objective=kappa) if found is not None and math.isfinite(kappa) else None
+    best = _proved(problem, design_mm, None, YIELDS[0], BOXES)
+    return best._replace(objective=kappa) if best is not None and math.isfinite(kappa) else None
 
 
 def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:

@@ -228,20 +228,20 @@ class _Proof:
             self._descend(start)
 
     def _fall_back(self, design_mm: np.ndarray) -> None:
-        """Takes the design of the step before, with less effort where its condition number is too steep to be proved."""
+        """Takes the design of the step before, with less effort where its kappa is too steep to be proved."""
         design = np.clip(design_mm, self.problem.lower, self.problem.upper)
-        found = proved = certified(self.problem, design, QUICK)
-        if found is None:
+        incumbent = proved = certified(self.problem, design, QUICK)
+        if incumbent is None:
             self.certifying, self.max_boxes = QUICK, min(self.max_boxes, STEEP_BOXES)
-            found = uncertified(self.problem, design)
-        if found is not None:
-            self._keep(found, proved is not None)
+            incumbent = uncertified(self.problem, design)
+        if incumbent is not None:
+            self._keep(incumbent, proved is not None)
 
     def _take(self, design_mm: np.ndarray) -> None:
         """Certifies a design and keeps it if it is the best; then SQP goes on from it."""
-        found = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
-        if found is not None and self._better(found):
-            self._keep(found)
+        incumbent = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
+        if incumbent is not None and self._better(incumbent):
+            self._keep(incumbent)
         self._descend(self.problem.scaled(design_mm))
 
     def _descend(self, x: np.ndarray) -> None:
@@ -251,13 +251,13 @@ class _Proof:
         design = np.array(self.problem.lengths_mm(ending.x))
         if self.best is not None and self.problem.step != 3 and design[SIDE] <= self.best.objective:
             return
-        found = certified(self.problem, design, self.certifying)
-        if found is not None and self._better(found):
-            self._keep(found)
+        incumbent = certified(self.problem, design, self.certifying)
+        if incumbent is not None and self._better(incumbent):
+            self._keep(incumbent)
 
-    def _keep(self, found: Certified, proved: bool = True) -> None:
-        self.best, self.certified = found, proved
-        worst = design_worst(self.problem, np.array(found.design_mm) / MM_PER_M, EXCHANGE_GRID)
+    def _keep(self, incumbent: Certified, proved: bool = True) -> None:
+        self.best, self.certified = incumbent, proved
+        worst = design_worst(self.problem, np.array(incumbent.design_mm) / MM_PER_M, EXCHANGE_GRID)
         for w in worst.values():
             for point in w.points:
                 self._cut_at(point)
@@ -302,17 +302,16 @@ class _Proof:
         boxes, masks = np.empty((STACK, 2, 4)), np.ones((STACK, POINTS), dtype=np.uint8)
         flags, state = np.zeros(STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
         boxes[0] = space.box
-        asked, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
-        whole = np.array([side, space.sum_max, space.forearm_per_half_side_min * side])
+        thresholds, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
+        cube_limits = np.array([side, space.sum_max, space.forearm_per_half_side_min * side])
         begun = self.boxes
         opened = False
         while state[0] > 0:
             budget = min(CHUNK - self.boxes % CHUNK, self.max_boxes - self.boxes)
             if budget <= 0:
                 return "budget"
-            ended = search(
-                boxes, masks, flags, state, self._points(side), self.count, self.hits, asked, whole, candidate, budget
-            )
+            points = self._points(side), self.count, self.hits
+            ended = search(boxes, masks, flags, state, *points, thresholds, cube_limits, candidate, budget)
             self.boxes = begun + int(state[1])
             top = int(state[0]) - 1
             if ended == QUESTION:
@@ -344,9 +343,9 @@ class _Proof:
     ) -> Literal["refused", "better", "known"]:
         """Looks at the whole cube of a design that all cutting points allow."""
         design = design_of(self.problem, space, candidate, side * MM_PER_M)
-        found = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
-        quality = found.pop("quality", None)
-        points = [p for w in found.values() for p, v in zip(w.points, w.values, strict=True) if v < 0.0]
+        worst = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
+        quality = worst.pop("quality", None)
+        points = [p for w in worst.values() for p, v in zip(w.points, w.values, strict=True) if v < 0.0]
         if quality is not None and kappa < math.inf:
             pairs = zip(quality.points, quality.values, strict=True)
             points += [p for p, v in pairs if v < 1.0 / kappa]
@@ -355,8 +354,8 @@ class _Proof:
             masks[:waiting, k] = 1
         if new:
             return "refused"
-        whole = self.problem.design_margins(design[None] / MM_PER_M)
-        if points or min((float(margin[0]) for margin in whole.values()), default=0.0) < -ROUNDING:
+        margins = self.problem.design_margins(design[None] / MM_PER_M)
+        if points or min((float(margin[0]) for margin in margins.values()), default=0.0) < -ROUNDING:
             return "known"
         if self.vain >= VAIN:
             return "known"

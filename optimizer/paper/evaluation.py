@@ -130,21 +130,21 @@ def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.n
 def _shortfalls(problem: Problem, result: Result) -> tuple[Shortfall, ...]:
     """Constraints and bounds that a result does not keep, in units that can be measured."""
     broken = {name for name, by in result.violations.items() if by > ROUNDING}
-    design, found = result.design_mm, []
+    design, faults = result.design_mm, []
 
     def worst(name: str) -> tuple[DeltaGeometry, np.ndarray]:
         return _placed(design, design_worst(problem, np.array(design) / MM_PER_M, FINE_GRID)[name].points)
 
     if "outline" in broken:
         limit = problem.requirements.limits.outline_radius_max_mm or math.inf
-        found.append(Shortfall("outline", design[0] + design[2] - limit, "mm"))
+        faults.append(Shortfall("outline", design[0] + design[2] - limit, "mm"))
     if "reach" in broken:
-        found.append(Shortfall("reach", float(np.max(reach_excess(*worst("reach")))) * MM_PER_M, "mm"))
+        faults.append(Shortfall("reach", float(np.max(reach_excess(*worst("reach")))) * MM_PER_M, "mm"))
     if "torque" in broken and math.isfinite(result.max_torque):
-        found.append(Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
+        faults.append(Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
     elif "torque" in broken and "reach" not in broken:
-        found.append(Shortfall("singularity", -float(np.min(direct_margin(*worst("torque")))), ""))
+        faults.append(Shortfall("singularity", -float(np.min(direct_margin(*worst("torque")))), ""))
     for letter, value, low, high in zip(LETTERS, design, problem.lower, problem.upper, strict=True):
         if not low <= value <= high:
-            found.append(Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
-    return tuple(found)
+            faults.append(Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
+    return tuple(faults)

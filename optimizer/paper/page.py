@@ -117,7 +117,7 @@ def _of_published(name: str) -> Callable[[ReproducedRun], str]:
 
 
 def _of_method(name: str) -> Callable[[ReproducedRun], str]:
-    return lambda r: _number(r.found[name].objective)
+    return lambda r: _number(r.attempts[name].objective)
 
 
 def _lengths(r: ReproducedRun) -> str:
@@ -150,7 +150,7 @@ COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
     ("kappa", _of_published("max_kappa")),
     ("kappa, Frobenius", _of_published("max_kappa_frobenius")),
     *((f"our {name.upper()}", _of_method(name)) for name in METHODS),
-    ("its kappa", lambda r: _number(finite(r.found["ga+sqp"].result.max_kappa))),
+    ("its kappa", lambda r: _number(finite(r.attempts["ga+sqp"].result.max_kappa))),
     ("proven", lambda r: _number(r.proven.bound, 5)),
     ("gap", lambda r: NONE if r.gap is None else percent(r.gap)),
 )
@@ -160,7 +160,7 @@ def _remarks(runs: Runs) -> list[str]:
     """Lists what must be known of runs beside their numbers, each remark once, with its rows."""
     about: dict[str, list[str]] = {}
     for r in runs:
-        proven, sqp = r.proven, r.found["sqp"]
+        proven, sqp = r.proven, r.attempts["sqp"]
         texts = [r.run.note, *r.changed]
         if proven.status != "proved":
             gap = f", gap {proven.gap:.1e}" if proven.gap == proven.gap else ""

@@ -59,7 +59,7 @@ class ReproducedRun:
         changed: Changes to its bounds and start.
         published: Its result by our equations; None where it has "no results".
         exchanged: The same with the H of the other row, where print looks exchanged.
-        found: Method of `METHODS` -> its attempt.
+        attempts: Method of `METHODS` -> its attempt.
         proven: The proven optimum under the same bounds.
     """
 
@@ -67,7 +67,7 @@ class ReproducedRun:
     changed: tuple[str, ...]
     published: Evaluation | None
     exchanged: Evaluation | None
-    found: dict[str, Attempt]
+    attempts: dict[str, Attempt]
     proven: Proven
 
     @property
@@ -130,7 +130,7 @@ class ReproducedRun:
             "within_agreement": self.within,
             "within_beside_half_last_digit": self.agrees,
             "gap": self.gap,
-            "found": {name: attempt.record() for name, attempt in self.found.items()},
+            "found": {name: attempt.record() for name, attempt in self.attempts.items()},
             "proven": {
                 **{name: finite(getattr(proven, name)) for name in ("objective", "bound", "gap")},
                 "status": proven.status,
@@ -144,8 +144,8 @@ def _named(design: Lengths | None) -> dict[str, float] | None:
     return None if design is None else {f"{name}_mm": value for name, value in zip(VARIABLES, design, strict=True)}
 
 
-def _evaluated(found: Evaluation | None) -> dict[str, Any] | None:
-    return None if found is None else {"keeps_its_constraints": not found.faults, **asdict(found)}
+def _evaluated(evaluation: Evaluation | None) -> dict[str, Any] | None:
+    return None if evaluation is None else {"keeps_its_constraints": not evaluation.faults, **asdict(evaluation)}
 
 
 @dataclass
@@ -181,18 +181,18 @@ class Reproduction:
     def _one(self, run: PublishedRun, runs: tuple[PublishedRun, ...], name: str) -> ReproducedRun:
         problem, changed = problem_of(run)
         start, moved = start_within(run, problem)
-        found = {}
+        attempts = {}
         for method in METHODS:
             self.report(f"{name}: {method}")
-            found[method] = self._found(problem, method, start if method == "sqp" else None)
+            attempts[method] = self._attempt(problem, method, start if method == "sqp" else None)
         self.report(f"{name}: proof of the optimum")
-        proven = self._proven(problem, found)
+        proven = self._proven(problem, attempts)
         self.report(f"{name}: the published design")
         designs = (run.result, _exchanged(run, runs))
         published, exchanged = (None if d is None else evaluate(problem, d, self.gap) for d in designs)
-        return ReproducedRun(run, (*changed, *moved), published, exchanged, found, proven)
+        return ReproducedRun(run, (*changed, *moved), published, exchanged, attempts, proven)
 
-    def _found(self, problem: Problem, method: str, start: Lengths | None) -> Attempt:
+    def _attempt(self, problem: Problem, method: str, start: Lengths | None) -> Attempt:
         def solve() -> Attempt:
             if start is not None:
                 return _descended(problem, start)
@@ -202,9 +202,9 @@ class Reproduction:
 
         return self._once((problem.step, problem.lower, problem.upper, method, start), solve)
 
-    def _proven(self, problem: Problem, found: dict[str, Attempt]) -> Proven:
+    def _proven(self, problem: Problem, attempts: dict[str, Attempt]) -> Proven:
         sign = 1.0 if problem.step == 3 else -1.0
-        best = min(found.values(), key=lambda f: math.inf if f.objective is None else sign * f.objective)
+        best = min(attempts.values(), key=lambda f: math.inf if f.objective is None else sign * f.objective)
         known = best.result.design_mm
         return self._once(
             (problem.step, problem.lower, problem.upper),

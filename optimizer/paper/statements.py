@@ -80,13 +80,13 @@ def summary(runs: Runs) -> str:
 
 def statements(runs: Runs, sentences: tuple[str, ...]) -> list[str]:
     """Fills in the sentences of `VERDICT` or `NOTES` that the runs give the numbers for."""
-    known, told = figures(runs), []
+    known, complete = figures(runs), []
     for sentence in sentences:
         try:
-            told.append(sentence.format(**known))
+            complete.append(sentence.format(**known))
         except KeyError:
             continue
-    return told
+    return complete
 
 
 def figures(runs: Runs) -> dict[str, Any]:
@@ -148,7 +148,7 @@ def _of_our_methods(runs: Runs) -> dict[str, Any]:
     """Evaluates our methods: where the paper has no result, along step 2's ridge, after the GA, from the proof."""
     known: dict[str, Any] = {}
     if unsolved := [r for r in runs if r.run.result is None]:
-        ends = [(r.run.name, r.found["sqp"].objective, r.found["sqp"].ending) for r in unsolved]
+        ends = [(r.run.name, r.attempts["sqp"].objective, r.attempts["sqp"].ending) for r in unsolved]
         reached = [(name, "ends infeasible" if L is None else f"reaches {L:.3f} mm", why) for name, L, why in ends]
         known |= {"unsolved": len(unsolved), "solved": "; ".join(f"{n} {L} ({why})" for n, L, why in reached)}
         known |= {"feasible": sum(math.isfinite(r.proven.objective) for r in unsolved)}
@@ -173,18 +173,18 @@ def _of_our_methods(runs: Runs) -> dict[str, Any]:
 
 def _gains(a: ReproducedRun, b: ReproducedRun) -> str:
     """Says how much SQP lowers the condition number of the GA in two rows of table 12."""
-    ours = (b.found["ga+sqp"].objective, b.found["ga"].objective)
+    ours = (b.attempts["ga+sqp"].objective, b.attempts["ga"].objective)
     pairs = ((b.run.objective, a.run.objective), (b.follows, a.follows), ours)
-    printed, follows, found = (1.0 - (after or math.nan) / (before or math.nan) for after, before in pairs)
+    printed, follows, ours_gain = (1.0 - (after or math.nan) / (before or math.nan) for after, before in pairs)
     return (
         f"rows {a.run.row} and {b.run.row}: {percent(printed)} as printed, {percent(follows)} by our equations; ours "
-        f"from GA to GA+SQP {_small(found)} under the bounds of row {b.run.row}"
+        f"from GA to GA+SQP {_small(ours_gain)} under the bounds of row {b.run.row}"
     )
 
 
 def _distance(runs: Runs, name: str) -> str:
     """Says how far one of our methods ends from the certified optimum at most."""
-    pairs = [(r.found[name].objective, r.proven.objective) for r in runs]
+    pairs = [(r.attempts[name].objective, r.proven.objective) for r in runs]
     known = [abs(objective / best - 1.0) for objective, best in pairs if objective is not None]
     lost = f" ({len(pairs) - len(known)} rows without result)" if len(known) < len(pairs) else ""
     return f"{f'at most {_small(max(known))}' if known else 'none'}{lost}"
@@ -221,11 +221,11 @@ def _span(values: Iterable[float | None]) -> Span:
 
 
 def _kappa(r: ReproducedRun) -> float | None:
-    return finite(r.found["ga+sqp"].result.max_kappa)
+    return finite(r.attempts["ga+sqp"].result.max_kappa)
 
 
-def _missed(found: Evaluation) -> str:
-    return ", ".join(f"{f.name} by {f.by:.2f} {f.unit}".strip() for f in found.faults) or "nothing"
+def _missed(evaluation: Evaluation) -> str:
+    return ", ".join(f"{f.name} by {f.by:.2f} {f.unit}".strip() for f in evaluation.faults) or "nothing"
 
 
 def _small(share: float) -> str:

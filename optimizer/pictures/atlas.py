@@ -71,10 +71,12 @@ def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
     best = np.full((len(first.values), len(second.values)), np.nan)
     smaller = column.endswith("kappa")
     for row in rows:
-        found = [step["objective"] for step in row["steps"] if objective_column(step) == column and step["feasible"]]
-        if found and found[0] is not None:
+        objectives = [
+            step["objective"] for step in row["steps"] if objective_column(step) == column and step["feasible"]
+        ]
+        if objectives and objectives[0] is not None:
             at = first.values.index(row["inputs"][first.field]), second.values.index(row["inputs"][second.field])
-            best[at] = (np.fmin if smaller else np.fmax)(best[at], found[0])
+            best[at] = (np.fmin if smaller else np.fmax)(best[at], objectives[0])
     return best
 
 

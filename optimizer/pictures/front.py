@@ -49,8 +49,8 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
             ax.plot(
                 [2.0 * chosen.half_side], [getattr(chosen, name)], color="none", **RING, markeredgewidth=1.4, zorder=4
             )
-        for found in published:
-            _published(ax, found, name)
+        for design in published:
+            _published(ax, design, name)
     kappa_scale(quality, [point.kappa for point in curve.points])
     limits, task = curve.given.limits, curve.given.requirements
     _limit(quality, limits.kappa_max, "limits.kappa_max = {:g}")
@@ -65,11 +65,11 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
     return figure
 
 
-def _published(ax: Axes, found: PublishedDesign, name: str) -> None:
-    mark, colour, size = MARKERS[found.table]
-    face, edge, width = ("white", colour, 1.4) if found.misses else (colour, BLACK, 0.6)
+def _published(ax: Axes, design: PublishedDesign, name: str) -> None:
+    mark, colour, size = MARKERS[design.table]
+    face, edge, width = ("white", colour, 1.4) if design.misses else (colour, BLACK, 0.6)
     style = {"color": face, "markeredgecolor": edge, "markeredgewidth": width, "markersize": size}
-    ax.plot([2.0 * found.half_side], [getattr(found, name)], mark, **style, zorder=5)
+    ax.plot([2.0 * design.half_side], [getattr(design, name)], mark, **style, zorder=5)
 
 
 def _impossible(ax: Axes, curve: Curve) -> None:
@@ -89,12 +89,12 @@ def _impossible(ax: Axes, curve: Curve) -> None:
     ax.set(xlim=(left, right), ylim=(low, high))
 
 
-def _limit(ax: Axes, limit: float | None, words: str) -> None:
+def _limit(ax: Axes, limit: float | None, form: str) -> None:
     """Draws a limit as a line if it is near, and writes it if it is far above."""
     if limit is None:
         return
     low, high = ax.get_ylim()
-    text = words.format(limit)
+    text = form.format(limit)
     if limit <= NEAR_LIMIT * high:
         ax.axhline(limit, color=BLACK, linewidth=1.0, linestyle=(0, (5, 2)))
         ax.set_ylim(low, max(high, limit + 0.05 * (limit - low)))

@@ -87,9 +87,9 @@ def _from_above(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
         (high, "top", ORANGE, (0, (5, 2))),
     )
     for z, name, colour, line in levels:
-        for k, piece in enumerate(contours_at_height(g, z)):
+        for k, arc in enumerate(contours_at_height(g, z)):
             label = f"{name}, z = {z * MM:.1f} mm" if k == 0 else None
-            ax.plot(*piece[:, :2].T * MM, color=colour, linestyle=line, linewidth=1.4, label=label)
+            ax.plot(*arc[:, :2].T * MM, color=colour, linestyle=line, linewidth=1.4, label=label)
     ax.add_patch(_square(-L, -L, L, L))
     base = RADIAL * g.base_radius * MM
     ax.plot(*base[:, :2].T, "^", color=BLACK, markersize=6, label="shoulders")
@@ -99,15 +99,15 @@ def _from_above(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
 
 
 def _mirror_plane(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
-    pieces = [piece * MM for piece in contours_in_mirror_plane(g)]
-    every = np.concatenate(pieces)
+    arcs = [arc * MM for arc in contours_in_mirror_plane(g)]
+    every = np.concatenate(arcs)
     x = np.linspace(every[:, 0].min(), every[:, 0].max(), GRID)
     z = np.linspace(0.0, every[:, 2].max(), GRID)
     p = np.stack(np.broadcast_arrays(x[None, :], 0.0, z[:, None]), axis=-1) / MM
     inside = closure_margin(g, p).min(axis=-1)
     ax.contourf(x, z, inside, levels=[0.0, np.inf], colors=[SKY], alpha=SHELL_ALPHA)
-    for k, piece in enumerate(pieces):
-        ax.plot(piece[:, 0], piece[:, 2], color=BLUE, linewidth=1.4, label="limit of reach, h = 0" if k == 0 else None)
+    for k, arc in enumerate(arcs):
+        ax.plot(arc[:, 0], arc[:, 2], color=BLUE, linewidth=1.4, label="limit of reach, h = 0" if k == 0 else None)
     with np.errstate(invalid="ignore"):
         determinant = np.ma.masked_invalid(np.where(inside >= 0.0, direct_margin(g, p), np.nan))
     if determinant.min() < 0.0 < determinant.max():

@@ -46,37 +46,28 @@ class Program:
         kind: `half_side`, `quality` or `feasibility`.
         active: Pointwise margins that are constraints.
         evaluations: How many designs were evaluated.
+        has_level: Whether the last unknown is a level of its own.
+        level_index: Place of what is maximised among the unknowns; None where L is fixed and only feasibility counts.
+        level_min: Lower bound of that unknown.
     """
 
     def __init__(self, problem: Problem, kind: str) -> None:
         self.problem, self.kind = problem, kind
         self.active: list[Active] = []
         self.evaluations = 0
+        self.has_level = kind != "half_side"
+        self.level_min = -np.inf if self.has_level else 0.0
+        self.level_index: int | None = None
+        if self.has_level or "half_side" in problem.free:
+            self.level_index = len(problem.free) if self.has_level else problem.free.index("half_side")
         self._kept: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
-    @property
-    def has_level(self) -> bool:
-        """Whether the last unknown is a level of its own."""
-        return self.kind != "half_side"
-
-    @property
-    def level_index(self) -> int | None:
-        """Place of what is maximised among the unknowns; None where L is fixed and only feasibility counts."""
-        if self.has_level:
-            return len(self.problem.free)
-        return self.problem.free.index("half_side") if "half_side" in self.problem.free else None
-
-    @property
-    def level_min(self) -> float:
-        """Lower bound of that unknown."""
-        return -np.inf if self.has_level else 0.0
-
-    def add(self, found: list[Active]) -> int:
+    def add(self, active: list[Active]) -> int:
         """Takes in margins that are not yet asked and returns how many were new.
 
         A point very near to one that is asked takes its place: two almost equal rows make SLSQP's subproblem singular.
         """
-        new = [item for item in dict.fromkeys(found) if item not in self.active]
+        new = [item for item in dict.fromkeys(active) if item not in self.active]
         for item in new:
             near = (other for other in self.active if other.name == item.name)
             gone = [k for k in near if max(abs(a - b) for a, b in zip(k.point, item.point, strict=True)) < NEAR]
@@ -96,7 +87,7 @@ class Program:
             gradient[self.level_index] = -1.0
         return float(gradient @ unknowns), gradient
 
-    def rows(self, unknowns: np.ndarray) -> np.ndarray:
+    def constraints(self, unknowns: np.ndarray) -> np.ndarray:
         """Computes the left sides of all constraints, each >= 0 where it is met."""
         return self._both(unknowns)[0]
 
@@ -140,9 +131,9 @@ class Program:
         if self.active:
             points = np.array([item.point for item in self.active])
             f = self.problem.figures(designs, points)
-            found = self.problem.point_margins(f) | {"quality": f.quality}
+            values = self.problem.point_margins(f) | {"quality": f.quality}
             for k, item in enumerate(self.active):
-                columns.append(found[item.name][:, k])
+                columns.append(values[item.name][:, k])
                 weights.append(1.0 if self.kind == "feasibility" or item.name == "quality" else 0.0)
         for margin in self._cube_margins(designs):
             columns.append(margin)

@@ -50,16 +50,16 @@ class Breeder:
         """Gives (up to population, free variables) designs to be evaluated; none where mating finds nothing new."""
         if not len(self.x):
             return self._first[~_twice(self._first)]
-        found = self._first[:0]
+        fresh = self._first[:0]
         for _ in range(MATINGS):
-            new = self._mate(self._size - len(found))
+            new = self._mate(self._size - len(fresh))
             new = new[~_twice(new)]
             new = new[~_among(new, self.x)]
-            new = new[~_among(new, found)]
-            found = np.concatenate([found, new[: self._size - len(found)]])
-            if len(found) >= self._size:
+            new = new[~_among(new, fresh)]
+            fresh = np.concatenate([fresh, new[: self._size - len(fresh)]])
+            if len(fresh) >= self._size:
                 break
-        return found
+        return fresh
 
     def tell(self, x: np.ndarray, objective: np.ndarray, margins: np.ndarray) -> None:
         """Takes in what was asked for; the best of both generations survive.
@@ -100,7 +100,7 @@ class Breeder:
         return np.where((random.random(len(children)) <= MUTATION)[:, None], mutated, children)
 
     def _tournaments(self, wanted: int) -> np.ndarray:
-        """Selects (wanted,) winners of two: the smaller violation, among feasible ones the smaller objective, else by lot."""
+        """Selects (wanted,) winners of two: the smaller violation, then the smaller objective, else by lot."""
         size = len(self.x)
         drawn = np.concatenate([self._random.permutation(size) for _ in range(math.ceil(2 * wanted / size))])
         a, b = drawn[: 2 * wanted].reshape(wanted, 2).T

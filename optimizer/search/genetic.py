@@ -7,7 +7,7 @@ those that do not; among the latter the smaller sum of violations wins.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -81,7 +81,7 @@ def evolve(
         population: Individuals of a generation; left out, the paper's for the step.
         generations: How many, the first one included.
         known: (K, free variables) designs that the first generation contains.
-        record: Generations of an earlier run with the same arguments; their objectives and margins are taken from there.
+        record: Generations of an earlier run with the same arguments; they are not evaluated again.
         keep: Given each generation after it was evaluated.
         report: Called after each generation.
         stop: Called after each generation; True ends the search there.
@@ -105,24 +105,24 @@ def evolve(
     count = sampled(problem, first[:1], SEARCH_GRID)[1].shape[1]
     breeder = Breeder(first, seed, CROSSOVER)
     history, evaluations, best = [], 0, np.nan
-    records = _records(record, count)
+    earlier = iter(record)
     for number in range(generations):
         x = breeder.ask()
         if len(x) == 0:  # no offspring that is not there already: the population has converged
             break
-        told = next(records, None)
-        fresh = told is None
-        if told is None:
-            told = Generation(*sampled(problem, x, SEARCH_GRID))
-        if told.objective.shape != (len(x),) or told.margins.shape != (len(x), count):
+        current = next(earlier, None)
+        fresh = current is None
+        if current is None:
+            current = Generation(*sampled(problem, x, SEARCH_GRID))
+        if current.objective.shape != (len(x),) or current.margins.shape != (len(x), count):
             raise GeneticError(f"generation {number + 1} of the record is not of this search")
-        breeder.tell(x, told.objective, told.margins)
+        breeder.tell(x, current.objective, current.margins)
         evaluations += len(x)
-        good = told.objective[(told.margins >= 0.0).all(axis=1)]
+        good = current.objective[(current.margins >= 0.0).all(axis=1)]
         best = float(np.fmin(best, good.min())) if len(good) else best
         history.append(best)
         if fresh and keep is not None:
-            keep(told)
+            keep(current)
         if report is not None:
             report(number + 1, generations, best)
         if stop():
@@ -130,10 +130,3 @@ def evolve(
     violation = np.maximum(0.0, -breeder.margins).sum(axis=1)
     order = np.lexsort((breeder.objective, violation))
     return Population(breeder.x[order], breeder.objective[order], violation[order], tuple(history), evaluations)
-
-
-def _records(record: Sequence[Generation], count: int) -> Iterator[Generation]:
-    for told in record:
-        yield Generation(
-            np.asarray(told.objective, dtype=float), np.asarray(told.margins, dtype=float).reshape(-1, count)
-        )

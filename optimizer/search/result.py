@@ -91,12 +91,12 @@ class Result:
         gap = None if self.proof is None else self.proof.gap
         if self.status in GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
-        words = ADVICE[self.status]
+        text = ADVICE[self.status]
         if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
-            words = STEEP
+            text = STEEP
         if self.status in GUESSES and gap is not None:
-            words = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
-        return words if gap is not None and gap <= CLOSE else words + self._narrowed()
+            text = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
+        return text if gap is not None and gap <= CLOSE else text + self._narrowed()
 
     def _narrowed(self) -> str:
         """Says what the step before left of room; empty where it took none."""
@@ -117,8 +117,8 @@ class Result:
     def violations(self) -> dict[str, float]:
         """Name of each constraint -> how far its worst margin is below 0, without unit; 0 where it is met."""
         row = self._row
-        found = design_worst(self.problem, row[0], FINE_GRID)
-        lowest = {name: float(worst.values[0]) for name, worst in found.items() if name != "quality"}
+        worst_of = design_worst(self.problem, row[0], FINE_GRID)
+        lowest = {name: float(worst.values[0]) for name, worst in worst_of.items() if name != "quality"}
         lowest |= {name: float(margin[0]) for name, margin in self.problem.design_margins(row).items()}
         if "half_side" in self.problem.constraints:
             low = self.problem.lower[SIDE]
@@ -183,8 +183,8 @@ class Result:
                 "torque": -f.moment[0] / floor,
             }
 
-        found = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
-        return {name: float(worst.values[0]) for name, worst in found.items()}
+        worst_of = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
+        return {name: float(worst.values[0]) for name, worst in worst_of.items()}
 
     def better_than(self, other: Result) -> bool:
         """Tells whether this one is feasible and the other is not, or its objective is better, or it violates less."""

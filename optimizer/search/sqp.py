@@ -105,15 +105,15 @@ def search(
     Returns:
         All endings.
     """
-    found = Search()
+    outcome = Search()
     for k, start in enumerate(starts):
         with threadpool_limits(1):  # with more, the last digits depend on how the threads share the sums
-            found.endings.append(descend(problem, start, found))
+            outcome.endings.append(descend(problem, start, outcome))
         if report is not None:
-            report(k + 1, len(starts), found.best.level if found.best else -np.inf)
+            report(k + 1, len(starts), outcome.best.level if outcome.best else -np.inf)
         if stop():
             break
-    return found
+    return outcome
 
 
 def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
@@ -153,7 +153,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     if kind == "feasibility" and level >= 0.0:
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
     reason = "nothing to vary: every variable's bounds are equal"
-    asked, again = level, False
+    wanted, again = level, False
     for _ in range(ROUNDS):
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
@@ -166,17 +166,17 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
                 jac=True,
                 method="SLSQP",
                 bounds=program.bounds(),
-                constraints={"type": "ineq", "fun": program.rows, "jac": program.jacobian},
+                constraints={"type": "ineq", "fun": program.constraints, "jac": program.jacobian},
                 options={"maxiter": ITERATIONS, "ftol": PRECISION},
             )
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
-            asked = float(answer.x[-1])
+            wanted = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
         worst = _worst(program, x)
-        new = program.add(_violated(program, worst, asked))
+        new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
             worst = _worst(program, x, CONFIRMING_GRID)
-            new = program.add(_violated(program, worst, asked))
+            new = program.add(_violated(program, worst, wanted))
         level = _own_level(program, x, worst)
         history.append(level)
         if kind != "feasibility":
@@ -261,21 +261,21 @@ def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.nda
     return objective, np.stack(columns, axis=1) if columns else np.zeros((len(x), 1))
 
 
-def _violated(program: Program, worst: dict[str, Worst], asked: float) -> list[Active]:
+def _violated(program: Program, worst: dict[str, Worst], wanted: float) -> list[Active]:
     """Selects the worst points at which a margin is less than the program asks."""
     return [
         Active(name, _key(point))
         for name, w in worst.items()
         for point, value in zip(w.points, w.values, strict=True)
-        if value - (asked if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
+        if value - (wanted if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
     ]
 
 
 def _worst(program: Program, x: np.ndarray, n: int = EXCHANGE_GRID) -> dict[str, Worst]:
-    found = design_worst(program.problem, program.problem.designs(x[None])[0], n)
+    worst = design_worst(program.problem, program.problem.designs(x[None])[0], n)
     if program.kind != "quality":
-        found.pop("quality", None)
-    return found
+        worst.pop("quality", None)
+    return worst
 
 
 def _own_level(program: Program, x: np.ndarray, worst: dict[str, Worst]) -> float:

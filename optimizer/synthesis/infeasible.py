@@ -83,11 +83,11 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
         return None
     every = frozenset(problem.constraints)
 
-    def impossible(asked: frozenset[str]) -> bool:
-        return best_level(step_problem(given, problem.step, reached_mm, every - asked), seed) < -SLACK
+    def impossible(members: frozenset[str]) -> bool:
+        return best_level(step_problem(given, problem.step, reached_mm, every - members), seed) < -SLACK
 
-    asked = _smallest(problem.constraints, impossible)
-    conflict = tuple(name for name in CONSTRAINTS if name in asked)
+    smallest = _smallest(problem.constraints, impossible)
+    conflict = tuple(name for name in CONSTRAINTS if name in smallest)
     return InfeasibleError(problem.step, conflict, tuple(problem.describe(name) for name in conflict), -shortfall)
 
 
@@ -109,15 +109,15 @@ def _smallest(names: tuple[str, ...], impossible: Callable[[frozenset[str]], boo
     for name in names:
         if fails(frozenset({name})):
             return frozenset({name})
-    found = frozenset(names)
+    smallest = frozenset(names)
     for name in names:
-        if fails(found - {name}):
-            found -= {name}
-    for size in range(2, len(found)):
+        if fails(smallest - {name}):
+            smallest -= {name}
+    for size in range(2, len(smallest)):
         for members in combinations(names, size):
             if fails(frozenset(members)):
                 return frozenset(members)
-    return found
+    return smallest
 
 
 def explain_proved(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError:
@@ -133,8 +133,8 @@ def explain_proved(given: Requirements, problem: Problem, reached_mm: float | No
         The error, marked as proved. It names the smallest contradiction, or all constraints where the local searches
         see none: then no more than a rounding is lacking.
     """
-    found = explain(given, problem, reached_mm, seed)
-    if found is not None:
-        return found.as_proved()
-    words = tuple(problem.describe(name) for name in problem.constraints)
-    return InfeasibleError(problem.step, problem.constraints, words, max(0.0, -best_level(problem, seed)), True)
+    error = explain(given, problem, reached_mm, seed)
+    if error is not None:
+        return error.as_proved()
+    described = tuple(problem.describe(name) for name in problem.constraints)
+    return InfeasibleError(problem.step, problem.constraints, described, max(0.0, -best_level(problem, seed)), True)

@@ -44,13 +44,13 @@ def design_of(
     """
     lengths = dict(zip(VARIABLES, presentable(results[-1]), strict=True))
     limits, task = given.limits, given.requirements
-    asked: dict[str, Any] = task.model_dump()
-    asked |= {
+    task_fields: dict[str, Any] = task.model_dump()
+    task_fields |= {
         f.name: given.values[f.name] for limit in LIMITS for f in limit.fields_ if given.values[f.name] is not None
     }
     if limits.clearance_min_mm is not None:
-        asked["clearance_min_mm"] = limits.clearance_min_mm
-    asked["gravity_m_s2"] = list(limits.gravity_m_s2)
+        task_fields["clearance_min_mm"] = limits.clearance_min_mm
+    task_fields["gravity_m_s2"] = list(limits.gravity_m_s2)
     data = {
         "schema": "delta-design/1",
         "name": given.name,
@@ -59,7 +59,7 @@ def design_of(
             "parallelogram_width_mm": limits.parallelogram_width_mm,
         },
         "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
-        "requirements": asked,
+        "requirements": task_fields,
         "provenance": {
             "program": "optimizer synthesize",
             "version": importlib.metadata.version("delta-haptics"),
@@ -86,11 +86,11 @@ def presentable(result: Result) -> tuple[float, ...]:
     Returns:
         (6) lengths in the order of `VARIABLES`, mm.
     """
-    found, problem = result.design_mm, result.problem
+    lengths_mm, problem = result.design_mm, result.problem
     if not result.feasible:
-        return found
-    choices = [_rounded(v) for v in found]
-    floor = math.floor(found[SIDE] * 10**DECIMALS + SAME_UM)
+        return lengths_mm
+    choices = [_rounded(v) for v in lengths_mm]
+    floor = math.floor(lengths_mm[SIDE] * 10**DECIMALS + SAME_UM)
     for um in range(GIVEN_UP_UM + 1):
         side = (floor - um) / 10**DECIMALS
         if side <= 0.0:  # no cube is left
@@ -99,11 +99,11 @@ def presentable(result: Result) -> tuple[float, ...]:
         ranges = list(zip(smaller.lower, smaller.upper, strict=True))
         choices[SIDE] = [side]
         kept = [[v for v in c if low <= v <= high] for c, (low, high) in zip(choices, ranges, strict=True)]
-        nearest_first = sorted(product(*kept), key=lambda lengths: math.dist(lengths, found))
+        nearest_first = sorted(product(*kept), key=lambda lengths: math.dist(lengths, lengths_mm))
         for lengths in nearest_first:
             if Result(smaller, result.method, lengths, result.status).feasible:
                 return lengths
-    return found
+    return lengths_mm
 
 
 def _rounded(length: float) -> list[float]:

@@ -137,9 +137,9 @@ class Run:
             raise ProblemError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
         if not self.steps or list(self.steps) != sorted(set(self.steps)):
             raise ProblemError(f"steps are {list(self.steps)}; each of 1, 2, 3 once at most, in order")
-        found: list[Result] = []
+        results: list[Result] = []
         for step in self.steps:
-            before = found[-1] if found else None
+            before = results[-1] if results else None
             reached = before.design_mm[SIDE] if before and before.feasible else None
             if step == 3 and 2 not in self.steps:
                 reached = None  # what step 1 reached is no half side that the torque allows
@@ -148,10 +148,10 @@ class Run:
             if step == 2 and self.method == "proven":
                 reached = _bound(before)
             result = self._solve(step_problem(self.given, step, reached), reached, before)
-            found.append(result)
+            results.append(result)
             if result.status == "interrupted" or result.tiny:
                 break
-        return found
+        return results
 
     def _solve(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
         if self.method == "proven":
@@ -241,16 +241,16 @@ class Run:
         def report(done: int, total: int, best: float) -> None:
             self._tell(problem, "sqp", done, total, best)
 
-        found = sqp.search(problem, starts, report, self.stop)
-        evaluations, history = found.evaluations, {}
+        outcome = sqp.search(problem, starts, report, self.stop)
+        evaluations, history = outcome.evaluations, {}
         if start is not None:
             evaluations, history = evaluations + start.evaluations, dict(start.history)
-        best = found.best
+        best = outcome.best
         status = "not improved" if best is None else "converged"
-        ending = best or max(found.endings, key=lambda e: e.level)
+        ending = best or max(outcome.endings, key=lambda e: e.level)
         history["sqp"] = tuple(_objective(problem, level) for level in ending.history)
         design = problem.lengths_mm(ending.x)
-        result = Result(problem, self.method, design, status, evaluations, history, tuple(found.endings))
+        result = Result(problem, self.method, design, status, evaluations, history, tuple(outcome.endings))
         if start is not None and not result.better_than(start):
             result = replace(result, design_mm=start.design_mm, status="not improved")
         for x in known:  # the design of the step before may hold where SQP ends a rounding short of it
@@ -309,7 +309,7 @@ def _holds(problem: Problem, x: np.ndarray) -> bool:
 
 
 def _bound(one: Result | None) -> float | None:
-    """Gives the half side that, proved, no design of step 1 exceeds, and so none of step 2; None where it is unknown."""
+    """Gives the half side that provably no design of steps 1 and 2 exceeds; None where it is unknown."""
     return None if one is None or one.proof is None else one.proof.bound
 
 
@@ -321,7 +321,7 @@ def _level(problem: Problem, x: np.ndarray) -> float:
 
 
 def _objective(problem: Problem, level: float) -> float:
-    """Computes the half side in mm from L scaled between its bounds, or kappa from 1 / kappa; NaN where there is none."""
+    """Computes the half side in mm from L scaled between its bounds, or kappa from its inverse; NaN for none."""
     if problem.step == 3:
         return 1.0 / level if level > 0.0 else np.nan
     low, high = problem.lower[SIDE], problem.upper[SIDE]

@@ -11,7 +11,7 @@ import pytest
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
 from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Reach, Shoulder, Torque
-from optimizer.certify.certificate import CertificateError, UnreadableError, asked_of, certify, cube_of, verify
+from optimizer.certify.certificate import CertificateError, UnreadableError, certify, cube_of, limits_of, verify
 from optimizer.certify.file import (
     certificate_from_dict,
     certificate_to_dict,
@@ -119,9 +119,9 @@ def test_undecided_is_neither(design, tight):
 
 
 def test_limits_of_the_requirements(design):
-    assert asked_of(design, None) == limits(force=3.0, torque_max=0.8)
+    assert limits_of(design, None) == limits(force=3.0, torque_max=0.8)
     asked = design_of(kappa_max=3.0, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    found = asked_of(asked, None)
+    found = limits_of(asked, None)
     assert found.get(Kappa) == Kappa(3.0)
     assert np.radians(28.0) * (1 - 1e-15) < found.get(Lean).lean_max < np.radians(28.0)
     shoulder = found.get(Shoulder)
@@ -135,7 +135,7 @@ def test_limits_of_the_requirements(design):
 
 
 def range_of(**requirements):
-    return asked_of(design_of(**requirements), None)["shoulder"].told()
+    return limits_of(design_of(**requirements), None)["shoulder"].told()
 
 
 def test_written_and_read_back(tmp_path, design, proved, refuted):
@@ -223,7 +223,7 @@ def test_another_design_is_noticed(proved):
 
 def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
     strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    asked = asked_of(strict, None)
+    asked = limits_of(strict, None)
     verify(certify(strict, asked.with_(Kappa(2.4), Torque(6.0, 1.6))), strict)
     low, high = asked["shoulder"].told()
     for less, name in (

@@ -16,7 +16,7 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, forearm_vectors, jacobian, worst_joint_torque
 from delta_cad.mechanism.limits import Torque
 from delta_cad.mechanism.placement import LinkPlacement
-from optimizer.certify.certificate import CertificateError, asked_of, certify, verify
+from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
 from optimizer.certify.gravity import (
     KNOWN,
@@ -172,7 +172,7 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
     low, high = share.reserve + 0.01, 5.0
     for _ in range(25):
         middle = (low + high) / 2.0
-        enough = certify(design, replace(share, torque=middle).limits(asked_of(design, None))).verdict == "proved"
+        enough = certify(design, replace(share, torque=middle).limits(limits_of(design, None))).verdict == "proved"
         low, high = (low, middle) if enough else (middle, high)
     assert total.max() <= high + NUMERIC_N_M
     assert high <= 2.0 * total.max()  # and no nonsense of a bound either

@@ -19,7 +19,7 @@ from delta_cad.design import design_hash, load_design
 from delta_cad.mechanism import Cube, DeltaGeometry, conditioning, reach_excess, rod_lean, worst_joint_torque
 from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
 from optimizer.certify.bounds import bounds
-from optimizer.certify.certificate import asked_of, cube_of, values_of
+from optimizer.certify.certificate import cube_of, limits_of, values_of
 from optimizer.certify.report import rounded
 from tests.optimizer.designs_to_certify import BEST, call, changed, masses, redigested
 from tests.terminal import shown_on_a_terminal
@@ -177,7 +177,7 @@ def test_a_limit_in_degrees_is_told_as_it_was_given(degrees: float) -> None:
     """It is rounded to its strict side in radians by two doubles at least: never to more than was given."""
     design = load_design(BEST)
     asked = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
-    limits = asked_of(design.model_copy(update={"requirements": asked}), None)
+    limits = limits_of(design.model_copy(update={"requirements": asked}), None)
     (lean,), (shoulder_min, _) = (limits[name].figures for name in ("lean", "shoulder"))
     assert rounded(limits["lean"].bound(lean) * lean.scale, True) == f"{degrees:g}"
     assert rounded(limits["shoulder"].bound(shoulder_min) * shoulder_min.scale, False) == f"{-degrees:g}"

@@ -210,7 +210,7 @@ def test_kappa_of_1_holds_in_no_cube() -> None:
     with pytest.raises(InfeasibleError, match=r"step 2: limits.kappa_max = 1.0 .*half side 0.1 mm cannot be met") as e:
         Tracer(given, 5).curve()
     assert set(e.value.conflict) == {"kappa", "half_side"}
-    assert front_limits.conflict_words(step_problem(given, 2), e.value) == (
+    assert front_limits.described_conflict(step_problem(given, 2), e.value) == (
         "limits.kappa_max = 1.0",
         "half side 0.1 mm",
     )

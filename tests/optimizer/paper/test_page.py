@@ -116,8 +116,8 @@ def test_whether_a_step_reproduces_is_decided_from_its_runs(runs: Runs) -> None:
 
 def test_what_is_not_proved_or_found_is_remarked(runs: Runs, made: Reproduction) -> None:
     r = next(r for r in runs if r.run.name == "table 10 row 5")
-    outside = replace(r.found["sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
-    lost = r.found | {"sqp": r.found["sqp"]._replace(result=outside, ending="ended 0.1 short")}
+    outside = replace(r.attempts["sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
+    lost = r.attempts | {"sqp": r.attempts["sqp"]._replace(result=outside, ending="ended 0.1 short")}
     poor = replace(r, proven=replace(r.proven, status="gap not reached", gap=0.01), found=lost)
     text = page([poor], made)
     assert "- row 5: the proof ended with: gap not reached, gap 1.0e-02" in text

@@ -160,7 +160,7 @@ def test_steps_2_and_3_do_not_follow_and_are_far_from_the_optimum(runs: list[Rep
 def test_our_optima_keep_the_equations_and_no_method_beats_the_proof(runs: list[ReproducedRun]) -> None:
     for r in runs:
         assert r.proven.bound != r.proven.objective
-        for found in r.found.values():
+        for found in r.attempts.values():
             if found.objective is None:
                 continue
             slack = 1e-9 * found.objective  # of SQP's own rounding
@@ -173,7 +173,7 @@ def test_our_optima_keep_the_equations_and_no_method_beats_the_proof(runs: list[
             assert reach(design, surface(design)).max() <= 1e-3
             if r.run.step > 1:
                 assert statics(design, surface(design), 3.0)[0] <= 0.8
-        start, best = r.found["ga"].objective, r.found["ga+sqp"].objective
+        start, best = r.attempts["ga"].objective, r.attempts["ga+sqp"].objective
         assert best is not None
         if start is not None:
             assert best <= start * (1 + 1e-12) if r.run.step == 3 else best >= start * (1 - 1e-12)
@@ -181,7 +181,7 @@ def test_our_optima_keep_the_equations_and_no_method_beats_the_proof(runs: list[
 
 def test_sqp_from_the_papers_starts(runs: list[ReproducedRun]) -> None:
     for r in runs:
-        found = r.found["sqp"]
+        found = r.attempts["sqp"]
         assert found.start == ("ours" if r.run.start is None else "paper")
         assert found.objective is not None
         assert found.objective == pytest.approx(r.proven.objective, rel=1e-6)
