@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Torque
 from delta_cad.mechanism.proof.extremes import WorstFigure
+from delta_cad.mechanism.proof.prove import prove
 
 NARROW = 1e-5  # first distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof
 ROUNDING = 1e-12  # added where a torque is brought from one force to another, in two roundings of 1e-16
@@ -90,8 +91,6 @@ def tightened(asked: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
 
 
 def _bound(g: DeltaGeometry, cube: Cube, worst: WorstFigure, progress: Progress | None) -> ProvedBound:
-    from delta_cad.mechanism.proof.prove import prove
-
     limit, figure, value, point = worst
     distance = NARROW
     for _ in range(TRIES):

@@ -20,6 +20,7 @@ from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
+from delta_cad.mechanism.proof.prove import prove
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
@@ -126,8 +127,6 @@ def certify(
     Raises:
         GravityError: Gravity takes all the torque.
     """
-    from delta_cad.mechanism.proof.prove import prove
-
     geometry, cube = design.geometry, cube_of(design)
     conditions = limits_of(design, gravity) if limits is None else limits
     proof = prove(geometry, cube, conditions, max_boxes=max_boxes, progress=progress)

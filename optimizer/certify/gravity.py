@@ -99,21 +99,6 @@ class GravityShare:
             )
         return limits.with_(Torque(math.nextafter(self.force + self.weight, math.inf), left))
 
-    def less_than(self, reserve: float) -> str | None:
-        """Says what is wrong if less is left for gravity than a torque given by hand.
-
-        Args:
-            reserve: Torque of each joint that should be left, N m.
-
-        Returns:
-            The fault, or None.
-        """
-        if self.masses is not None:
-            return "gravity's share comes from a mass file: compare it with that"
-        if self.reserve < reserve:
-            return f"only {self.reserve:.9g} N m are left for gravity, not {reserve:.9g} N m"
-        return None
-
     def fault(self, limits: Limits) -> str | None:
         """Checks in exact fractions that these conditions leave the room for gravity that they should.
 

@@ -109,9 +109,10 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
         return
     if share is None:
         raise CertificateError(f"torque: nothing is left for gravity, not {wanted:.9g} N m")
-    fault = share.less_than(wanted)
-    if fault is not None:
-        raise CertificateError(f"torque: {fault}")
+    if share.masses is not None:
+        raise CertificateError("torque: gravity's share comes from a mass file: compare it with that")
+    if share.reserve < wanted:
+        raise CertificateError(f"torque: only {share.reserve:.9g} N m are left for gravity, not {wanted:.9g} N m")
 
 
 def _missing(certificate: Certificate, replay: Replay) -> str:

@@ -4,8 +4,6 @@ Each cut is an affine form in L_A, L_B, a = R - r and H that is >= 0 for every d
 that is negative in the whole box therefore excludes it. Cuts need not be sharp where a design is infeasible anyway, so
 w is taken as a root of what is not negative, and every unit vector may stand for an eigenvector. The limits' own files
 say what each cuts; README (5)-(9) beside this file has the derivations.
-
-Importing this module loads numba.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ around an optimum, where several are in balance; a sum with weights >= 0 does, t
 weights come from a linear program over the box, `max t: c_k + e_k + s_k u >= t, -1 <= u <= 1`, solved by the dual
 simplex method in plain floating point; whatever they are, the sum of cuts with weights >= 0 is tested by itself, with
 every rounding counted, so that nothing is believed of the solver.
-
-Importing this module loads numba.
 """
 
 from __future__ import annotations

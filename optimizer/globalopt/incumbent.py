@@ -9,6 +9,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
+from delta_cad.mechanism.proof.prove import prove
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem
@@ -81,8 +82,6 @@ def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
 
 def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:
     """Proves the design with a share given up; None if it cannot be proved."""
-    from delta_cad.mechanism.proof.prove import prove
-
     design = np.array(design_mm, dtype=float)
     level = None if kappa is None else kappa * (1.0 + share)
     if level == math.inf:  # a chain folds: no limit says that

@@ -4,8 +4,6 @@ Feasibility over a cube is monotone in its half side, for cubes on the same bott
 more than L" is "no design is feasible at L", and "none has a smaller worst kappa than K" is "none is feasible with the
 limit K": either way boxes of (L_A, L_B, R - r, H) are excluded one by one. The requested gap is tried at once; a
 proof that is too hard for that comes closer to the incumbent in decades. README (1)-(12) of this package.
-
-Importing this module loads numba.
 """
 
 from __future__ import annotations

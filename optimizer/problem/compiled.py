@@ -1,8 +1,8 @@
 """The figures of many designs compiled: the same numbers as `evaluator.figures_numpy`, some hundred times as fast.
 
-Importing this module loads numba and, once on a machine, compiles for some seconds. The condition number is that of the
-mechanism's kernel; the chains are continued beyond the reach as in the evaluator. The loops have no branches, so that
-the processor takes several points at a time.
+The condition number is that of the mechanism's kernel; the chains are continued beyond the reach as in the evaluator.
+The loops have no branches, so that the processor takes several points at a time. The first call loads numba and, once
+on a machine, compiles for some seconds.
 """
 
 from __future__ import annotations

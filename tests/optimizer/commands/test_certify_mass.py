@@ -14,7 +14,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.certify.certificate import cube_of
-from tests.optimizer.designs_to_certify import call, changed, masses
+from tests.optimizer.certify.designs import call, changed, masses
 
 
 def heaviest(path: Path, file: Path) -> float:

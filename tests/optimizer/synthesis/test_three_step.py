@@ -20,6 +20,7 @@ from optimizer.search.sqp import Ending, Search
 from optimizer.synthesis import three_step
 from optimizer.synthesis.infeasible import InfeasibleError, _smallest, explain
 from optimizer.synthesis.three_step import METHODS, Progress, Run, presentable
+from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import Memory, task
 
 PAPER = task(platform_radius=(30, 45), half_side_mm=35)
@@ -199,7 +200,7 @@ def test_smallest_contradiction_is_named(given: Requirements, step: int, conflic
 def test_one_constraint_alone_is_named_before_two_others() -> None:
     """Reach and half side contradict each other too, but the outline cannot be met whatever else is given up."""
     given = task(half_side=(100, 100), limits={"outline_radius_max_mm": 100.0})
-    with pytest.raises(InfeasibleError, match=r"^step 1: R \+ L_A <= 100 mm .* cannot be met within") as caught:
+    with refuses(InfeasibleError, "1", "L_A", "100") as caught:
         run(given, "sqp", steps=(1,))
     assert caught.value.conflict == ("outline",)
     others = explain(given, step_problem(given, 1, without=frozenset({"outline"})), None, 0)
@@ -207,9 +208,7 @@ def test_one_constraint_alone_is_named_before_two_others() -> None:
 
 
 def test_the_ga_alone_finds_the_contradiction_too() -> None:
-    with pytest.raises(
-        InfeasibleError, match=r"limits\.kappa_max = 1\.2 and step_3\.half_side_mm = 40 mm cannot be met"
-    ):
+    with pytest.raises(InfeasibleError, match=r"limits\.kappa_max = 1\.2 .*step_3\.half_side_mm = 40 mm "):
         run(task(limits={"kappa_max": 1.2}, half_side_mm=40), "ga", steps=(3,))
 
 
@@ -222,10 +221,10 @@ def test_a_ga_that_meets_no_feasible_design_says_what_to_do() -> None:
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        ({"method": "magic"}, "method is 'magic'; it must be one of ga, sqp"),
-        ({"steps": (2, 1)}, r"steps are \[2, 1\]; each of 1, 2, 3"),
-        ({"steps": ()}, r"steps are \[\]; each of 1, 2, 3"),
-        ({"given": task(), "steps": (1, 3)}, "step 3 needs"),
+        ({"method": "magic"}, "'magic'"),
+        ({"steps": (2, 1)}, r"\[2, 1\]"),
+        ({"steps": ()}, r"\[\]"),
+        ({"given": task(), "steps": (1, 3)}, "step 3"),
     ],
 )
 def test_runs_that_make_no_sense_are_refused(other: dict[str, Any], words: str) -> None:
