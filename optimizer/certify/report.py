@@ -235,11 +235,11 @@ def gravity_sentence(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> 
         f"{share.weight:.4g} N more than the {share.force:g} N in the worst direction; upper arms, elbows and pinions "
         f"take {share.reserve:.4g} N m"
     )
-    most = gravity_most(c, proved_bounds)
+    most = _gravity_most(c, proved_bounds)
     return text if most is None else f"{text}; gravity alone is at most {rounded(most, True)} N m (proved)"
 
 
-def gravity_most(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> float | None:
+def _gravity_most(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> float | None:
     """Computes a bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
     share = c.gravity
     if share is None:
@@ -268,7 +268,7 @@ def facts(c: Certificate, rows: list[Row], proved_bounds: tuple[ProvedBound, ...
             "carried_mass_kg": None if masses is None else masses.carried_mass,
             "arm_moment_kg_m": None if masses is None else masses.arm_moment,
             "mass_properties_sha256": None if masses is None else masses.sha256,
-            "torque_max_N_m": gravity_most(c, proved_bounds),
+            "torque_max_N_m": _gravity_most(c, proved_bounds),
         },
         "boxes": c.boxes,
         "leaves": len(c.leaves),

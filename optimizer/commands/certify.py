@@ -57,7 +57,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         design = load_design(given.design)
         _require_provable(given.design.name, design, given.mass_properties)
-        share = share_of(design, given.mass_properties, given.gravity_torque)
+        share = _share(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
     except (DesignError, GravityError, MassError, _UnprovableError) as error:
@@ -85,20 +85,8 @@ def _require_provable(file: str, design: Design, masses: Path | None) -> None:
         )
 
 
-def share_of(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:
-    """Computes what is taken off for gravity.
-
-    Args:
-        design: The design.
-        masses: `mass_properties.json` of its build, if given.
-        reserve: Torque given by hand, N m, if given.
-
-    Returns:
-        The share, or None.
-
-    Raises:
-        GravityError: The file or the number is refused.
-    """
+def _share(design: Design, masses: Path | None, reserve: float | None) -> GravityShare | None:
+    """Computes what is taken off for gravity: the weight of masses from a file, or a torque given by hand in N m."""
     from optimizer.certify.gravity import given_share, read_masses, share_of_masses
 
     if masses is not None:

@@ -168,7 +168,7 @@ class Tracer:
         high = top.design_mm[SIDE]
         low = self._smallest(high)
         finished = self._coarse(low, high, top.design_mm) and self._fine(low, high) and self._sweeps()
-        points = tuple(FrontPoint(result, active_constraints(result)) for result in self._front())
+        points = tuple(FrontPoint(result, _active_constraints(result)) for result in self._front())
         if finished and not points:
             raise FrontError("no design holds between the points of the search's grid; give another --seed")
         beyond = self._beyond(high) if finished else ()
@@ -293,15 +293,8 @@ class Tracer:
         return tuple(remembered(self.store, f"{self.name}/beyond", conflict)["words"])
 
 
-def active_constraints(result: Result) -> tuple[str, ...]:
-    """Names what binds at a design: constraints whose worst margin is used up, and free variables at a bound.
-
-    Args:
-        result: Result of step 3.
-
-    Returns:
-        Names of `problem.CONSTRAINTS`, then bounds such as `platform_radius >= 30 mm`.
-    """
+def _active_constraints(result: Result) -> tuple[str, ...]:
+    """Names the constraints whose worst margin is used up, then free variables at a bound as `base_radius >= 30 mm`."""
     problem, design = result.problem, np.array(result.design_mm)
     row = design[None] / MM_PER_M
     lowest = {n: float(w.values[0]) for n, w in design_worst(problem, row[0], sqp.EXCHANGE_GRID).items()}

@@ -79,7 +79,7 @@ def trade(tracer: Tracer) -> Trade:
     outlines: list[Curve] = []
     torques: list[Curve] = []
     if main.finished:
-        outlines = [further(tracer, scaled_outline(given, part), *outline_name(given, part)) for part in OUTLINES]
+        outlines = [further(tracer, scaled_outline(given, part), *_outline_name(given, part)) for part in OUTLINES]
     if main.finished and all(curve.finished for curve in outlines):
         for level in torque_levels(main):
             name, words = f"torque {level:g} N m", f"{level:g} N m for the force"
@@ -121,7 +121,7 @@ def scaled_outline(given: Requirements, part: float) -> Requirements:
     )
 
 
-def outline_name(given: Requirements, part: float) -> tuple[str, str]:
+def _outline_name(given: Requirements, part: float) -> tuple[str, str]:
     """Gives the name of a front with another outline, and its description."""
     return f"outline {part:g}", f"R + L_A <= {part * largest_reach(given):.4g} mm, bounds of R and L_A x {part:g}"
 

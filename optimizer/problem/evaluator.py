@@ -67,7 +67,7 @@ class Figures(NamedTuple):
             (D, K) 0 at a fold; the closure where that is negative.
         """
         L_A, L_B = (self.designs[:, k, None] for k in (0, 1))
-        chains = chains_of(self.designs, self.points)
+        chains = _chains(self.designs, self.points)
         n = chains.forearms / np.maximum(chains.arms / L_B[..., None], TINY)[..., None]
         mixed = np.einsum("...ia,...ib->...ab", n, chains.elbows)
         at_elbow = (inertia.elbow_mass + inertia.joint_inertia / L_A**2)[..., None, None]
@@ -144,7 +144,7 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
         The figures, each (D, K).
     """
     L_A, L_B = designs[:, 0, None, None], designs[:, 1, None, None]
-    chains = chains_of(designs, points)
+    chains = _chains(designs, points)
     s, w = chains.forearms, chains.arms
     faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
     determinant = (s[..., 0, :] * faces[..., 0, :]).sum(axis=-1)
@@ -155,13 +155,8 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
     return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1), designs, points)
 
 
-def chains_of(designs: np.ndarray, points: np.ndarray) -> Chains:
-    """Computes the chains of every design at every point.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
-    """
+def _chains(designs: np.ndarray, points: np.ndarray) -> Chains:
+    """Computes the chains of every design at every point; designs and points are those of `figures`."""
     L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
     x, y, z = L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
     p = np.stack(np.broadcast_arrays(x, y, z), axis=-1)  # (D, K, 3)

@@ -86,11 +86,6 @@ class Search:
 Report = Callable[[int, int, float], None]
 
 
-def main_kind(problem: Problem) -> str:
-    """Names the kind of program whose level is the objective of the step."""
-    return "quality" if problem.step == 3 else "half_side"
-
-
 def search(
     problem: Problem, starts: np.ndarray, report: Report | None = None, stop: Callable[[], bool] = bool
 ) -> Search:
@@ -131,7 +126,8 @@ def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
     if ready.level < -SLACK:
         reason = f"no feasible design near this start: the worst margin stays at {ready.level:.3g} ({ready.reason})"
         return ready._replace(converged=False, reason=reason)
-    return exchange(problem, main_kind(problem), np.array(ready.x), count)._replace(start=ready.start)
+    kind = "quality" if problem.step == 3 else "half_side"
+    return exchange(problem, kind, np.array(ready.x), count)._replace(start=ready.start)
 
 
 def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> Ending:

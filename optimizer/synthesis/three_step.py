@@ -225,7 +225,7 @@ class Run:
             report,
             self.stop,
         )
-        x = presentable(problem, last)
+        x = best_holding(problem, last)
         history = tuple(_objective(problem, -value) for value in last.history)
         result = Result(problem, self.method, problem.lengths_mm(x), "sampled", last.evaluations, {"ga": history})
         if not result.feasible:
@@ -263,7 +263,7 @@ class Run:
             self.report(Progress(problem.step, phase, done, total, _objective(problem, level)))
 
 
-def presentable(problem: Problem, last: genetic.Population) -> np.ndarray:
+def best_holding(problem: Problem, last: genetic.Population) -> np.ndarray:
     """Finds the best of the last generation that also holds between the samples.
 
     A cube of steps 1 and 2 that does not is made smaller, about the middle of its bottom face, until it does: it then

@@ -19,7 +19,7 @@ from optimizer.search.result import ADVICE, Result
 from optimizer.search.sqp import Ending, Search
 from optimizer.synthesis import three_step
 from optimizer.synthesis.infeasible import InfeasibleError, _smallest, explain
-from optimizer.synthesis.three_step import METHODS, Progress, Run, presentable
+from optimizer.synthesis.three_step import METHODS, Progress, Run, best_holding
 from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import Memory, task
 
@@ -141,7 +141,7 @@ def test_a_step_without_a_feasible_design_bounds_nothing(monkeypatch: pytest.Mon
     def too_large(problem: Problem, last: Population) -> np.ndarray:
         return last.x[0] * np.where(np.array(problem.free) == "half_side", 1.1, 1.0)
 
-    monkeypatch.setattr(three_step, "presentable", too_large)
+    monkeypatch.setattr(three_step, "best_holding", too_large)
     one, two = run(task((82, 140), (30, 45), limits={"kappa_max": 2.27}), "ga", generations=30)
     assert not one.feasible
     assert two.problem.upper[5] == 100.0
@@ -239,7 +239,7 @@ def test_a_ga_that_fails_between_its_samples_says_so(monkeypatch: pytest.MonkeyP
     def too_large(problem: Problem, last: Population) -> np.ndarray:
         return last.x[0] * np.where(np.array(problem.free) == "half_side", 1.1, 1.0)
 
-    monkeypatch.setattr(three_step, "presentable", too_large)
+    monkeypatch.setattr(three_step, "best_holding", too_large)
     result = run(given, "ga", steps=(2,), generations=12)[0]
     assert result.status == "between the samples"
     assert result.violations["kappa"] > 1e-6
@@ -251,14 +251,14 @@ def test_what_is_too_large_between_the_samples_is_made_smaller_until_it_holds() 
     k = problem.free.index("half_side")
     x = last.x[:1].copy()
     x[0, k] *= 1.02
-    found = presentable(problem, replace(last, x=x))
+    found = best_holding(problem, replace(last, x=x))
     np.testing.assert_array_equal(np.delete(found, k), np.delete(x[0], k))
     worst = design_worst(problem, problem.designs(found[None])[0], 41)["kappa"].values[0]
     # it holds, and a cube 1e-5 larger would not, or the whole of it held
     assert worst >= -1e-9
     assert found[k] == x[0, k] or worst < 1e-5
     x[0, k] *= 2.0
-    np.testing.assert_array_equal(presentable(problem, replace(last, x=x)), x[0])
+    np.testing.assert_array_equal(best_holding(problem, replace(last, x=x)), x[0])
 
 
 def test_an_sqp_that_finds_nothing_better_keeps_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
