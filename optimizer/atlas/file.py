@@ -39,7 +39,7 @@ def record(grid: Grid, rows: Sequence[AtlasRow]) -> dict[str, Any]:
     """Gathers the atlas as plain data for JSON.
 
     Args:
-        grid: What was asked.
+        grid: The grid.
         rows: One for each set, by their index.
     """
     return {

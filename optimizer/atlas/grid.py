@@ -61,10 +61,10 @@ class Set:
         inputs: Field -> value, one for each axis.
         requirements: What a requirements file would hold.
         method: One of `three_step.METHODS`.
-        seed: Of everything random.
+        seed: Seed of everything random.
         steps: Which steps.
-        population: Of the GA; None for the paper's.
-        generations: Of the GA.
+        population: Individuals of the GA; None for the paper's.
+        generations: Generations of the GA.
     """
 
     index: int

@@ -1,4 +1,4 @@
-"""The page of an atlas: what was asked, how many sets can be met, and the table."""
+"""The page of an atlas: its grid, how many sets can be met, and the table."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
     """Writes the atlas as Markdown.
 
     Args:
-        grid: What was asked.
+        grid: The grid.
         rows: One for each set, by their index.
         picture: File name of the map; None without one.
     """

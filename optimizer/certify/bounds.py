@@ -65,17 +65,17 @@ def bounds(
     )
 
 
-def tightened(asked: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
-    """Makes every limit as tight as a bound is proved, wherever that is stricter than what is asked.
+def tightened(limits: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
+    """Makes every limit as tight as a bound is proved, wherever that is stricter than the limit given.
 
     Args:
-        asked: The limits; what they leave out is added.
+        limits: The limits given; what they leave out is added.
         proved_bounds: The bounds.
 
     Returns:
         The limits.
     """
-    tight = asked
+    tight = limits
     for one in proved_bounds:
         if one.proved is None:
             continue

@@ -38,7 +38,7 @@ class UnreadableError(CertificateError):
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was asked of every point of a cube, and what came of it.
+    """The limits on every point of a cube, and the verdict on each.
 
     Attributes:
         design: Name of the design.

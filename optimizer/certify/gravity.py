@@ -73,7 +73,7 @@ class GravityShare:
     """What is taken off for gravity.
 
     Attributes:
-        force: Force asked at the handle, N.
+        force: Force required at the handle, N.
         torque: Torque of each joint, N m.
         weight: Added to the force for what the wrist carries, N.
         reserve: Taken off the torque for the arms, or for all of gravity, N m.

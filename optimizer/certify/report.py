@@ -89,7 +89,7 @@ def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[
         proved_bounds: The bounds proved beside it, for the force without gravity's share; none where a chain is open.
 
     Returns:
-        One for each figure, those that are not asked too, unless nothing is known of them.
+        One for each figure, those without a limit too, unless nothing is known of them.
     """
     findings = {f.condition: f for f in c.findings}
     known = {one.figure.name: one for one in proved_bounds}
@@ -111,12 +111,12 @@ def _row(
     finding: Finding | None,
     bound: ProvedBound | None,
 ) -> Row:
-    words, scale, added = figure.words, figure.scale, 0.0
+    name, scale, added = figure.words, figure.scale, 0.0
     allowed = None if limit is None else limit.bound(figure) * scale
     if kind is Torque:
-        words = "torque, no gravity"
-        if c.gravity is not None:  # told as force and gravity together, against the whole torque
-            words = "torque with gravity"
+        name = "torque, no gravity"
+        if c.gravity is not None:  # force and gravity together, against the whole torque
+            name = "torque with gravity"
             allowed, scale, added = c.gravity.torque, 1.0 + c.gravity.weight / c.gravity.force, c.gravity.reserve
     proved = None if bound is None or bound.proved is None else bound.proved * scale + added
     verdict = "not asked" if finding is None or allowed is None else finding.verdict
@@ -126,7 +126,7 @@ def _row(
         proved = figure.stricter(proved, allowed)
     return Row(
         kind.name,
-        words,
+        name,
         figure.unit,
         figure.upper,
         figure.sense,

@@ -53,7 +53,7 @@ class FrontPoint:
     Attributes:
         result: Step 3 at its half side; it checks itself on a fine surface.
         active: What binds there: constraints, and variables at their bounds.
-        bound: Proven: no design has a smaller worst kappa at this half side; None where no proof was asked.
+        bound: Proven: no design has a smaller worst kappa at this half side; None without a proof.
     """
 
     result: Result
@@ -99,8 +99,8 @@ class Curve:
         largest: Largest half side, mm; NaN where nothing meets the requirements.
         beyond: Constraints that cannot be met together 1 % beyond it, or at all.
         finished: Whether it was traced to its end.
-        largest_bound: Proven: no cube within the requirements has a larger half side, mm; None where no proof was
-            asked.
+        largest_bound: Proven: no cube within the requirements has a larger half side, mm; None without
+            a proof.
     """
 
     given: Requirements

@@ -8,7 +8,7 @@ from optimizer.synthesis.infeasible import InfeasibleError, explain
 
 # Part of the largest half side: less is no range of sizes but one size; part of its upper bound: less is no cube.
 RANGE_MIN = 1e-3
-# Larger by this part than the largest half side: where it is asked which constraints contradict each other.
+# Larger by this part than the largest half side: there the contradicting constraints are searched.
 BEYOND = 0.01
 
 

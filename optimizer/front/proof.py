@@ -12,7 +12,7 @@ from optimizer.problem.step import Problem, step_problem
 from optimizer.search.result import finite
 from optimizer.synthesis.three_step import Store, remembered
 
-GAP = 1e-4  # gap that is asked of each proof, as a share of the objective
+GAP = 1e-4  # gap at which each proof ends, as a share of the objective
 # Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
 BOXES = 12_000
 

@@ -2,7 +2,7 @@
 
 The cube's half side and the thresholds are numbers here; a box is excluded when no design in it meets them. Boxes that
 resist are contracted by every cut, then halved. A design that all points allow is handed out as a question: either
-the cube has a point that refuses it, which becomes a cutting point, or it is better than what is asked for.
+the cube has a point that refuses it, which becomes a cutting point, or it is better than the target.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ HALF, DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
 ROWS = forms.ROWS + 4
 
 _CUTTING = tuple(limit for limit in POSE_LIMITS if limit.cut is not None)
-START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those that are asked stand before them
+START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those in play stand before them
 SIZE = 1
 for _limit in _CUTTING:
     START[_limit], SIZE = SIZE, SIZE + _limit.size
@@ -46,8 +46,8 @@ MOST = sum(limit.cuts for limit in _CUTTING)  # most cuts of one point
 
 def _cutting(tier: int) -> Any:
     calls = [(limit.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.tier == tier]
-    line = "if asked & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
-    return in_turn("pose, k, asked, work, cuts, count", calls, line, "return count")
+    line = "if limits & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
+    return in_turn("pose, k, limits, work, cuts, count", calls, line, "return count")
 
 
 _by_chains, _by_forearms = _cutting(forms.CHAINS), _cutting(forms.FOREARMS)
@@ -58,7 +58,7 @@ def numbers(limits: Limits) -> np.ndarray:
     """Gathers the numbers of limits for `point_cuts`.
 
     Args:
-        limits: The limits; one that a closed form says for the whole cube is left out.
+        limits: The limits; one that has a closed form over the cube is left out.
 
     Returns:
         (n,) numbers.

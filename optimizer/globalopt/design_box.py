@@ -23,7 +23,7 @@ class DesignBox(NamedTuple):
     Attributes:
         box: (2, 4) lower and upper ends of L_A, L_B, a, H, m, rounded outwards.
         sum_max: Largest L_A + a, m, rounded up; infinite where nothing asks for it.
-        forearm_per_half_side_min: L_B is at least this times L; 0 where no lean is asked. Rounded down.
+        forearm_per_half_side_min: L_B is at least this times L; 0 without a limit of lean. Rounded down.
         reach_max_mm: Largest R + L_A, mm; infinite likewise.
         platform_min_mm: Least r, mm.
     """

@@ -272,7 +272,7 @@ class _Proof:
         else:
             k = self.fixed + int(np.argmin(self.hits[self.fixed : self.count]))
         self.units[k] = point
-        self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # asked early, until it shows its worth
+        self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # tried early, until it shows its worth
         return k
 
     def _exclude(self, space: DesignBox, share: float | None) -> Ending:
@@ -339,7 +339,7 @@ class _Proof:
     def _answer(
         self, space: DesignBox, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
     ) -> Literal["refused", "better", "known"]:
-        """Looks at the whole cube of a design that all cutting points allow."""
+        """Searches the whole cube of a design that all cutting points allow."""
         design = design_of(self.problem, space, candidate, side * MM_PER_M)
         worst = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
         quality = worst.pop("quality", None)
@@ -363,7 +363,7 @@ class _Proof:
         if self.best is None:
             return "known"
         target = kappa if self.problem.step == 3 else side * MM_PER_M
-        # at least half of what was asked for, or the search would begin anew for ever smaller steps
+        # at least half of what was aimed at, or the search would begin anew for ever smaller steps
         won = math.isnan(before) or abs(self.best.objective - before) >= 0.5 * abs(target - before)
         if not won:
             return "known"

@@ -156,7 +156,7 @@ class Reproduction:
         seed: Seed of everything random.
         population: Individuals of the GA; None for the paper's.
         generations: Generations of the GA.
-        gap: Gap that the proofs are asked for.
+        gap: Gap at which the proofs end.
         report: Called with a line that says what is being done.
     """
 

@@ -14,7 +14,7 @@ from optimizer.search.result import finite
 
 Runs = list[ReproducedRun]
 LONGER_FOREARM = ("table 7 row 1", "table 7 row 2")  # their bounds differ in the largest L_B alone
-SMALL = 1e-5  # shares below it are told as powers of ten
+SMALL = 1e-5  # shares below it are written as powers of ten
 VERDICT = (
     "Step 1 {step_1}: the {count} printed half sides differ by at most {off:.2f} % from those that the printed L_B, R "
     "and r allow (worst {worst}); they are at most {below:.2f} % below the proven optimum under the same bounds.",
@@ -132,15 +132,15 @@ def _differences(runs: Runs) -> dict[str, Any]:
         known |= {"above": _span(100.0 * (r.gap or 0.0) for r in three)}
     about: dict[str, list[str]] = {}
     for r in _rounded(runs):
-        words = f"{r.run.objective:g} is printed where the lengths give {r.follows:.3f}, {signed(r.difference)}"
-        words += f" ({r.run.note})" if r.run.note else ""
+        remark = f"{r.run.objective:g} is printed where the lengths give {r.follows:.3f}, {signed(r.difference)}"
+        remark += f" ({r.run.note})" if r.run.note else ""
         best, gap = r.proven.objective, r.proven.gap  # the same as far as it is proved
         same = [o for o in _compared(runs, r.run.step) if math.isclose(o.proven.objective, best, rel_tol=gap)]
         if others := [o.run.objective for o in same if o.within]:
-            words += f", and the {len(others)} other rows with this proven optimum print {_span(others):g}"
-        about.setdefault(words, []).append(r.run.name)
+            remark += f", and the {len(others)} other rows with this proven optimum print {_span(others):g}"
+        about.setdefault(remark, []).append(r.run.name)
     if about:
-        known["rounded"] = "; ".join(f"{', '.join(names)}: {words}" for words, names in about.items())
+        known["rounded"] = "; ".join(f"{', '.join(names)}: {remark}" for remark, names in about.items())
     return known
 
 

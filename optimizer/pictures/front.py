@@ -21,7 +21,7 @@ MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: (
 BINDING = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION, GREY, BLUE)
 # Around the design that the other pictures show.
 RING: Any = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "markersize": 10}
-NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one told in words
+NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one is written
 
 
 @styled

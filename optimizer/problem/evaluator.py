@@ -42,10 +42,10 @@ class Figures(NamedTuple):
         quality: 1 / kappa with the sign of the determinant; 0 on both singularities, the closure where negative.
         shoulder_min: Smallest shoulder angle of the chains, rad.
         shoulder_max: Largest shoulder angle of the chains, rad.
-        designs: (D, 6) what they are the figures of, for figures that are computed when they are asked for.
+        designs: (D, 6) the designs, from which further figures are computed when they are needed.
         points: (K, 3) or (D, K, 3) likewise.
 
-    What was not asked for holds a constant: 1 as `quality`, 0 as angles.
+    What was not wanted holds a constant: 1 as `quality`, 0 as angles.
     """
 
     closure: np.ndarray

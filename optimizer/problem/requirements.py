@@ -29,7 +29,7 @@ class RequirementsError(RefusedError):
     """Requirements that are refused."""
 
 
-class _Record(BaseModel):
+class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
@@ -47,7 +47,7 @@ Component = Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)]
 Gravity = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
-class Task(_Record):
+class Task(_Table):
     """What the customer asks for: table `[requirements]`."""
 
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
@@ -56,7 +56,7 @@ class Task(_Record):
     joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint can give, gravity's share included")
 
 
-class Bounds(_Record):
+class Bounds(_Table):
     """Range of each design variable, mm; equal bounds fix it: table `[bounds_mm]`."""
 
     upper_arm_length: Length = Field(description="L_A: shoulder to elbow")
@@ -67,7 +67,7 @@ class Bounds(_Record):
     half_side: HalfSide = Field(description="L: half the side of the cube")
 
 
-class _Hardware(_Record):
+class _Hardware(_Table):
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
     parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
@@ -91,7 +91,7 @@ class LimitTable(_Limited):
     gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
 
 
-class InertiaTable(_Record):
+class InertiaTable(_Table):
     """What moves, as the effective mass at the handle sees it: table `[inertia]`."""
 
     carried_mass_kg: float = Field(gt=0, le=1000, description="platform and the rods' share that moves with it")
@@ -100,13 +100,13 @@ class InertiaTable(_Record):
     joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")
 
 
-class Step3(_Record):
+class Step3(_Table):
     """The third step: table `[step_3]`."""
 
     half_side_mm: float | None = Field(default=None, gt=0, le=LENGTH_MAX_MM, description="L; else what step 2 reached")
 
 
-class Requirements(_Record):
+class Requirements(_Table):
     """One task for the optimiser."""
 
     name: str = Field(pattern=NAME_PATTERN, description="name of the design")

@@ -38,7 +38,7 @@ class Problem:
         step: 1, 2 or 3.
         lower: (6,) lower bounds in the order of `VARIABLES`, mm.
         upper: (6,) upper bounds, mm.
-        constraints: Names of the constraints that are asked, in the order of `CONSTRAINTS`.
+        constraints: Names of the constraints, in the order of `CONSTRAINTS`.
     """
 
     requirements: Requirements
@@ -218,8 +218,8 @@ def step_problem(
         high = min(high, max(low, reached_mm))
     bounds[SIDE] = (0.0 if "half_side" in without else low, high)
     values = given.values
-    asked = {"half_side": step == 3 or low > 0.0}
+    stated = {"half_side": step == 3 or low > 0.0}
     for limit in LIMITS:
-        asked[limit.name] = (step > 1 or limit.first_step) and limit.stated(values) is not None
-    names = tuple(name for name in CONSTRAINTS if asked.get(name) and name not in without)
+        stated[limit.name] = (step > 1 or limit.first_step) and limit.stated(values) is not None
+    names = tuple(name for name in CONSTRAINTS if stated.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)

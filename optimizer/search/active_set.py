@@ -63,9 +63,9 @@ class Program:
         self._kept: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
     def add(self, active: list[Active]) -> int:
-        """Takes in margins that are not yet asked and returns how many were new.
+        """Takes in margins that are not yet active and returns how many were new.
 
-        A point very near to one that is asked takes its place: two almost equal rows make SLSQP's subproblem singular.
+        A point very near to an active one takes its place: two almost equal rows make SLSQP's subproblem singular.
         """
         new = [item for item in dict.fromkeys(active) if item not in self.active]
         for item in new:
@@ -108,7 +108,7 @@ class Program:
         )
         table, weights = self.margins(x)  # (1 + 2 n, rows), (rows,)
         gradient = (table[1 : n + 1] - table[n + 1 :]).T / (2.0 * DIFFERENCE)
-        # a margin that no free variable moves can keep no slack: it is asked to a rounding
+        # a margin that no free variable moves can keep no slack: it is met to a rounding
         value = table[0] - np.where((gradient != 0.0).any(axis=1), SLACK, -ROUNDING)
         if self.has_level:
             value = value - weights * unknowns[-1]

@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm on whole arrays: the same designs to the last bit, without an object for each of them.
+"""pymoo's genetic algorithm on arrays: the same designs to the last bit, without an object for each of them.
 
 Binary tournament, simulated binary crossover, polynomial mutation, no design twice, the best survive: pymoo's `GA` with
 its defaults. Its crossover and mutation are called as they are; what stands around them there in loops over
@@ -62,7 +62,7 @@ class Breeder:
         return fresh
 
     def tell(self, x: np.ndarray, objective: np.ndarray, margins: np.ndarray) -> None:
-        """Takes in what was asked for; the best of both generations survive.
+        """Takes in the objectives and margins of a generation; the best of both generations survive.
 
         Args:
             x: (N, free variables) what `ask` gave.

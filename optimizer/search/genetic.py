@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, asked and told by generations.
+"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, generation by generation.
 
 [RCIM2018] table 2: population 100, 220, 220 in the three steps, crossover fraction 0.8, 100 generations. Its migration
 fraction of 0.2 moves individuals between islands; there is one island here. Designs that meet all constraints beat
@@ -36,7 +36,7 @@ class Generation(NamedTuple):
 
 
 class GeneticError(ValueError):
-    """A search that cannot be run or taken up again as asked."""
+    """A search that cannot be run, or cannot be taken up again."""
 
 
 @dataclass(frozen=True)
