@@ -33,31 +33,31 @@ _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _Index = Annotated[int, Field(ge=0, lt=2**60, strict=True)]  # as fine as `check_tiling` looks; fits 64 bits
 
 
-class _Section(BaseModel):
+class _FileSection(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class _Geometry(_Section):
+class _Geometry(_FileSection):
     base_radius: _Number = Field(alias="base_radius_m")
     platform_radius: _Number = Field(alias="platform_radius_m")
     upper_arm_length: _Number = Field(alias="upper_arm_length_m")
     forearm_length: _Number = Field(alias="forearm_length_m")
 
 
-class _Cube(_Section):
+class _Cube(_FileSection):
     bottom_height_m: _Number
     half_side_m: _Number
     top_height_m: _Number
 
 
-class _Masses(_Section):
+class _Masses(_FileSection):
     acceleration: _Point = Field(alias="acceleration_m_s2")
     carried_mass: _Number = Field(alias="carried_mass_kg")
     arm_moment: _Number = Field(alias="arm_moment_kg_m")
     sha256: _Sha256 = Field(alias="file_sha256")
 
 
-class _Gravity(_Section):
+class _Gravity(_FileSection):
     force: _Number = Field(alias="force_N")
     torque: _Number = Field(alias="joint_torque_N_m")
     weight: _Number = Field(alias="weight_N")
@@ -65,7 +65,7 @@ class _Gravity(_Section):
     masses: _Masses | None
 
 
-class _Finding(_Section):
+class _Finding(_FileSection):
     condition: str
     verdict: Verdict
     limit: _Number | tuple[_Number, ...]
@@ -74,7 +74,7 @@ class _Finding(_Section):
     box_m: tuple[_Point, _Point] | None = None
 
 
-class _File(_Section):
+class _File(_FileSection):
     schema_id: Literal["delta-certificate/1"] = Field(alias="schema")
     statement: str
     verdict: Verdict
@@ -120,7 +120,7 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
     return data | {"digest": _digest(data)}
 
 
-def _named(kind: type[_Section], record: object) -> dict[str, Any]:
+def _named(kind: type[_FileSection], record: object) -> dict[str, Any]:
     """Gives the numbers of a record under the names that they have in the file."""
     return {field.alias or name: getattr(record, name) for name, field in kind.model_fields.items()}
 
