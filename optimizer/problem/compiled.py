@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from delta_cad.common.jit import compiled, expanded
+from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.kernel import _kappa
 
@@ -38,7 +38,7 @@ def figures_compiled(
     _fill(np.ascontiguousarray(designs), places, conditioning, angles, out)
 
 
-@expanded
+@inlined
 def _closed(q, t, z, la, lb):
     """Closes a chain in its own plane: w^2, w, cosine and sine of the shoulder angle; w is 0 beyond the reach."""
     rho2 = q * q + z * z
@@ -49,21 +49,21 @@ def _closed(q, t, z, la, lb):
     return w2, w, (q * m + z * w) / rho2, (z * m - q * w) / rho2
 
 
-@expanded
+@inlined
 def _chain(q, t, z, la, lb):
     """Computes w^2 / L_B^2, w / L_B and the unit forearm along the radius and along z."""
     w2, w, cos, sin = _closed(q, t, z, la, lb)
     return w2 / (lb * lb), w / lb, (q - la * cos) / lb, (z - la * sin) / lb
 
 
-@expanded
+@inlined
 def _angle(q, t, z, la, lb):
     """Computes the shoulder angle."""
     _, _, cos, sin = _closed(q, t, z, la, lb)
     return math.atan2(sin, cos)
 
 
-@expanded
+@inlined
 def _point(x, y, z, a, la, lb):
     """Computes closure, determinant, moment / L_A, elbow arms, products and squares of the forearms at a point."""
     xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
