@@ -96,9 +96,9 @@ def test_exit_code_1_where_a_proof_or_method_fails(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (r,) = Reproduction(population=12, generations=3).recompute(published_runs((8,))[:1])
-    outside = replace(r.found["ga+sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
-    found = r.found | {"ga+sqp": r.found["ga+sqp"]._replace(result=outside)}
-    poor = replace(r, proven=replace(r.proven, status="gap not reached"), found=found)
+    outside = replace(r.attempts["ga+sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
+    found = r.attempts | {"ga+sqp": r.attempts["ga+sqp"]._replace(result=outside)}
+    poor = replace(r, proven=replace(r.proven, status="gap not reached"), attempts=found)
     monkeypatch.setattr(Reproduction, "recompute", lambda *_: [poor])
     assert call("reproduce", "--out", tmp_path, "--tables", "8") == 1
     err = capsys.readouterr().err

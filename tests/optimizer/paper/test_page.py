@@ -119,7 +119,7 @@ def test_what_is_not_proved_or_found_is_remarked(runs: Runs, made: Reproduction)
     r = next(r for r in runs if r.run.name == "table 10 row 5")
     outside = replace(r.attempts["sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
     lost = r.attempts | {"sqp": r.attempts["sqp"]._replace(result=outside, ending="ended 0.1 short")}
-    poor = replace(r, proven=replace(r.proven, status="gap not reached", gap=0.01), found=lost)
+    poor = replace(r, proven=replace(r.proven, status="gap not reached", gap=0.01), attempts=lost)
     text = page([poor], made)
     assert holds(text, "- row 5: 1.0e-02")
     assert "ended 0.1 short" in text
