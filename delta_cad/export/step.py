@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.export.fingerprint import canonical
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part
 
@@ -78,6 +79,7 @@ def write_assembly_step(
         _name(shapes.AddComponent(root, branch, _location(links[link], link)), link)
     shapes.UpdateAssemblies()
     _write(document, path, schema, assembly.name, author, time_stamp)
+    path.write_bytes(canonical(path.read_bytes()))  # the kernel orders colours by where they lie in memory
 
 
 def write_part_step(
