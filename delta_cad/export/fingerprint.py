@@ -140,7 +140,8 @@ def canonical(data: bytes) -> bytes:
 
 def _ascending(match: re.Match[bytes]) -> bytes:
     """A list of references by number."""
-    return b"(" + b",".join(sorted(match[1].split(b","), key=lambda word: int(word[1:]))) + b")"
+    numbers = sorted(int(word[1:]) for word in bytes(match[1]).split(b","))
+    return b"(" + b",".join(b"#%d" % number for number in numbers) + b")"
 
 
 class _Entity:

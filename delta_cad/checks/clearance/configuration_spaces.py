@@ -58,7 +58,7 @@ class Pairs:
 
     def chosen(self, which: np.ndarray) -> Pairs:
         """The pairs (m,) bool of the same bodies."""
-        names = [self.names[k] for k in np.flatnonzero(which)]
+        names = [self.names[k] for k in np.flatnonzero(which).tolist()]
         return Pairs(self.bodies, self.first[which], self.second[which], self.limit[which], names)
 
 

@@ -291,7 +291,7 @@ def _halved(
     cut = space.worth_cutting(centres, halves, box, pair, normal)
     half = np.where(cut, halves / 2.0, halves)[:, None] + 0.0 * signs
     centre = centres[:, None] + cut[:, None] * half * signs
-    piece = (cut[:, None] | (signs > 0.0)).all(axis=2)  # along what is not cut there is one piece, not two
+    piece = np.all(cut[:, None] | (signs > 0.0), axis=2)  # along what is not cut there is one piece, not two
     piece[piece] &= space.reachable(centre[piece], half[piece])
     number = np.cumsum(piece).reshape(piece.shape) - 1
     origin, which = np.nonzero(piece[box])

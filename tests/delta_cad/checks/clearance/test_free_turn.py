@@ -112,7 +112,7 @@ def test_the_check_finds_what_only_a_turned_rod_hits() -> None:
     """A fin along the rod's z, and a post on the platform that it passes by unless the rod turns."""
     fin = part("fin", box((L_B - 12.0, -1.0, 0.0), (L_B - 8.0, 1.0, 12.0)))
     links = MACHINE.placement(LIMITS.centre_mm)
-    frame = np.linalg.inv(links["platform"]) @ links["rod_0_0"] @ turn_about_x(np.float64(-TILT * 0.9))
+    frame = np.linalg.inv(links["platform"]) @ links["rod_0_0"] @ turn_about_x(np.array(-TILT * 0.9))
     post = part("post", ball(1.0))
     placed = (
         Occurrence("fin", fin, "rod_0_0", np.eye(4)),
