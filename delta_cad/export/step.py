@@ -34,6 +34,7 @@ from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.export.fingerprint import canonical
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 
@@ -73,6 +74,7 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
         _name(shapes.AddComponent(root, branch, _location(links[link], link)), link)
     shapes.UpdateAssemblies()
     _write(document, path, schema, assembly.name)
+    path.write_bytes(canonical(path.read_bytes()))  # the kernel orders colours by where they lie in memory
 
 
 def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:
