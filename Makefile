@@ -3,6 +3,8 @@ VENV ?= .venv
 BASE_PYTHON ?= python3
 PYTHON := $(VENV)/bin/python
 STAMP := $(VENV)/.installed
+# A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same.
+PYTEST := $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: build test bench coverage mutants lint clean
 
@@ -10,7 +12,7 @@ build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
 
 test: $(STAMP) lint
-	$(PYTHON) -m pytest -n 2
+	$(PYTEST)
 
 lint: $(STAMP)
 	$(VENV)/bin/ruff check .
@@ -23,7 +25,7 @@ bench: $(STAMP)
 
 # Share of lines and branches that the tests run, for each package; compiled functions are left out, see pyproject.toml.
 coverage: $(STAMP)
-	$(PYTHON) -m pytest -n 2 --cov --cov-report=
+	$(PYTEST) --cov --cov-report=
 	@for name in delta_cad optimizer haptics; do \
 		echo "$$name: $$($(PYTHON) -m coverage report --include="$$name/*" --format=total) %"; done
 

@@ -29,32 +29,25 @@ from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_
 from delta_cad.export.folder import output_folder
 from delta_cad.export.glb import write_glb
 from delta_cad.export.manifest import write_manifest
-from delta_cad.export.mass_properties import mass_report, write_mass_properties
+from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.meshes import write_3mf, write_stl
-from delta_cad.export.mjcf import twin, write_twin
+from delta_cad.export.mjcf import twin
 from delta_cad.export.step import write_assembly_step, write_part_step
 from delta_cad.export.views.gallery import pictures
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 
-LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # of all meshes: a tenth of a running gap, 18 facets a turn
+LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
 
 
 def quiet(_: str) -> None:
-    """Progress that nobody sees."""
+    """Takes the progress of a run that nobody watches."""
 
 
 @dataclass(frozen=True)
 class BuiltMachine:
-    """A design made solid.
-
-    Attributes:
-        dimensions: All dimensions.
-        assembly: Parts placed on links.
-        meshes: One mesh a part.
-        masses: What `mass_report` found.
-    """
+    """A design made solid: its dimensions, parts placed on links, one mesh a part, and the result of `mass_report`."""
 
     dimensions: Dimensions
     assembly: Assembly
@@ -64,12 +57,11 @@ class BuiltMachine:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a build or a check came to.
+    """The result of a build or a check.
 
     Attributes:
-        design: The design.
         results: All checks.
-        masses: What `mass_report` found.
+        masses: Result of `mass_report`.
         folder: Where the files landed; None when none were written.
         unverified: Numbers of the bought parts whose data are not all verified against a datasheet.
     """
@@ -82,7 +74,7 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether every check holds."""
+        """Decides whether every check holds."""
         return all_passed(self.results)
 
     def record(self) -> dict[str, Any]:
@@ -101,11 +93,7 @@ class Outcome:
 
 
 def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
-    """Solids, placement, meshes and masses of a design.
-
-    Args:
-        design: A validated design.
-        progress: Told what is being done.
+    """Makes solids, placement, meshes and masses of a design.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
@@ -125,7 +113,7 @@ def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
 
 
 def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
-    """What the design's requirements and hardware ask of the machine, with the masses that it has."""
+    """Gathers the limits that requirements and hardware put on the machine, with the masses that it has."""
     design = d.design
     cube, required, geometry = design.cube, design.requirements, design.geometry
     inertia = masses_from_dict(masses, geometry.forearm_length, drive_torque(design)).handle_inertia
@@ -147,7 +135,7 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
 
 
 def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """All checks of a machine: the geometry's, then torque with gravity and drive."""
+    """Runs all checks of a machine: the geometry's, then torque with gravity and drive."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d, machine.masses)
     results = run_checks(machine.assembly, limits, machine.meshes, progress)
@@ -164,7 +152,7 @@ def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[Che
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
-    """The checks of a design without any file; raises as `make_machine`."""
+    """Runs the checks of a design without any file; raises as `make_machine`."""
     machine = make_machine(design, progress)
     return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
 
@@ -221,13 +209,16 @@ def write_files(machine: BuiltMachine, outcome: Outcome, folder: Path, progress:
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     write_bom(bill_of_materials(assembly, unit_mass), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
-    from_design = {"input_sha256": design_hash(machine.dimensions.design)}
-    write_mass_properties(machine.masses | from_design, folder / "mass_properties.json")
     d = machine.dimensions
+    masses = machine.masses | {"input_sha256": design_hash(d.design)}
     gravity = d.design.requirements.gravity_m_s2
-    write_twin(twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity), folder / "twin.xml")
-    text = json.dumps(outcome.record(), indent=1) + "\n"
-    (folder / "checks.json").write_text(text, encoding="utf-8")
+    texts = {
+        "mass_properties.json": json.dumps(masses, indent=1) + "\n",
+        "twin.xml": twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity),
+        "checks.json": json.dumps(outcome.record(), indent=1) + "\n",
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def _stage(machine: BuiltMachine) -> Stage:

@@ -59,35 +59,28 @@ def pointing(direction: Sequence[float], x: float = 0.0, y: float = 0.0, z: floa
 
 
 def longest(size: str, available_mm: float) -> float:
-    """Longest stock length of a cap screw that does not exceed what is available.
-
-    Args:
-        size: Cap screw of the catalogue, such as "M3".
-        available_mm: From under the head to the end of the usable thread.
+    """Longest stock length of a cap screw, such as "M3", that fits from under its head to the end of the thread, mm.
 
     Raises:
         DimensionError: The shortest one is longer.
     """
-    lengths = catalogue.screw(size).lengths_mm
-    shortest = f"{available_mm:.2f} mm are available under the head; the shortest has {min(lengths):g} mm"
-    require(min(lengths) <= available_mm + ROUNDING_MM, f"screw_{size}", "length", shortest)
-    return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
+    return _longest(catalogue.screw(size).lengths_mm, available_mm, f"screw_{size}", " under the head")
 
 
 def longest_dowel(key: str, available_mm: float) -> float:
-    """Longest stock length of a dowel that does not exceed what is available.
-
-    Args:
-        key: Dowel of the catalogue, such as "3".
-        available_mm: Depth of its bores together.
+    """Longest stock length of a dowel, such as "3", that does not exceed the depth of its bores together, mm.
 
     Raises:
         DimensionError: The shortest one is longer.
     """
-    lengths = catalogue.dowel(key).lengths_mm
-    shortest = f"{available_mm:.2f} mm are available; the shortest has {min(lengths):g} mm"
-    require(min(lengths) <= available_mm + ROUNDING_MM, f"dowel_{key}", "length", shortest)
-    return max(length for length in lengths if length <= available_mm + ROUNDING_MM)
+    return _longest(catalogue.dowel(key).lengths_mm, available_mm, f"dowel_{key}")
+
+
+def _longest(lengths_mm: tuple[float, ...], available_mm: float, part: str, where: str = "") -> float:
+    fitting = [length for length in lengths_mm if length <= available_mm + ROUNDING_MM]
+    shortest = f"{available_mm:.2f} mm are available{where}; the shortest has {min(lengths_mm):g} mm"
+    require(bool(fitting), part, "length", shortest)
+    return max(fitting)
 
 
 class _Assembler:
@@ -339,7 +332,7 @@ def _joints(d: Dimensions) -> list[Joint]:
 
 
 def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
-    """The whole machine of a design.
+    """Assembles the machine of a design.
 
     Args:
         d: Dimensions of the design.

@@ -37,7 +37,7 @@ class Assembly:
         return tuple({occurrence.part.number: occurrence.part for occurrence in self.occurrences}.values())
 
     def poses(self, p_mm: np.ndarray) -> Mapping[str, np.ndarray]:
-        """Transforms of all occurrences at handle positions.
+        """Computes the transforms of all occurrences at handle positions.
 
         Args:
             p_mm: (..., 3) platform centre in the base frame, mm.

@@ -106,29 +106,19 @@ class MeshLibrary:
                 raise ValueError(f"two different parts are numbered {part.number!r}")
 
     def __getitem__(self, number: str) -> Mesh:
-        """The mesh of a part.
-
-        Args:
-            number: Part number.
-
-        Returns:
-            Its mesh in the part's frame.
-        """
+        """Gives the mesh of a part in the part's frame by its number."""
         if number not in self._meshes:
             self._meshes[number] = tessellate(self._parts[number].solid, self.linear_mm, self.angular_rad)
         return self._meshes[number]
 
 
 def tessellate(solid: cq.Shape, linear_mm: float, angular_rad: float) -> Mesh:
-    """Triangulate a solid, its own cached triangulation left alone and unused.
+    """Triangulates a solid, its own cached triangulation left alone and unused; bounds the mesh's deviation.
 
     Args:
         solid: The solid (or any shape with faces).
         linear_mm: Absolute linear deflection.
         angular_rad: Angular deflection.
-
-    Returns:
-        The mesh, vertices merged across faces, and its deviation from the solid.
     """
     from OCP.BRep import BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
@@ -202,13 +192,7 @@ def _arrays(triangulation: Any, location: Any) -> tuple[np.ndarray, np.ndarray, 
 def _face_deviation(face: Any, nodes: np.ndarray, uv: np.ndarray, triangles: np.ndarray, linear_mm: float) -> float:
     """Bound on the distance between a face's triangles and its surface, mm; see the module."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import (
-        GeomAbs_Cone,
-        GeomAbs_Cylinder,
-        GeomAbs_Plane,
-        GeomAbs_Sphere,
-        GeomAbs_Torus,
-    )
+    from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
 
     surface = BRepAdaptor_Surface(face)
     kind = surface.GetType()

@@ -7,7 +7,6 @@ A new family is a module in `families`, its import and its place in `FAMILIES` h
 
 from collections.abc import Mapping
 
-from delta_cad.catalogue.errors import CatalogueError
 from delta_cad.catalogue.families.bearing import Bearing, bearing
 from delta_cad.catalogue.families.cable import Cable, cable
 from delta_cad.catalogue.families.dowel import Dowel, dowel
@@ -19,24 +18,18 @@ from delta_cad.catalogue.families.material import MaterialData, material
 from delta_cad.catalogue.families.motor import Motor, motor
 from delta_cad.catalogue.families.screws import HexNut, HexScrew, Screw, hex_nut, hex_screw, screw
 from delta_cad.catalogue.families.tube import Tube, tube
-from delta_cad.catalogue.reader import Family
+from delta_cad.catalogue.reader import CatalogueError, Family
 from delta_cad.catalogue.row import CatalogueRow
 
+# Name of a family -> the family.
 FAMILIES: Mapping[str, Family] = {
     one.name: one
     for one in (motor, bearing, encoder, screw, hex_screw, hex_nut, dowel, tube, knob, foot, magnet, cable, material)
 }
-"""Name of a family -> the family."""
 
 
 def family(name: str) -> Mapping[str, CatalogueRow]:
-    """Gives all rows of one family.
-
-    Args:
-        name: A key of `FAMILIES`, such as "motor".
-
-    Returns:
-        Id -> record, in the order of the file.
+    """Gives all rows of one family, such as "motor", by their ids, in the order of the file.
 
     Raises:
         CatalogueError: There is no such family, or its file breaks a rule (the message says where).

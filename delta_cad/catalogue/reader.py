@@ -12,7 +12,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar, get_args, get_type_hints
 
-from delta_cad.catalogue.errors import CatalogueError
 from delta_cad.catalogue.row import CatalogueRow
 
 DATA = Path(__file__).parent / "data"
@@ -21,6 +20,10 @@ ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
 MAY_BE_ZERO = frozenset({"red", "green", "blue"})
 MAY_BE_EMPTY = frozenset({"standard"})
+
+
+class CatalogueError(Exception):
+    """A part that is not in the catalogue, or a row that breaks the catalogue's rules."""
 
 
 def _number(text: str, zero: bool) -> float:

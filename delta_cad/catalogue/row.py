@@ -1,4 +1,4 @@
-"""What every row of the catalogue says.
+"""The columns that every row of the catalogue has.
 
 Every length is in mm and every mass in g, as the field names say. `verified` is honest about where a row stands:
 "yes: <where>" when all of it was confirmed, "partly: <what and where>; <the rest> no, from memory, check before
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CatalogueRow:
-    """What every row of the catalogue says.
+    """A row of the catalogue.
 
     Attributes:
         id: Key in the design file, unique in its family, lower case.

@@ -1,5 +1,7 @@
 """Checks of a placed machine: each takes the assembly and returns records that say what holds, by how much and where.
 
+A check takes the `assembly` and, as it needs them, the `limits` with the cube of handle positions, and the parts'
+`meshes`, of which those that are missing are made; `progress` is called with the name of what is being done.
 Nothing here loads the CAD kernel on import.
 """
 
@@ -32,13 +34,7 @@ def run_checks(
     meshes: MeshLibrary,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[CheckResult]:
-    """Every check, in the order in which a later one relies on an earlier one.
-
-    Args:
-        assembly: The machine.
-        limits: The cube and the limits.
-        meshes: The parts' meshes; those that are missing are made.
-        progress: Told the name of what is being done.
+    """Runs every check, in the order in which a later one relies on an earlier one.
 
     Returns:
         The results. Where the cube is not reachable, or a part is no sound solid, the checks that need it are left

@@ -1,4 +1,4 @@
-"""What the machine is held against, and the handle positions at which it is sampled."""
+"""Limits on the machine, and the handle positions at which it is sampled."""
 
 from __future__ import annotations
 

@@ -1,37 +1,40 @@
-"""What the checks need to know of link names: chains, rigid bodies, and pinions that sweep bodies of revolution."""
+"""Links by name: chains, rigid bodies, pinions that sweep bodies of revolution, rods that turn about themselves."""
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 
+from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 from delta_cad.solids.part import Occurrence
 
 
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
-    """The rigid body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm.
-
-    Args:
-        occurrence: The occurrence.
-        placement: The placement of the links.
-
-    Returns:
-        Link name.
-    """
+    """Names the body that carries an occurrence: the rotor of a direct drive on the shoulder axis is its arm."""
     on_axis = (placement.geometry.base_radius * MM_PER_M, 0.0)
     if occurrence.link.startswith("pinion") and placement.drive_ratio == 1.0 and placement.pinion_centre_mm == on_axis:
         return f"upper_arm_{occurrence.link[-1]}"
     return occurrence.link
 
 
+def carried_by_link(assembly: Assembly) -> dict[str, list[Occurrence]]:
+    """Gives the occurrences that every rigid body carries, by link name."""
+    links: dict[str, list[Occurrence]] = defaultdict(list)
+    for occurrence in assembly.occurrences:
+        links[rigid_link(occurrence, assembly.placement)].append(occurrence)
+    return links
+
+
 def swept_links(placement: LinkPlacement) -> list[str]:
-    """The links that turn through any angle about their own y axis: the pinions of a geared drive."""
+    """Lists the links that turn through any angle about their own y axis: the pinions of a geared drive."""
     return [f"pinion_{i}" for i in CHAINS] if placement.drive_ratio != 1.0 else []
 
 
 def chain_of(link: str) -> int:
-    """Chain of a link, -1 for the base and the platform."""
+    """Gives the chain of a link, -1 for the base and the platform."""
     digits = [word for word in link.split("_") if word.isdigit()]
     return int(digits[0]) if digits else -1
 
@@ -43,6 +46,47 @@ def fixed_frame(link: str, placement: LinkPlacement) -> np.ndarray:
     offset = np.eye(4)
     offset[[0, 2], 3] = placement.pinion_centre_mm
     return turn_about_z(2.0 * np.pi / 3.0 * chain_of(link)) @ offset
+
+
+def free_tilt(assembly: Assembly) -> float:
+    """Largest free tilt that the sockets of any rod leave it: how far it can turn about itself without lean.
+
+    A rod that leans by `lean` can turn about itself until `cos(lean) cos(turn) = cos(tilt)`, where a lip meets a neck.
+
+    Args:
+        assembly: The machine.
+
+    Returns:
+        Tilt, rad; 0 where no ball joint holds a rod.
+    """
+    tilts: dict[str, float] = {}
+    for joint in assembly.joints:
+        for link in (joint.link_a, joint.link_b):
+            if link.startswith("rod") and joint.tilt_limit_rad is not None:
+                tilts[link] = min(joint.tilt_limit_rad, tilts.get(link, np.inf))
+    return max(tilts.values(), default=0.0)
+
+
+def free_turn(tilt_rad: float, lean_rad: np.ndarray) -> np.ndarray:
+    """How far a rod can turn about itself either way before its sockets have no tilt left.
+
+    Args:
+        tilt_rad: Free tilt of the sockets.
+        lean_rad: (...) lean of the rod.
+
+    Returns:
+        (...) largest turn, rad; 0 where the lean takes all of the tilt.
+    """
+    return np.arccos(np.clip(np.cos(tilt_rad) / np.cos(lean_rad), 0.0, 1.0))
+
+
+def turn_about_x(angle_rad: np.ndarray) -> np.ndarray:
+    """(..., 4, 4) rotations about x by angles (...)."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    out = np.zeros((*np.shape(angle_rad), 4, 4))
+    out[..., 0, 0] = out[..., 3, 3] = 1.0
+    out[..., 1, 1], out[..., 1, 2], out[..., 2, 1], out[..., 2, 2] = c, -s, s, c
+    return out
 
 
 def turn_about_z(angle_rad: float) -> np.ndarray:

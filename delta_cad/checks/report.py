@@ -1,4 +1,4 @@
-"""What a check found: one record, and its form in `checks.json`."""
+"""The result of a check: its record, and its form in `checks.json`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class CheckResult:
             object.__setattr__(self, name, None if number is None else float(number))
 
     def to_json(self) -> dict[str, Any]:
-        """The record as JSON types, keys as the attributes."""
+        """Gives the record as JSON types, keys as the attributes."""
         record = asdict(self)
         for key in ("worst_pose_mm", "worst_pair"):
             record[key] = None if record[key] is None else list(record[key])
@@ -47,5 +47,5 @@ class CheckResult:
 
 
 def all_passed(results: Iterable[CheckResult]) -> bool:
-    """Whether every check of a report holds."""
+    """Decides whether every check of a report holds."""
     return all(result.passed for result in results)

@@ -21,11 +21,7 @@ DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
 
 
 def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
-    """One result per part: a single valid closed solid, its mesh, its bores.
-
-    Args:
-        parts: The parts.
-        meshes: Their meshes.
+    """Checks that each part is a single valid closed solid, with a mesh of its volume and the bores it declares.
 
     Returns:
         Results named `solid <part number>`; the value is the difference between mesh and exact volume, the limit the
@@ -61,16 +57,10 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
 
 
 def layer_volume(mesh: Mesh) -> float:
-    """Largest difference of volume between the mesh and the exact solid.
+    """Bounds the difference of volume between a mesh and the exact solid, mm^3.
 
     The symmetric difference of the two lies within the deviation d of the mesh's surface: inside balls along its faces
     (2 d area), edges (pi d^2 length) and corners (4/3 pi d^3); the last two are covered by counting every edge fully.
-
-    Args:
-        mesh: The mesh.
-
-    Returns:
-        Volume, mm^3.
     """
     if mesh.layer_mm3 is not None:
         return mesh.layer_mm3
@@ -81,17 +71,9 @@ def layer_volume(mesh: Mesh) -> float:
 
 
 def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
-    """Diameters of the cylindrical faces on which a mesh has fewer than three vertices, mm.
-
-    Args:
-        part: The part.
-        mesh: Its mesh.
-
-    Returns:
-        Diameters; empty where the mesh touches every cylinder of the solid.
-    """
+    """Lists the diameters of the cylindrical faces of a part on which its mesh has fewer than three vertices, mm."""
     bare = []
-    for c in features(part).cylinders:
+    for c in features(part.solid).cylinders:
         apart = mesh.vertices - c.point
         along = apart @ c.direction
         off = np.abs(np.linalg.norm(apart - along[:, None] * c.direction, axis=1) - c.radius_mm)
@@ -102,14 +84,7 @@ def bare_cylinders(part: Part, mesh: Mesh) -> list[float]:
 
 
 def solid_faults(shape: Any) -> list[str]:
-    """What keeps a shape from being one valid closed solid of positive volume.
-
-    Args:
-        shape: A `cadquery.Shape`.
-
-    Returns:
-        Faults, empty when it is sound.
-    """
+    """Says what keeps a `cadquery.Shape` from being one valid closed solid of positive volume, if anything does."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.TopAbs import TopAbs_SOLID
@@ -127,54 +102,29 @@ def solid_faults(shape: Any) -> list[str]:
 
 
 def bore_counts(shape: Any) -> dict[float, int]:
-    """Distinct axes of concave cylinders by diameter.
+    """Counts the distinct axes of the concave cylinders of a `cadquery.Shape` by their diameter, mm (to 1 um).
 
     A face is concave where the outward normal points to the axis: the outside of the solid is around it. Faces of one
     split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
     asked of all faces on the axis together.
-
-    Args:
-        shape: A `cadquery.Shape`.
-
-    Returns:
-        Diameter in mm (to 1 um) -> number of axes.
     """
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_Cylinder
-    from OCP.TopAbs import TopAbs_REVERSED
-
     axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[float]]]] = {}
-    for face in shape.Faces():
-        surface = BRepAdaptor_Surface(face.wrapped)
-        if surface.GetType() != GeomAbs_Cylinder:
-            continue
-        cylinder = surface.Cylinder()
-        inwards = cylinder.Position().Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
-        if not inwards:
-            continue
-        d, p = cylinder.Axis().Direction(), cylinder.Axis().Location()
-        direction = np.array([d.X(), d.Y(), d.Z()])
-        point = np.array([p.X(), p.Y(), p.Z()])
-        point = point - (point @ direction) * direction
-        turn = surface.LastUParameter() - surface.FirstUParameter()
-        same = axes.setdefault(round(2.0 * cylinder.Radius(), 3), [])
-        for other_direction, other_point, turns in same:
-            parallel = np.linalg.norm(np.cross(direction, other_direction)) < 1e-6
+    for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_bore):
+        point = bore.point - (bore.point @ bore.direction) * bore.direction
+        same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
+        for direction, other_point, turns in same:
+            parallel = np.linalg.norm(np.cross(bore.direction, direction)) < 1e-6
             if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
-                turns.append(turn)
+                turns.append(bore.turn_rad)
                 break
         else:
-            same.append((direction, point, [turn]))
+            same.append((bore.direction, point, [bore.turn_rad]))
     counts = {diameter: sum(sum(turns) >= np.pi - 1e-6 for *_, turns in same) for diameter, same in axes.items()}
     return {diameter: count for diameter, count in sorted(counts.items()) if count}
 
 
 def compared_bores(part: Part, bores: dict[float, int]) -> tuple[list[str], str]:
-    """Hold declared bores against those found.
-
-    Args:
-        part: The part with its declared holes.
-        bores: Diameter -> number of axes.
+    """Holds the bores that a part declares against those found, number of axes by diameter.
 
     Returns:
         Faults, and the diameters that were found and not declared, as text.

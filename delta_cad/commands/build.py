@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import design_arguments, made, out_argument
+from delta_cad.commands.machine import machine_arguments, made
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -18,8 +18,7 @@ TEXT = "solids, assembly, checks and all files into OUT/NAME (OUT/NAME.rejected 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    design_arguments(command)
-    out_argument(command)
+    machine_arguments(command)
     command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
 
 

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import design_arguments, made, out_argument
+from delta_cad.commands.machine import machine_arguments, made
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -19,8 +19,7 @@ TEXT = "the checks alone; writes OUT/NAME.checks.json only"
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    design_arguments(command)
-    out_argument(command)
+    machine_arguments(command)
 
 
 def run(given: argparse.Namespace) -> int:

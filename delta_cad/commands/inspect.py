@@ -1,4 +1,4 @@
-"""`inspect`: what can be said of a design without any CAD."""
+"""`inspect`: figures of a design that need no CAD."""
 
 from __future__ import annotations
 

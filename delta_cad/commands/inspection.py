@@ -1,4 +1,4 @@
-"""What can be said of a design without any CAD: dimensions, reach, torque, conditioning, angles and margins."""
+"""Inspection of a design without any CAD: dimensions, reach, torque, conditioning, angles and margins."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class InspectionRow:
 
 
 def inspection(design: Design, inertia: HandleInertia | None = None) -> list[InspectionRow]:
-    """All rows for a design.
+    """Inspects a design.
 
     Args:
         design: A validated design.
-        inertia: What moves, where a build has said it.
+        inertia: Inertias at the handle, where a build has given them.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
@@ -75,11 +75,10 @@ def _dimensions(design: Design) -> list[InspectionRow]:
         reverse=True,
     )
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm), reverse=True)
-    rows += [
+    return rows + [
         InspectionRow("outline by eq. (1), points only", name, value, "mm", f"<= {side:g}", value <= side)
         for name, value, side in zip(("longer side", "shorter side"), points, sides, strict=True)
     ]
-    return rows
 
 
 def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[InspectionRow]:
@@ -108,18 +107,19 @@ def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[I
 
 
 def _others(e: CubeExtremes) -> list[InspectionRow]:
-    """What else a designer looks at, over the cube."""
+    """Figures over the cube that no limit bounds."""
     table = (
-        ("smallest arm to forearm angle", degrees(e.forearm_angle_min.value), "deg", e.forearm_angle_min),
-        ("largest arm to forearm angle", degrees(e.forearm_angle_max.value), "deg", e.forearm_angle_max),
-        ("lowest elbow", e.elbow_z_min.value * MM_PER_M, "mm", e.elbow_z_min),
-        ("highest elbow", e.elbow_z_max.value * MM_PER_M, "mm", e.elbow_z_max),
-        ("smallest singular value of J", e.singular_value_min.value * MM_PER_M, "mm/rad", e.singular_value_min),
-        ("largest singular value of J", e.singular_value_max.value * MM_PER_M, "mm/rad", e.singular_value_max),
-        ("margin to a fold, w / L_B", e.serial_margin_min.value, "", e.serial_margin_min),
+        ("smallest arm to forearm angle", "deg", e.forearm_angle_min),
+        ("largest arm to forearm angle", "deg", e.forearm_angle_max),
+        ("lowest elbow", "mm", e.elbow_z_min),
+        ("highest elbow", "mm", e.elbow_z_max),
+        ("smallest singular value of J", "mm/rad", e.singular_value_min),
+        ("largest singular value of J", "mm/rad", e.singular_value_max),
+        ("margin to a fold, w / L_B", "", e.serial_margin_min),
     )
     rows = []
-    for quantity, value, unit, extreme in table:
+    for quantity, unit, extreme in table:
+        value = {"deg": degrees(extreme.value), "": extreme.value}.get(unit, extreme.value * MM_PER_M)
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
         rows.append(InspectionRow("over the cube (sampled and polished)", quantity, value, unit, at_mm=(x, y, z)))
     return rows
@@ -127,26 +127,18 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
 
 def _drive(design: Design) -> list[InspectionRow]:
     drive, required = drive_torque(design), design.requirements.joint_torque_N_m
-    rows = [
-        InspectionRow("drive", "motor", drive.motor, ""),
-        InspectionRow("drive", "ratio", drive.ratio, ":1"),
-        InspectionRow("drive", "joint torque, for ever", drive.continuous_torque_N_m, "N m"),
-        InspectionRow(
-            "drive",
-            f"joint torque, {drive.peak_time_s:g} s",
-            drive.peak_torque_N_m,
-            "N m",
-            f">= {required:g}",
-            drive.verdict != "insufficient",
-        ),
-        InspectionRow("drive", f"{required:g} N m", drive.verdict, ""),
-        InspectionRow("drive", "rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
+    peak = (drive.peak_torque_N_m, "N m", f">= {required:g}", drive.verdict != "insufficient")
+    rows: list[tuple[Any, ...]] = [
+        ("motor", drive.motor, ""),
+        ("ratio", drive.ratio, ":1"),
+        ("joint torque, for ever", drive.continuous_torque_N_m, "N m"),
+        (f"joint torque, {drive.peak_time_s:g} s", *peak),
+        (f"{required:g} N m", drive.verdict, ""),
+        ("rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
     ]
-    if drive.bend_ratio is not None and drive.cable_safety_factor is not None:
+    if drive.cable is not None:
         rows += [
-            InspectionRow("drive", "cable safety at the peak", drive.cable_safety_factor, ""),
-            InspectionRow(
-                "drive", "drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"
-            ),
+            ("cable safety at the peak", drive.cable_safety_factor, ""),
+            ("drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"),
         ]
-    return rows
+    return [InspectionRow("drive", *row) for row in rows]

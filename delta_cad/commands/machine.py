@@ -1,4 +1,4 @@
-"""What the commands that make a machine share: arguments, what can go wrong, how the result is shown."""
+"""The common part of the commands that make a machine: arguments, refusals, the display of the result."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from delta_cad.pipeline import Outcome
 
 NOT_BUILT = 3
+# design, what was typed, what to call with the name of the next phase -> what came of it
 Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]
-"""Design, what was given, whom to tell what is being done -> what came of it."""
 
 
 def design_arguments(command: argparse.ArgumentParser) -> None:
@@ -25,21 +25,14 @@ def design_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
-def out_argument(command: argparse.ArgumentParser) -> None:
-    """Adds the folder for what is written."""
+def machine_arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the design file, the form of the answer and the folder for what is written."""
+    design_arguments(command)
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
 
 
 def made(given: argparse.Namespace, work: Work) -> int:
-    """Does a command's work on the design and shows what came of it.
-
-    Args:
-        given: What was typed: design, out, json.
-        work: What the command does with the design.
-
-    Returns:
-        The exit code.
-    """
+    """Does a command's work on the design that was typed, shows what came of it and returns the exit code."""
     from delta_cad.design import DesignError, load_design
 
     try:

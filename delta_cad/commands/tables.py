@@ -1,4 +1,4 @@
-"""What a person sees: phases with their time, the inspection table, the result table."""
+"""Output for a person: phases with their time, the inspection table, the result table."""
 
 from __future__ import annotations
 
@@ -25,9 +25,6 @@ DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque
 def phases(first: str) -> Iterator[Callable[[str], None]]:
     """Shows what is being done and since when, on a terminal only; elsewhere nothing is printed.
 
-    Args:
-        first: What is being done at the start.
-
     Yields:
         Function to call with the name of the next phase.
     """
@@ -53,17 +50,17 @@ def _console() -> Console:
     return Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=160)
 
 
+def _table(title: str, *columns: str) -> Table:
+    """An empty table; columns whose name starts with > are flush right."""
+    table = Table(title=title, title_justify="left")
+    for column in columns:
+        table.add_column(column.removeprefix(">"), justify="right" if column.startswith(">") else "left")
+    return table
+
+
 def print_inspection(name: str, rows: list[InspectionRow]) -> None:
     """Prints the inspection of a design."""
-    table = Table(title=name, title_justify="left")
-    for column, side in (
-        ("", "left"),
-        ("value", "right"),
-        ("unit", "left"),
-        ("limit", "left"),
-        ("at x, y, z mm", "right"),
-    ):
-        table.add_column(column, justify=side)  # type: ignore[arg-type]
+    table = _table(name, "", ">value", "unit", "limit", ">at x, y, z mm")
     group = ""
     for row in rows:
         if row.group != group:
@@ -78,16 +75,7 @@ def print_inspection(name: str, rows: list[InspectionRow]) -> None:
 def print_outcome(outcome: Outcome) -> None:
     """Prints the result of a build or a check: one line a check, equal checks of the three chains as one."""
     console = _console()
-    table = Table(title=outcome.design.name, title_justify="left")
-    for column, side in (
-        ("check", "left"),
-        ("value", "right"),
-        ("limit", "right"),
-        ("unit", "left"),
-        ("", "left"),
-        ("where", "left"),
-    ):
-        table.add_column(column, justify=side)  # type: ignore[arg-type]
+    table = _table(outcome.design.name, "check", ">value", ">limit", "unit", "", "where")
     for name, results in grouped(outcome.results).items():
         worst = min(results, key=_margin)
         verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
@@ -119,9 +107,8 @@ def grouped(results: list[CheckResult]) -> dict[str, list[CheckResult]]:
     """Results under their name without the numbers of chain, side and copy."""
     groups: dict[str, list[CheckResult]] = {}
     for result in results:
-        name = (
-            "solids" if result.name.startswith("solid ") else re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
-        )
+        name = re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
+        name = "solids" if name.startswith("solid ") else name
         groups.setdefault(name, []).append(result)
     return groups
 

@@ -1,1 +1,1 @@
-"""What the three packages share: console, files that appear whole, compiled code, style of pictures."""
+"""The common floor of the three packages: console, files that appear whole, compiled code, style of pictures."""

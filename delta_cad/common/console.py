@@ -1,6 +1,4 @@
-"""What every command of every package shares: exit codes, one-line errors, Ctrl-C, a line of progress; loads nothing
-heavy.
-"""
+"""The common part of all commands: exit codes, one-line errors, Ctrl-C, a line of progress; loads nothing heavy."""
 
 from __future__ import annotations
 
@@ -28,7 +26,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def command_parser(program: str, description: str, epilog: str, commands: Sequence[ModuleType]) -> Parser:
-    """The arguments of all commands.
+    """Makes the parser of all commands.
 
     Args:
         program: As the help names it.
@@ -49,15 +47,12 @@ def command_parser(program: str, description: str, epilog: str, commands: Sequen
 
 
 def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> int:
-    """Runs one command; a reader that goes away early is no error of ours and does not change the exit code.
+    """Runs one command and returns its exit code; a reader that goes away early is no error and does not change it.
 
     Args:
         parser: What `command_parser` made.
         arguments: As typed; None for those of the process.
         extra: Extra of the package that installs what is missing, if a module is.
-
-    Returns:
-        The exit code.
     """
     try:
         given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
@@ -105,14 +100,7 @@ class _Output:
 
 
 def with_negatives(arguments: Sequence[str]) -> list[str]:
-    """Command line in which a value such as `-10,5,90` stays with its option instead of being taken for one.
-
-    Args:
-        arguments: As typed, `--at -10,5,90`.
-
-    Returns:
-        The same with `--at=-10,5,90`.
-    """
+    """Joins a value such as `-10,5,90` to its option, `--at=-10,5,90`, instead of its being taken for one."""
     joined: list[str] = []
     for argument in arguments:
         if joined and joined[-1].startswith("--") and "=" not in joined[-1] and re.match(r"-[\d.]+,", argument):
@@ -134,15 +122,7 @@ natural.__name__ = "whole number"  # as argparse names it
 
 
 def refuse(message: str, code: int) -> int:
-    """Tells what is wrong in one line on stderr.
-
-    Args:
-        message: What; its line breaks are lost.
-        code: The exit code.
-
-    Returns:
-        The code.
-    """
+    """Tells what is wrong in one line on stderr and returns the exit code."""
     print(" ".join(message.split()), file=sys.stderr)
     return code
 

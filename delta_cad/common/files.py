@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Self
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
+# What a system answers when it, or this file system, cannot exchange two names.
 NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
-"""What a system answers when it, or this file system, cannot exchange two names."""
 
 
 class FileInUseError(OSError):

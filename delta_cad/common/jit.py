@@ -51,11 +51,6 @@ def inlined(function: Callable[..., Any]) -> Any:
     return Compiled(function, forceinline=True)
 
 
-def expanded(function: Callable[..., Any]) -> Any:
-    """As `inlined`, but written out in its callers before types are known, and so kept with them alone."""
-    return Compiled(function, inline="always")
-
-
 def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: str = "return") -> Any:
     """Compiles a function that makes one call after the other: how compiled code goes through a registry.
 

@@ -11,10 +11,8 @@ import re
 from pathlib import Path
 from typing import Any, NoReturn
 
-MOST_BYTES = 64_000_000
-"""Largest file that is looked at; the files that we write have less than a tenth of it."""
-DEEPEST = 32
-"""Most lists and objects within each other; our files have six."""
+MOST_BYTES = 64_000_000  # largest file that is looked at; the files that we write have less than a tenth of it
+DEEPEST = 32  # most lists and objects within each other; our files have six
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 

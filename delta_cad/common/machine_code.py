@@ -29,6 +29,7 @@ from numba.core import types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCacheLocator
 from numba.extending import typeof_impl
 
+from delta_cad.common.compiler import InnerCompiler, OuterCompiler, inner_target
 from delta_cad.common.jit import Compiled
 
 ROOT = Path(__file__).parents[2]
@@ -140,6 +141,10 @@ class _Kept(CompileResultCacheImpl):
 class _KeptInner(CompileResultCacheImpl):
     _locator_classes: ClassVar = [_InnerLocator]
 
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Reads a function as intermediate code."""
+        return super().rebuild(inner_target(target_context), payload)
+
 
 class _Cache(FunctionCache):
     """numba's cache of one function, which never stops a run: what it cannot read or write is compiled."""
@@ -191,7 +196,8 @@ def dispatcher_of(function: Callable[..., Any], inner: bool, **options: Any) -> 
     """
     if inner:
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher: Any = njit(error_model="numpy", **options)(function)
+    compiler = InnerCompiler if inner else OuterCompiler
+    dispatcher: Any = njit(error_model="numpy", pipeline_class=compiler, **options)(function)
     typed = dispatcher.get_call_template
 
     def without_literals(args: Any, kws: Any) -> Any:

@@ -1,4 +1,5 @@
-"""The design file: what was asked for, the chosen dimensions and hardware; read, validated, written and hashed."""
+"""The design file: requirements, chosen dimensions and hardware; read, validated, written and hashed."""
+# ruff: noqa: F401  the names are for those who import the package
 
 from delta_cad.design.file import (
     DesignError,
@@ -15,29 +16,9 @@ from delta_cad.design.record import (
     NAME_PATTERN,
     NAME_RULE,
     SCHEMA,
-    Cube,
     Design,
+    DesignCube,
+    DesignRequirements,
     Hardware,
     Mechanism,
-    Requirements,
 )
-
-__all__ = [
-    "GRAVITY_MAX",
-    "HARDWARE_FAMILIES",
-    "NAME_PATTERN",
-    "NAME_RULE",
-    "SCHEMA",
-    "Cube",
-    "Design",
-    "DesignError",
-    "Hardware",
-    "Mechanism",
-    "Requirements",
-    "design_from_dict",
-    "design_hash",
-    "design_schema",
-    "design_to_dict",
-    "design_to_json",
-    "load_design",
-]

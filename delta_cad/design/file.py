@@ -20,11 +20,11 @@ from delta_cad.design.record import (
     HARDWARE_FAMILIES,
     NAME_RULE,
     SCHEMA,
-    Cube,
     Design,
+    DesignCube,
+    DesignRequirements,
     Hardware,
     Mechanism,
-    Requirements,
 )
 from delta_cad.design.refusal import RefusedError, bounds_of, floats, short
 from delta_cad.design.sums import impossible_sum
@@ -119,7 +119,7 @@ def _validated(data: object, file: str) -> Design:
 
 
 def design_schema() -> dict[str, Any]:
-    """JSON Schema of the design file, with bounds, defaults and descriptions."""
+    """Makes the JSON Schema of the design file, with bounds, defaults and descriptions."""
     schema = Design.model_json_schema(by_alias=True)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = SCHEMA
@@ -130,19 +130,19 @@ def design_schema() -> dict[str, Any]:
 
 
 def design_to_dict(design: Design) -> dict[str, Any]:
-    """The design as plain data: all defaults spelled out, optional requirements that are not given left out."""
+    """Gives the design as plain data: all defaults spelled out, optional requirements that are not given left out."""
     return design.model_dump(mode="json", by_alias=True, exclude_none=True) | {
         "provenance": dict(design.provenance)  # null is a value in there
     }
 
 
 def design_to_json(design: Design) -> str:
-    """The text of the design file; `load_design` gives the same design back, to the last bit of each number."""
+    """Writes the text of the design file; `load_design` gives the same design back, to the last bit of each number."""
     return json.dumps(design_to_dict(design), indent=2, allow_nan=False) + "\n"
 
 
 def design_hash(design: Design) -> str:
-    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out."""
+    """Computes the SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, all defaults."""
     text = json.dumps(design_to_dict(design), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
@@ -151,15 +151,15 @@ def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
     """The record that holds the field at a location."""
     sections: dict[str, type[BaseModel]] = {
         "mechanism": Mechanism,
-        "cube": Cube,
-        "requirements": Requirements,
+        "cube": DesignCube,
+        "requirements": DesignRequirements,
         "hardware": Hardware,
     }
     return sections[str(loc[0])] if len(loc) > 1 and loc[0] in sections else Design
 
 
 def _allowed(loc: tuple[int | str, ...]) -> str:
-    """What a field may hold, from its declaration."""
+    """States the values that a field may hold, from its declaration."""
     model, name = _model_at(loc), str(loc[min(1, len(loc) - 1)])
     if name == "name":
         return NAME_RULE
@@ -180,7 +180,7 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
 
 
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, message: str) -> DesignError:
-    """The first finding of the validator as our error."""
+    """Turns the first finding of the validator into our error."""
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
         model = _model_at(loc)

@@ -1,4 +1,4 @@
-"""The records of a design: what was asked for, the chosen dimensions and hardware, with the bounds of every field."""
+"""The records of a design: the requirements, the chosen dimensions and hardware, with the bounds of every field."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Mechanism(_Section):
     parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
 
 
-class Cube(_Section):
+class DesignCube(_Section):
     """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
 
     bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
@@ -67,8 +67,8 @@ def limit_fields() -> dict[str, Any]:
 _Limited: Any = create_model("_Limited", __base__=_Task, **limit_fields())
 
 
-class Requirements(_Limited):
-    """What the customer asked for; an optional entry that is given is checked and certified."""
+class DesignRequirements(_Limited):
+    """The customer's requirements; an optional entry that is given is checked and certified."""
 
     clearance_min_mm: float = Field(default=1.0, ge=0, le=100, description="between bodies that are not neighbours")
     gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
@@ -100,8 +100,8 @@ class Design(_Section):
     schema_id: Literal["delta-design/1"] = Field(alias="schema", description="version of this format")
     name: str = Field(pattern=NAME_PATTERN, description="name of the design and of its output directory")
     mechanism: Mechanism
-    cube: Cube
-    requirements: Requirements
+    cube: DesignCube
+    requirements: DesignRequirements
     hardware: Hardware = Field(default_factory=Hardware)
     provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
 
@@ -117,5 +117,5 @@ class Design(_Section):
         )
 
 
+# Entries of `hardware` that name a bought part: each is called as its family in the catalogue.
 HARDWARE_FAMILIES = tuple(name for name in Hardware.model_fields if name in catalogue.FAMILIES)
-"""Entries of `hardware` that name a bought part: each is called as its family in the catalogue."""

@@ -1,4 +1,4 @@
-"""How a file of numbers is refused: one line that names file, field, value and what is allowed."""
+"""Refusal of a file of numbers in one line that names file, field, value and what is allowed."""
 
 from __future__ import annotations
 

@@ -8,23 +8,16 @@ arm turns and at rho = |(u - a, z)| from the shoulder axis in it. The forearm cl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from math import cos, hypot, radians, sin, sqrt
+from typing import NamedTuple
 
 from delta_cad import catalogue
 from delta_cad.design.record import Design
 
 
-@dataclass(frozen=True)
-class Contradiction:
-    """A number that cannot go with the others.
-
-    Attributes:
-        field: Dotted path of the field.
-        value: Its value.
-        allowed: The bound and where it comes from.
-    """
+class Contradiction(NamedTuple):
+    """A number that cannot go with the others: its dotted path, its value, the bound and where that comes from."""
 
     field: str
     value: float
@@ -32,14 +25,7 @@ class Contradiction:
 
 
 def impossible_sum(design: Design) -> Contradiction | None:
-    """The first condition the design breaks, or None.
-
-    Args:
-        design: A design whose fields are each within their own bounds.
-
-    Returns:
-        The fault, with the bound that the other numbers put on the field.
-    """
+    """Gives the first condition that a design with each field within its own bounds breaks, None for a sound one."""
     return (
         _shoulder_range(design)
         or _platform_size(design)

@@ -19,12 +19,7 @@ from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket
 from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
 from delta_cad.dimensions.forearm import CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
-from delta_cad.dimensions.platform import (
-    BaseDimensions,
-    PlatformDimensions,
-    base_dimensions,
-    platform_dimensions,
-)
+from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
@@ -64,10 +59,7 @@ class Dimensions:
 
 
 def dimensions(design: Design) -> Dimensions:
-    """All dimensions of a design.
-
-    Args:
-        design: A validated design.
+    """Derives all dimensions of a design.
 
     Raises:
         UnreachableError: A point of the cube is out of reach.

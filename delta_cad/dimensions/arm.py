@@ -38,14 +38,10 @@ class ArmDimensions:
     sector_screw_angles_rad: tuple[float, ...]
     sector_dowel_angles_rad: tuple[float, ...]
 
-    def half_height_mm(self, x: float) -> float:
-        """Half height of the tapered beam at x between shoulder and elbow."""
-        return self.beam_root_radius_mm + (self.boss_radius_mm - self.beam_root_radius_mm) * x / self.length_mm
-
 
 @dataclass(frozen=True)
 class ShaftDimensions:
-    """What carries the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct)."""
+    """Carrier of the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct)."""
 
     diameter_mm: float
     y_mm: tuple[float, float]
@@ -58,19 +54,13 @@ class ShaftDimensions:
 def arm_dimensions(
     length_mm: float, shaft_mm: float, bar_mm: float, layers: Layers, bearing: catalogue.Bearing
 ) -> ArmDimensions:
-    """Upper arm of a given length for a shaft and a cross-bar.
+    """Dimensions an upper arm for a shaft that its flange clamps and a cross-bar that its boss clamps.
 
-    The sector's screws and dowels sit in the lower half of the flange; the upper half holds the clamp screw.
-
-    Args:
-        length_mm: Shoulder axis to elbow axis.
-        shaft_mm: Diameter of the shaft that the flange clamps.
-        bar_mm: Diameter of the cross-bar that the boss clamps.
-        layers: Stack along the shoulder axis.
-        bearing: Shoulder bearing, whose inner ring alone the collar touches.
+    The sector's screws and dowels sit in the lower half of the flange; the upper half holds the clamp screw. The collar
+    touches the inner ring of the shoulder bearing alone.
 
     Raises:
-        DimensionError: The arm is too short for its two clamps.
+        DimensionError: The arm is too short or too thin for its two clamps.
     """
     flange, boss = shaft_mm / 2 + 14.0, bar_mm / 2 + 3.0
     require(
@@ -118,14 +108,9 @@ def arm_dimensions(
 def shaft_dimensions(
     shaft_mm: float, drive: str, layers: Layers, encoder: catalogue.Encoder, magnet: catalogue.Magnet
 ) -> ShaftDimensions:
-    """Shoulder shaft; its encoder end holds the magnet at the middle of the encoder's air gap.
+    """Dimensions the shoulder shaft, whose end holds the magnet at the middle of the encoder's air gap.
 
-    Args:
-        shaft_mm: Diameter in the bearings.
-        drive: "capstan" (shaft through both cheeks) or "direct" (stub on the arm's encoder side).
-        layers: Stack along the shoulder axis.
-        encoder: Encoder, with its air gap and sensor height.
-        magnet: Magnet in the shaft's end.
+    A capstan's shaft goes through both cheeks; with a direct drive it is a stub on the arm's encoder side.
 
     Raises:
         DimensionError: The magnet does not fit the shaft.

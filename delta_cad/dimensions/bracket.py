@@ -43,7 +43,7 @@ class BracketDimensions:
 
 
 def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -> float:
-    """Polar angle from the arm's axis at which a pin at `distance_mm` from the shoulder touches the beam's edge.
+    """Computes the angle from the arm's axis at which a pin at a distance from the shoulder touches the beam's edge.
 
     The edge is the common tangent of the root circle and the boss circle; its normal leans acos((r1 - r2) / L).
     """
@@ -52,14 +52,10 @@ def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -
 
 
 def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float) -> float:
-    """Farthest that a foot may reach out from the shoulder below an arm at its lower stop, mm; inf above its edge.
+    """Gives how far a foot may reach out from the shoulder below an arm at its lower stop, mm; inf above its edge.
 
-    The foot's upper outer corner keeps clear of the beam's lower edge, the tangent of root circle and boss circle.
-
-    Args:
-        arm: Upper arm.
-        stop_rad: Shoulder angle at the lower stop.
-        top_mm: Height of the foot's upper face over the shoulder plane (negative).
+    The foot's upper outer corner, at `top_mm` over the shoulder plane (negative), keeps clear of the beam's lower edge,
+    the tangent of root circle and boss circle, at the shoulder angle `stop_rad`.
     """
     normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
     away = arm.beam_root_radius_mm + CLEAR_MM
@@ -79,7 +75,7 @@ def bracket_dimensions(
     bearing: catalogue.Bearing,
     motor: catalogue.Motor,
 ) -> BracketDimensions:
-    """Bracket of a chain; the base lies as low as motor, sector and elbows ask for.
+    """Dimensions the bracket of a chain; the base lies as low as motor, sector and elbows ask for.
 
     Elbows that stay outside the base plate may pass beside it; those that swing in over it pass above it, up to the
     stop, and the feet then stand as far inside as the arm's beam asks for.
@@ -90,10 +86,10 @@ def bracket_dimensions(
         lowest_elbow_mm: Lowest height of an elbow axis over the cube.
         base_thickness_mm: Thickness of the base plate, whose underside stays below the elbows.
         half_width_mm: How far the bracket reaches aside of its chain's plane.
-        arm: Upper arm.
-        capstan: Capstan, or None for a direct drive.
-        bearing: Shoulder bearing.
-        motor: Motor.
+        arm: Upper arm, as the others already dimensioned or a row of the catalogue.
+        capstan: None for a direct drive.
+        bearing: At the shoulder.
+        motor: Whose body must stay over the base.
 
     Raises:
         DimensionError: The arms swing in so far that no room is left for the feet.

@@ -69,13 +69,6 @@ class CapstanDimensions:
         """Half width of the sector's end below the nose: as far below the cable as the plate lies under a lug."""
         return self.nose_radius_mm + self.cable_diameter_mm / 2 - (self.pitch_radius_mm - self.lug_radii_mm[0])
 
-    @property
-    def wound_mm(self) -> float:
-        """Length of the cable's middle on rim and nose, between its straight ends."""
-        low, high = self.rim_angles_rad
-        nose = self.nose_radius_mm + self.cable_diameter_mm / 2
-        return self.pitch_radius_mm * (high - low) + nose * self.turns_rad[0]
-
 
 def capstan_dimensions(
     pitch_radius_mm: float,
@@ -88,7 +81,7 @@ def capstan_dimensions(
     slot_radius_mm: float,
     shaft_mm: float,
 ) -> CapstanDimensions:
-    """Capstan for a range of shoulder angles.
+    """Dimensions a capstan for a range of shoulder angles.
 
     The sector covers the pinion at every shoulder angle in the range, with the stop margin and room for the lugs of
     the tension screws at both ends; the arc slot around the stop pin ends exactly the stop margin outside the range.
@@ -98,8 +91,8 @@ def capstan_dimensions(
         ratio: Turns of the pinion per turn of the arm.
         shoulder_rad: Smallest and largest shoulder angle over the cube.
         layers: Stack along the shoulder axis.
-        cable: Capstan cable.
-        motor: Motor that carries the pinion.
+        cable: Row of the catalogue.
+        motor: Row of the catalogue.
         stop_pin_mm: Diameter of the stop pin.
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
         shaft_mm: Diameter of the shoulder shaft.

@@ -44,7 +44,7 @@ class ForearmDimensions:
 
 
 def tilt_limit_rad(seat_radius_mm: float, socket_width_mm: float, neck_diameter_mm: float) -> float:
-    """Free tilt of a ball stud in a ring socket, rad.
+    """Computes the free tilt of a ball stud in a ring socket, rad.
 
     The lip of the ring lies on the seat at polar angle acos((width / 2) / radius) from the ring's axis; the neck leaves
     the ball at asin((diameter / 2) / radius) from the stud's axis; they meet when the tilt is the difference.
@@ -55,17 +55,10 @@ def tilt_limit_rad(seat_radius_mm: float, socket_width_mm: float, neck_diameter_
 def forearm_dimensions(
     length_mm: float, width_mm: float, ball_mm: float, boss_width_mm: float, tube: catalogue.Tube
 ) -> ForearmDimensions:
-    """Parallelogram of a given length and width.
-
-    Args:
-        length_mm: Elbow ball centre to wrist ball centre.
-        width_mm: Distance of the two rods along the shoulder axis.
-        ball_mm: Ball diameter.
-        boss_width_mm: Width of the elbow boss that grips the cross-bar.
-        tube: Tube of the rods.
+    """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
     Raises:
-        DimensionError: Too narrow for the elbow boss, or too short for the sockets.
+        DimensionError: Too narrow for the elbow boss that grips the cross-bar, or too short for the sockets.
     """
     stand_off = ball_mm / 2 + 3.0  # the tilted socket keeps 2 mm from bar and boss
     bar = width_mm - 2 * stand_off

@@ -1,4 +1,4 @@
-"""Who sits where along the shoulder axis."""
+"""Stack of the parts along the shoulder axis."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
 
 SECTOR_THICKNESS_MM = 6.0  # takes the M3 tension screws (head 5.5 mm) in its edge
 ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
-STUB_DEPTH_MM = 3.0  # of a direct drive's magnet stub in the arm; the motor's shaft has the rest of the bore
+STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
 SHAFT_ENDS_GAP_MM = 0.5
 MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
 
 
 def motor_thread_mm(motor: catalogue.Motor) -> float:
-    """Usable depth of the mounting threads behind a motor's face, mm."""
+    """Gives the usable depth of the mounting threads behind a motor's face, mm."""
     return MOTOR_THREAD_DIAMETERS * catalogue.screw(motor.mount_thread).diameter_mm
 
 
@@ -39,18 +39,11 @@ def layers(
     encoder: catalogue.Encoder,
     motor: catalogue.Motor,
 ) -> Layers:
-    """Stack of a chain from the encoder (negative side) to the motor (positive side).
+    """Stacks a chain from the encoder (negative side) to the motor (positive side).
 
     The arm's plate is centred on the chain's plane, because the two rods pull on it symmetrically. A capstan's sector
     lies on its motor side; a direct drive has none, so that the motor comes closer: just so far that its shaft ends in
-    front of the stub that carries the magnet.
-
-    Args:
-        arm_thickness_mm: Thickness of the arm's plate.
-        drive: "capstan" or "direct".
-        bearing: Shoulder bearing.
-        encoder: Encoder on the shoulder shaft.
-        motor: Motor on the motor cheek.
+    front of the stub that carries the magnet. `drive` is "capstan" or "direct".
 
     Raises:
         DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter.

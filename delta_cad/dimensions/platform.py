@@ -48,13 +48,7 @@ class BaseDimensions:
 def platform_dimensions(
     radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob
 ) -> PlatformDimensions:
-    """Platform for a wrist radius.
-
-    Args:
-        radius_mm: Platform centre to wrist axis.
-        thickness_mm: Diameter of the wrist bosses.
-        forearm: Parallelogram, whose studs screw into the bosses.
-        knob: Ball knob on the handle's stem.
+    """Dimensions a platform for a wrist radius; its wrist bosses are as thick as `thickness_mm`.
 
     Raises:
         DimensionError: The bosses of neighbouring chains would run through one another or through the hub.
@@ -96,7 +90,7 @@ def platform_dimensions(
 
 
 def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_mm: float) -> BaseDimensions:
-    """Base plate that carries the brackets' feet with a rim of 4 mm at least.
+    """Dimensions a base plate that carries the brackets' feet with a rim of 4 mm at least.
 
     Args:
         bracket: Brackets, screwed on from below.

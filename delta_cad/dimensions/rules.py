@@ -23,6 +23,6 @@ class DimensionError(ValueError):
 
 
 def require(holds: bool, part: str, feature: str, message: str) -> None:
-    """Raise DimensionError unless `holds`."""
+    """Raises a DimensionError unless `holds`."""
     if not holds:
         raise DimensionError(part, feature, message)

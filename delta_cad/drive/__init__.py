@@ -1,4 +1,4 @@
-"""What moves the machine and what is moved: motor and capstan at the joint, masses of the bodies."""
+"""Motor and capstan at the joint, and the masses of the bodies they move."""
 
 from delta_cad.drive.report import DriveReport, drive_torque
 

@@ -9,7 +9,6 @@ move alike. What a rod's turning about itself adds (1.6e-8 kg m^2) is left out.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -18,21 +17,22 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.json_file import JsonError, parse_json, read_bounded
+from delta_cad.design.refusal import RefusedError, short
 from delta_cad.drive.report import DriveReport
 from delta_cad.mechanism.limits import HandleInertia
 
 SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
+# Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding.
 ALIKE = 1e-6
-"""Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding."""
-MASS_MAX = 1e3
-"""kg; beyond any joystick, so that grams given as kilograms are refused."""
+MASS_MAX = 1e3  # kg; beyond any joystick, so that grams given as kilograms are refused.
+# Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do.
 SLENDER = 1e-2
-"""Largest difference of a rod's two transverse inertias as a share of them; beyond it the one figure would not do."""
 
 
-class MassError(ValueError):
-    """Masses that are refused; the message names file, field, value and what is allowed."""
+class MassError(RefusedError):
+    """Masses that are refused."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,11 @@ class Masses:
             value = getattr(self, field.name)
             if not math.isfinite(value) or (field.name not in signed and value < 0.0):
                 rule = "finite" if field.name in signed else "finite and not negative"
-                raise MassError(f"{field.name} is {value!r}; it must be {rule}")
+                raise MassError("masses", field.name, repr(value), f"must be {rule}")
 
     @property
     def handle_inertia(self) -> HandleInertia:
-        """What of it the effective mass at the handle is made of."""
+        """Inertias that make up the effective mass at the handle."""
         return HandleInertia(
             carried_mass=self.platform + 3.0 * self.rod_wrist,
             elbow_mass=self.rod_elbow,
@@ -109,7 +109,7 @@ class PointMasses:
     forearm: float
 
     def masses(self, upper_arm_length: float, rotor_inertia: float = 0.0) -> Masses:
-        """As the dynamics takes them.
+        """Lumps the masses as the dynamics takes them.
 
         Args:
             upper_arm_length: L_A, m.
@@ -133,7 +133,7 @@ class PointMasses:
 
 
 def rod_masses(mass: float, centre: float, inertia: float, length: float) -> tuple[float, float, float]:
-    """m_uu, m_uv and m_vv of one rigid rod, kg.
+    """Computes m_uu, m_uv and m_vv of one rigid rod, kg.
 
     Args:
         mass: kg.
@@ -159,23 +159,38 @@ def load_masses(path: str | Path, forearm_length: float, drive: DriveReport | No
     Raises:
         MassError: Unreadable, not of this schema, a body that is missing or malformed, or chains that differ.
     """
-    path = Path(path)
+    data, _ = read_mass_properties(Path(path))
+    return masses_from_dict(data, forearm_length, drive, Path(path).name)
+
+
+def read_mass_properties(path: Path) -> tuple[Mapping[str, Any], bytes]:
+    """Reads what a build wrote about masses, and checks nothing but its schema.
+
+    Returns:
+        What the file holds, and its bytes.
+
+    Raises:
+        MassError: Unreadable, refused by `parse_json`, or not of this schema.
+    """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MassError(f"{path.name}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, RecursionError):
-        raise MassError(f"{path.name}: is not JSON") from None
-    return masses_from_dict(data, forearm_length, drive, path.name)
+        content = read_bounded(path)
+        data = parse_json(content, path.name)
+    except JsonError as error:
+        raise MassError(path.name, "", "", str(error).removeprefix(f"{path.name}: ")) from None
+    return _of_schema(data, path.name), content
+
+
+def _of_schema(data: object, file: str) -> Mapping[str, Any]:
+    if not isinstance(data, Mapping) or data.get("schema") != SCHEMA:
+        raise MassError(file, "schema", "", f'must be "{SCHEMA}"')
+    return data
 
 
 def masses_from_dict(
     data: object, forearm_length: float, drive: DriveReport | None = None, file: str = "masses"
 ) -> Masses:
-    """The same from what the file holds; see `load_masses`."""
-    if not isinstance(data, Mapping) or data.get("schema") != SCHEMA:
-        raise MassError(f"{file}: schema must be {SCHEMA}")
-    bodies = data.get("bodies")
+    """Makes masses of what the file holds; see `load_masses`."""
+    bodies = _of_schema(data, file).get("bodies")
     arms = [_body(bodies, f"upper_arm_{i}", file) for i in CHAINS]
     rods = [_body(bodies, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]
     platform = _body(bodies, "platform", file)
@@ -186,7 +201,7 @@ def masses_from_dict(
     rod_mass, rod_centre, rod_inertia = rods[0]
     transverse = (rod_inertia[1, 1] + rod_inertia[2, 2]) / 2.0
     if abs(rod_inertia[1, 1] - rod_inertia[2, 2]) > SLENDER * transverse:
-        raise MassError(f"{file}: bodies.rod_0_0.inertia_kg_m2: its two transverse inertias differ by more than 1 %")
+        raise MassError(file, "bodies.rod_0_0.inertia_kg_m2", "", "its two transverse inertias differ by more than 1 %")
     uu, uv, vv = rod_masses(rod_mass, float(rod_centre[0]), float(transverse), forearm_length)
     return Masses(
         platform=platform[0],
@@ -208,30 +223,56 @@ def _rotor_inertia(bodies: object, drive: DriveReport, file: str) -> float:
     return drive.reflected_inertia_kg_m2 + drive.ratio**2 * pinion
 
 
-def _body(bodies: object, name: str, file: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Mass, centre (3,) and inertia (3, 3) of a body in its own frame."""
+def mass_and_centre(bodies: object, name: str, file: str) -> tuple[float, np.ndarray]:
+    """Reads the mass of a body and its centre in the body's own frame.
+
+    Args:
+        bodies: What a mass file holds under `bodies`.
+        name: Name of the body's link.
+        file: Name of the file, for messages.
+
+    Returns:
+        kg, not negative, and (3,) m: x along the link, y along the joint's axis.
+
+    Raises:
+        MassError: There is no such body, or a number of it is none or not finite.
+    """
     body = bodies.get(name) if isinstance(bodies, Mapping) else None
     if not isinstance(body, Mapping):
-        raise MassError(f"{file}: bodies.{name}: is missing")
-    parts: list[Any] = [body.get(key) for key in ("mass_kg", "centre_m", "inertia_kg_m2")]
-    if not all(_in_numbers(part) for part in parts):
-        raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers")
-    try:
-        mass, centre, inertia = float(parts[0]), np.array(parts[1], dtype=float), np.array(parts[2], dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise MassError(f"{file}: bodies.{name}: must have mass_kg, centre_m and inertia_kg_m2 in numbers") from None
-    shaped = centre.shape == (3,) and inertia.shape == (3, 3)
-    if not shaped or not (math.isfinite(mass) and np.isfinite(centre).all() and np.isfinite(inertia).all()):
-        raise MassError(f"{file}: bodies.{name}: must be finite, with a (3) centre and a (3, 3) inertia")
+        raise MassError(file, f"bodies.{name}", "", "is missing")
+    mass, centre = numbers_of(body.get("mass_kg"), ()), numbers_of(body.get("centre_m"), (3,))
+    if mass is None or mass < 0.0:
+        raise MassError(file, f"bodies.{name}.mass_kg", short(body.get("mass_kg")), "must be a number >= 0 kg")
+    if centre is None:
+        raise MassError(file, f"bodies.{name}.centre_m", short(body.get("centre_m")), "must be a list of 3 numbers, m")
+    return float(mass), centre
+
+
+def _body(bodies: object, name: str, file: str) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mass, centre (3,) and inertia (3, 3) of a body in its own frame."""
+    mass, centre = mass_and_centre(bodies, name, file)
+    inertia = numbers_of(bodies[name].get("inertia_kg_m2"), (3, 3))  # type: ignore[index]
     if not 0.0 < mass <= MASS_MAX:
-        raise MassError(f"{file}: bodies.{name}.mass_kg is {mass!r}; it must be > 0 and at most {MASS_MAX:g} kg")
-    if not (np.diag(inertia) > 0.0).all():
-        raise MassError(f"{file}: bodies.{name}.inertia_kg_m2: moments of inertia must be > 0 kg m^2")
+        rule = f"must be > 0 and at most {MASS_MAX:g} kg"
+        raise MassError(file, f"bodies.{name}.mass_kg", short(mass), rule)
+    if inertia is None or not (np.diag(inertia) > 0.0).all():
+        rule = "must be 3 x 3 numbers, the moments of inertia > 0 kg m^2"
+        raise MassError(file, f"bodies.{name}.inertia_kg_m2", "", rule)
     return mass, centre, inertia
 
 
+def numbers_of(value: object, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Gives nested lists of finite numbers as an array of a shape, None for anything else: true and text are none."""
+    if not _in_numbers(value):
+        return None
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError, OverflowError):  # lists of unequal length; a number too large for a double
+        return None
+    return array if array.shape == shape and np.isfinite(array).all() else None
+
+
 def _in_numbers(value: object) -> bool:
-    """Whether nested lists hold numbers only; true, false and text are none."""
     if isinstance(value, list):
         return all(_in_numbers(part) for part in value)
     return isinstance(value, int | float) and not isinstance(value, bool)
@@ -247,4 +288,4 @@ def _require_alike(bodies: list[tuple[float, np.ndarray, np.ndarray]], kind: str
             or np.abs(other[2] - inertia).max() > ALIKE * mass * size**2
         )
         if differs:
-            raise MassError(f"{file}: bodies.{kind}_*: the chains differ; the dynamics takes three alike")
+            raise MassError(file, f"bodies.{kind}_*", "", "the chains differ; the dynamics takes three alike")

@@ -1,4 +1,4 @@
-"""What the drive gives at the joint: for ever, for a moment, and what its cable makes of it."""
+"""Torque of the drive at the joint, for ever and for a moment, and the load of its cable."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from delta_cad.design import Design
 
 Verdict = Literal["continuous", "peak only", "insufficient"]
 
+# Joint torque over ratio times motor torque. The cable rolls without slip; what is lost is the bending of the rope
+# onto two drums and the friction of the bearings. Sources say "near-frictionless" (IEEE Robotics and Automation
+# Magazine, March 2017, p. 71) and 90 to 95 % and more for cord drives; steel rope on smooth drums is at the upper end.
+# An estimate, not a measurement: measure it on the first device.
 CAPSTAN_EFFICIENCY = 0.96
-"""Joint torque over ratio times motor torque. The cable rolls without slip; what is lost is the bending of the rope
-onto two drums and the friction of the bearings. Sources say "near-frictionless" (IEEE Robotics and Automation Magazine,
-March 2017, p. 71) and 90 to 95 % and more for cord drives; steel rope on smooth drums is at the upper end. An estimate,
-not a measurement: measure it on the first device."""
 DIRECT_EFFICIENCY = 1.0  # the motor's own friction is already taken off its nominal torque
+# Pretension over half the largest drive force. Of a cable fixed at both ends one side loses half of the drive force;
+# below 1 it would go slack and bring backlash, the rest is for settling of the rope.
 SLACK_RESERVE = 1.2
-"""Pretension over half the largest drive force. Of a cable fixed at both ends one side loses half of the drive force;
-below 1 it would go slack and bring backlash, the rest is for settling of the rope."""
 
 
 @dataclass(frozen=True)
@@ -67,14 +67,7 @@ class DriveReport:
 
 
 def drive_torque(design: Design) -> DriveReport:
-    """What the design's motor and drive give at each joint.
-
-    Args:
-        design: A validated design.
-
-    Returns:
-        The report; the verdict compares with `requirements.joint_torque_N_m`.
-    """
+    """Computes what the design's motor and drive give at each joint; the verdict compares with the torque required."""
     hardware, required = design.hardware, design.requirements.joint_torque_N_m
     motor = catalogue.motor(hardware.motor)
     capstan = hardware.drive == "capstan"

@@ -5,35 +5,27 @@ from __future__ import annotations
 import csv
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.export.mass_properties import part_mass_properties
 
 SCHEMA = "delta-bom/1"
 G_PER_KG = 1000.0
-MASS_DECIMALS = 4
-"""Masses are printed to 0.1 mg, far below what any scale in a workshop shows."""
+MASS_DECIMALS = 4  # masses are printed to 0.1 mg, far below what any scale in a workshop shows.
 
 
 @dataclass(frozen=True)
 class BomRow:
-    """One line of the bill of materials; masses in g.
+    """One line of the bill of materials; texts as those of the `Part`.
 
     Attributes:
         item: Line number from 1; made parts first, each group in order of first use.
-        part_number: Part number.
-        description: One line.
         quantity: How many are in the machine.
         make_or_buy: "make" or "buy".
-        material: Material as ordered.
         unit_mass_g: Mass of one, g.
         total_mass_g: Mass of all, g.
-        standard: Standard of a bought part or "".
-        order_code: Supplier and order code or "".
-        source: Where its data come from or "".
     """
 
     item: int
@@ -59,23 +51,13 @@ class HoleRow:
     callout: str
 
 
-def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float] | None = None) -> list[BomRow]:
-    """Lines of the bill of materials.
-
-    Args:
-        assembly: The machine.
-        unit_mass_kg: Part number -> mass of one, kg; integrated from the solids where not given.
-
-    Returns:
-        One row a part.
-    """
+def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[BomRow]:
+    """Lists the parts with the mass of one of each, kg by part number: one row a part, made parts first."""
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
     parts = sorted(assembly.parts, key=lambda part: not part.make)
     rows = []
     for item, part in enumerate(parts, start=1):
-        mass_kg = unit_mass_kg[part.number] if unit_mass_kg else part_mass_properties(part).mass_kg
-        unit = round(mass_kg * G_PER_KG, MASS_DECIMALS)
-        count = quantity[part.number]
+        unit, count = round(unit_mass_kg[part.number] * G_PER_KG, MASS_DECIMALS), quantity[part.number]
         rows.append(
             BomRow(
                 item=item,
@@ -95,39 +77,25 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float] | No
 
 
 def hole_list(assembly: Assembly) -> list[HoleRow]:
-    """Every declared group of bores of every part, in order of first use."""
-    return [
-        HoleRow(part.number, hole.diameter_mm, hole.count, hole.callout)
-        for part in assembly.parts
-        for hole in part.holes
-    ]
+    """Lists every declared group of bores of every part, in order of first use."""
+    return [HoleRow(part.number, h.diameter_mm, h.count, h.callout) for part in assembly.parts for h in part.holes]
 
 
 def write_bom(rows: list[BomRow], directory: Path) -> None:
-    """Writes `bom.csv` and `bom.json`.
-
-    Args:
-        rows: What `bill_of_materials` returned.
-        directory: Folder to write into.
-    """
-    _write_csv(directory / "bom.csv", [field.name for field in fields(BomRow)], [asdict(row) for row in rows])
+    """Writes `bom.csv` and `bom.json` into a folder."""
+    _write_csv(directory / "bom.csv", BomRow, rows)
     text = json.dumps({"schema": SCHEMA, "items": [asdict(row) for row in rows]}, indent=1, ensure_ascii=False)
     (directory / "bom.json").write_text(text + "\n", encoding="utf-8")
 
 
 def write_holes(rows: list[HoleRow], path: Path) -> None:
-    """Writes the list of holes as CSV.
-
-    Args:
-        rows: What `hole_list` returned.
-        path: File to write.
-    """
-    _write_csv(path, [field.name for field in fields(HoleRow)], [asdict(row) for row in rows])
+    """Writes the list of holes as CSV."""
+    _write_csv(path, HoleRow, rows)
 
 
-def _write_csv(path: Path, names: list[str], rows: list[dict[str, object]]) -> None:
+def _write_csv(path: Path, record: type[BomRow | HoleRow], rows: Sequence[BomRow | HoleRow]) -> None:
     """Comma-separated, UTF-8, one line feed a row, so that the bytes are the same on every system."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, names, lineterminator="\n")
+        writer = csv.DictWriter(file, [field.name for field in fields(record)], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows(asdict(row) for row in rows)

@@ -5,18 +5,23 @@ order inside sets and the counters of assembly occurrences differ from run to ru
 entity is hashed with every reference replaced by the hash of what it names (a Merkle graph), and the sorted multiset
 of all hashes is hashed. The header (file name, time, system) is left out.
 
-Cycles do not occur in a well-made file but are handled: inside a strongly connected component the hashes are
-refined as many times as it has members, which separates all that a colour refinement can.
+`canonical` goes the other way: it numbers and orders the entities by what they are and by what refers to them, so that
+files that say the same are the same bytes.
+
+Cycles do not occur in a well-made file but are handled: entities on or above a cycle are hashed again and again until
+that tells no more of them apart, which is all that a colour refinement can.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
+from collections import defaultdict
 from pathlib import Path
 
 TOKEN = re.compile(rb"'(?:[^']|'')*'|#\d+|[^'#]+|#")
 WORD = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/|;|[^';/]+|/", re.DOTALL)
+# Entities whose list of references is a SET in the EXPRESS schema, so that its order means nothing.
 SET_TYPES = frozenset(
     {
         b"ADVANCED_BREP_SHAPE_REPRESENTATION",
@@ -28,9 +33,10 @@ SET_TYPES = frozenset(
         b"SHAPE_REPRESENTATION",
     }
 )
-"""Entities whose list of references is a SET in the EXPRESS schema, so that its order means nothing."""
+# Its first attribute is a counter of the writing process, not content; its second is the occurrence's name.
 COUNTED_TYPE = b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"
-"""Its first attribute is a counter of the writing process, not content; its second is the occurrence's name."""
+BETWEEN_RECORDS = re.compile(rb"\)(?=[A-Z])")  # of an entity of several types
+REFERENCES = re.compile(rb"\((#\d+(?:,#\d+)*)\)")
 COUNTER = re.compile(rb"^'[^']*'")
 SIZE = 20
 
@@ -40,13 +46,7 @@ class FingerprintError(ValueError):
 
 
 def step_fingerprint(path: Path) -> str:
-    """Fingerprint of a STEP file.
-
-    Args:
-        path: The file.
-
-    Returns:
-        64 hexadecimal digits.
+    """Computes the fingerprint of a STEP file, 64 hexadecimal digits.
 
     Raises:
         FingerprintError: No DATA section, or a reference to a missing entity.
@@ -55,13 +55,84 @@ def step_fingerprint(path: Path) -> str:
 
 
 def content_fingerprint(data: bytes) -> str:
-    """Fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
+    """Computes the fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
     entities = _entities(data)
     hashes = _hashes(entities)
-    digest = hashlib.sha256()
-    for value in sorted(hashes.values()):
-        digest.update(value)
-    return digest.hexdigest()
+    return hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()
+
+
+def canonical(data: bytes) -> bytes:
+    """The bytes of a STEP file with its entities in an order, and under numbers, that follow from its content alone.
+
+    Each entity gets the hash of what it refers to, then that of what refers to it and in which place, then once more
+    that of what it refers to: two that are equal in all may be exchanged. From those that nothing refers to, least hash
+    first, each is written after all that it refers to. Sets are put in the order of their new numbers, and occurrences
+    are counted from 1.
+
+    Args:
+        data: The file.
+
+    Returns:
+        The file, header as it is, one entity a line.
+
+    Raises:
+        FingerprintError: As `step_fingerprint`.
+    """
+    bodies = _bodies(data)
+    entities = _entities(data)
+    hashes = _hashes(entities)
+    above: dict[int, list[tuple[int, int]]] = {number: [] for number in entities}
+    for number, entity in entities.items():
+        for place, reference in enumerate(entity.references):
+            above[reference].append((number, 0 if entity.unordered else place))
+    known = dict(hashes)
+    for number in reversed(hashes):  # what refers to an entity comes before it
+        users = sorted(known[user] + b"%d" % place for user, place in above[number])
+        known[number] = hashlib.blake2b(hashes[number] + b"".join(users), digest_size=SIZE).digest()
+    hashes = _hashes(entities, known)
+
+    def parts(number: int) -> list[int]:
+        references = list(entities[number].references)
+        return sorted(references, key=hashes.__getitem__) if entities[number].unordered else references
+
+    order: dict[int, int] = {}
+    begun: set[int] = set()
+    for root in sorted((n for n in entities if not above[n]), key=hashes.__getitem__) + sorted(entities):
+        stack = [(root, iter(parts(root)))] if root not in begun else []
+        begun.add(root)
+        while stack:
+            number, rest = stack[-1]
+            following = next((r for r in rest if r not in begun), None)
+            if following is None:
+                order[number] = len(order) + 1
+                stack.pop()
+            else:
+                begun.add(following)
+                stack.append((following, iter(parts(following))))
+    lines, count = [], 0
+    for number in order:
+        text = b"".join(
+            t
+            if t[:1] == b"'"
+            else b"#%d" % order[int(t[1:])]
+            if t[:1] == b"#" and len(t) > 1
+            else BETWEEN_RECORDS.sub(b") ", b"".join(t.split()))
+            for t in TOKEN.findall(bodies[number])
+        )
+        if entities[number].unordered:
+            text = REFERENCES.sub(_ascending, text)
+        if text.startswith(COUNTED_TYPE):
+            count += 1
+            text = COUNTED_TYPE + b"(" + COUNTER.sub(b"'%d'" % count, text[len(COUNTED_TYPE) + 1 :], count=1)
+        lines.append(b"#%d = %s;\n" % (order[number], text))
+    head, _, rest = data.partition(b"DATA;")
+    return head + b"DATA;\n" + b"".join(lines) + rest[rest.rindex(b"ENDSEC;") :]
+
+
+def _ascending(match: re.Match[bytes]) -> bytes:
+    """A list of references by number."""
+    numbers = sorted(int(word[1:]) for word in bytes(match[1]).split(b","))
+    return b"(" + b",".join(b"#%d" % number for number in numbers) + b")"
 
 
 class _Entity:
@@ -88,16 +159,28 @@ class _Entity:
         self.references = tuple(references)
         self.unordered = name in SET_TYPES
 
-    def digest(self, colours: list[bytes]) -> bytes:
-        """Hash of the text with the references' colours in their places."""
+    def digest(self, colours: list[bytes], own: bytes = b"") -> bytes:
+        """Hash of the text with the references' colours in their places, and of what else is known of the entity."""
         if self.unordered:
             colours = sorted(colours)
-        return hashlib.blake2b(self.content + b"\0" + b"".join(colours), digest_size=SIZE).digest()
+        return hashlib.blake2b(self.content + b"\0" + b"".join(colours) + own, digest_size=SIZE).digest()
 
 
 def _entities(data: bytes) -> dict[int, _Entity]:
     """Number -> entity of the DATA section."""
-    entities: dict[int, _Entity] = {}
+    entities = {number: _Entity(body) for number, body in _bodies(data).items()}
+    if not entities:
+        raise FingerprintError("no DATA section with entities: not a STEP file")
+    for number, entity in entities.items():
+        for reference in entity.references:
+            if reference not in entities:
+                raise FingerprintError(f"entity #{number} refers to #{reference}, which the file does not hold")
+    return entities
+
+
+def _bodies(data: bytes) -> dict[int, bytes]:
+    """Number -> text of the entities of the DATA section, comments left out."""
+    bodies: dict[int, bytes] = {}
     inside = False
     statement: list[bytes] = []
     for word in WORD.findall(data):
@@ -108,76 +191,39 @@ def _entities(data: bytes) -> dict[int, _Entity]:
                 inside = False
             elif inside:
                 number, _, body = text.partition(b"=")
-                entities[int(number.strip()[1:])] = _Entity(body.strip())
+                bodies[int(number.strip()[1:])] = body.strip()
             elif text.startswith(b"DATA"):
                 inside = True
         elif not word.startswith(b"/*"):
             statement.append(word)
-    if not entities:
-        raise FingerprintError("no DATA section with entities: not a STEP file")
+    return bodies
+
+
+def _hashes(entities: dict[int, _Entity], own: dict[int, bytes] | None = None) -> dict[int, bytes]:
+    """Hash of every entity, after those that it refers to; what is on or above a cycle is refined at the end.
+
+    Args:
+        entities: By number.
+        own: What is known of each beside its text; None for nothing.
+    """
+    users: dict[int, list[int]] = defaultdict(list)
+    missing = {number: len(entity.references) for number, entity in entities.items()}
     for number, entity in entities.items():
         for reference in entity.references:
-            if reference not in entities:
-                raise FingerprintError(f"entity #{number} refers to #{reference}, which the file does not hold")
-    return entities
-
-
-def _hashes(entities: dict[int, _Entity]) -> dict[int, bytes]:
-    """Hash of every entity, referenced ones first."""
+            users[reference].append(number)
     hashes: dict[int, bytes] = {}
-    for component in _components(entities):
-        members = set(component)
-        first = entities[component[0]]
-        if len(component) == 1 and component[0] not in first.references:
-            hashes[component[0]] = first.digest([hashes[r] for r in first.references])
-            continue
-        colours = dict.fromkeys(component, b"\0" * SIZE)
-        for _ in component:
-            colours = {
-                n: entities[n].digest([colours[r] if r in members else hashes[r] for r in entities[n].references])
-                for n in component
-            }
-        hashes.update(colours)
-    return hashes
-
-
-def _components(entities: dict[int, _Entity]) -> list[list[int]]:
-    """Strongly connected components, each after all that it refers to (Tarjan, without recursion)."""
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    on_stack: set[int] = set()
-    stack: list[int] = []
-    components: list[list[int]] = []
-    for root in entities:
-        if root in index:
-            continue
-        index[root] = low[root] = len(index)
-        stack.append(root)
-        on_stack.add(root)
-        work = [(root, iter(entities[root].references))]
-        while work:
-            node, references = work[-1]
-            for reference in references:
-                if reference not in index:
-                    index[reference] = low[reference] = len(index)
-                    stack.append(reference)
-                    on_stack.add(reference)
-                    work.append((reference, iter(entities[reference].references)))
-                    break
-                if reference in on_stack:
-                    low[node] = min(low[node], index[reference])
-            else:
-                work.pop()
-                if work:
-                    parent = work[-1][0]
-                    low[parent] = min(low[parent], low[node])
-                if low[node] == index[node]:
-                    component: list[int] = []
-                    while True:
-                        member = stack.pop()
-                        on_stack.discard(member)
-                        component.append(member)
-                        if member == node:
-                            break
-                    components.append(component)
-    return components
+    ready = [number for number, count in missing.items() if count == 0]
+    while ready:
+        number = ready.pop()
+        beside = own[number] if own else b""
+        hashes[number] = entities[number].digest([hashes[r] for r in entities[number].references], beside)
+        for user in users[number]:
+            missing[user] -= 1
+            if missing[user] == 0:
+                ready.append(user)
+    rest = entities.keys() - hashes.keys()
+    colours, kinds = {n: own[n] if own else b"\0" * SIZE for n in rest}, 0
+    while len(set(colours.values())) > kinds:
+        kinds, known = len(set(colours.values())), hashes | colours
+        colours = {n: entities[n].digest([known[r] for r in entities[n].references]) for n in rest}
+    return hashes | colours

@@ -32,13 +32,12 @@ class BuildFolder:
 
 
 @contextmanager
-def output_folder(out: Path, name: str, *, rejected: bool = False) -> Iterator[BuildFolder]:
+def output_folder(out: Path, name: str) -> Iterator[BuildFolder]:
     """Folder that becomes `out/<name>` when the block ends without an exception, and vanishes otherwise.
 
     Args:
         out: Parent folder, made if missing.
         name: Name of the build: letters, digits, dot, dash, underscore.
-        rejected: True: it lands in `out/<name>.rejected`; can still be set on the folder inside the block.
 
     Yields:
         The folder to write into.
@@ -50,7 +49,7 @@ def output_folder(out: Path, name: str, *, rejected: bool = False) -> Iterator[B
     if not NAME.fullmatch(name) or name.endswith(REJECTED_SUFFIX):
         raise FolderError(f"{name!r} is not the name of a build: letters, digits, dot, dash and underscore only")
     good, bad = out / name, out / (name + REJECTED_SUFFIX)
-    folder = BuildFolder(good, rejected)
+    folder = BuildFolder(good)
     with whole_folder(good, to=lambda: bad if folder.rejected else good) as folder.path:
         recover(bad)
         yield folder

@@ -17,8 +17,8 @@ from delta_cad.solids.part import Material
 if TYPE_CHECKING:
     from delta_cad.assembly.tessellation import Mesh
 
+# glTF has Y up: (x, y, z) of the machine is (x, z, -y) there.
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
-"""glTF has Y up: (x, y, z) of the machine is (x, z, -y) there."""
 METALS = ("EN AW", "alumin", "steel", "brass", "bronze", "1.4")
 
 
@@ -26,11 +26,6 @@ def write_glb(assembly: Assembly, meshes: Meshes, path: Path) -> None:
     """Writes the assembly in its home position.
 
     Nodes: one per link, carrying the occurrences by name; meshes carry the part numbers of the bill of materials.
-
-    Args:
-        assembly: The machine.
-        meshes: Part number -> mesh in mm.
-        path: File to write.
 
     Raises:
         KeyError: A part has no mesh.

@@ -1,4 +1,4 @@
-"""What a build consists of: digest and size of each file, content fingerprint of the STEP, versions, input, status."""
+"""Manifest of a build: digest and size of each file, content fingerprint of the STEP, versions, input, status."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STATUSES = ("passed", "rejected")
 
 
 class ManifestError(ValueError):
-    """The folder does not hold what its manifest says, or the status is unknown."""
+    """The status of a build is unknown."""
 
 
 def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "assembly.step") -> dict[str, Any]:
@@ -50,30 +50,8 @@ def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "a
     return manifest
 
 
-def verify_manifest(folder: Path) -> dict[str, Any]:
-    """Checks a folder against its manifest.
-
-    Args:
-        folder: A build.
-
-    Returns:
-        The manifest.
-
-    Raises:
-        ManifestError: A file is missing, changed, or not listed.
-    """
-    manifest = json.loads((folder / FILE_NAME).read_text(encoding="utf-8"))
-    listed, present = set(manifest["files"]), set(_files(folder))
-    for name in sorted(listed ^ present):
-        raise ManifestError(f"{name} is {'missing' if name in listed else 'not in the manifest'}")
-    for name, entry in manifest["files"].items():
-        if _digest(folder / name) != entry:
-            raise ManifestError(f"{name} is not what the manifest says")
-    return manifest
-
-
 def versions() -> dict[str, str]:
-    """Versions of Python, the kernel and the packages that had a part in the result."""
+    """Gives the versions of Python, the kernel and the packages that had a part in the result."""
     import OCP
 
     kernel = ".".join(OCP.__version__.split(".")[:3])  # the binding appends its own counter

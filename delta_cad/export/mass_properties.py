@@ -9,10 +9,8 @@ density; the inertia is then scaled by the same ratio, which keeps the shape of 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,7 +43,7 @@ class MassProperties:
     inertia_kg_m2: np.ndarray
 
     def moved(self, frame: np.ndarray) -> MassProperties:
-        """The same body seen from another frame.
+        """Gives the same body seen from another frame.
 
         Args:
             frame: (4, 4) transform from the present frame to the new one, translation in mm.
@@ -55,7 +53,7 @@ class MassProperties:
         return MassProperties(self.mass_kg, centre, rotation @ self.inertia_kg_m2 @ rotation.T)
 
     def record(self) -> dict[str, Any]:
-        """As plain numbers for JSON."""
+        """Gives the properties as plain numbers for JSON."""
         return {
             "mass_kg": self.mass_kg,
             "centre_m": self.centre_m.tolist(),
@@ -64,7 +62,7 @@ class MassProperties:
 
 
 def part_mass_properties(part: Part) -> MassProperties:
-    """Mass properties of one part in its own frame.
+    """Integrates the mass properties of one part in its own frame.
 
     Args:
         part: The part; `mass_g`, where given, overrides volume times density.
@@ -73,7 +71,7 @@ def part_mass_properties(part: Part) -> MassProperties:
         Properties in the part's frame.
 
     Raises:
-        MassError: The solid has no positive volume, or the mass is not positive.
+        MassPropertiesError: The solid has no positive volume, or the mass is not positive.
     """
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
@@ -96,16 +94,10 @@ def part_mass_properties(part: Part) -> MassProperties:
 
 
 def combined(bodies: list[MassProperties]) -> MassProperties:
-    """One rigid body of several, all given in the same frame (parallel-axis theorem).
-
-    Args:
-        bodies: At least one body.
-
-    Returns:
-        Properties of the whole in that frame.
+    """Combines rigid bodies, all given in the same frame, into one by the parallel-axis theorem.
 
     Raises:
-        MassError: There is no body.
+        MassPropertiesError: There is no body.
     """
     if not bodies:
         raise MassPropertiesError("no body to combine")
@@ -121,7 +113,7 @@ def combined(bodies: list[MassProperties]) -> MassProperties:
 def link_mass_properties(
     assembly: Assembly, parts: Mapping[str, MassProperties] | None = None
 ) -> dict[str, MassProperties]:
-    """Mass properties of every link that carries parts, each in its link's frame.
+    """Combines the mass properties of every link that carries parts, each in its link's frame.
 
     Args:
         assembly: The machine.
@@ -138,10 +130,7 @@ def link_mass_properties(
 
 
 def mass_report(assembly: Assembly) -> dict[str, Any]:
-    """All mass properties as plain numbers.
-
-    Args:
-        assembly: The machine.
+    """Collects all mass properties as plain numbers.
 
     Returns:
         `parts` by part number (own frame) with volume and whether the mass is from the catalogue; `bodies` by link
@@ -167,13 +156,3 @@ def mass_report(assembly: Assembly) -> dict[str, Any]:
             for part in assembly.parts
         },
     }
-
-
-def write_mass_properties(report: Mapping[str, Any], path: Path) -> None:
-    """Writes `mass_report` as JSON.
-
-    Args:
-        report: What `mass_report` returned.
-        path: File to write.
-    """
-    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

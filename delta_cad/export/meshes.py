@@ -27,10 +27,9 @@ RELATIONS = (
     'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>'
     "</Relationships>\n"
 )
-ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The earliest time a ZIP entry can have."""
+ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # The earliest time a ZIP entry can have.
+# Bytes before the count of triangles: free text, in which the unit can stand that the format does not know.
 STL_HEADER = 80
-"""Bytes before the count of triangles: free text, in which the unit can stand that the format does not know."""
 
 
 class Meshes(Protocol):

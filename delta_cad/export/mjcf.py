@@ -3,8 +3,8 @@
 Bodies carry the names of the links. Each upper arm turns on a hinge with the rotor's and pinion's inertia as its
 armature; each rod hangs on its elbow by a ball joint and is connected to the platform, which slides without turning, as
 the parallelograms have it. At `qpos = 0` every chain is closed, so the file loads without a solve. Shapes are for the
-eye only: nothing collides. Joint angles count from home, whose
-angles a comment of the file gives.
+eye only: nothing collides. Joint
+angles count from home, whose angles a comment of the file gives.
 
 Source:
     MuJoCo XML reference: body, joint (armature), equality/connect. The engine's connect is a stiff constraint; the
@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,8 +26,8 @@ from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS, SIDES
 
 TIMESTEP_S = 1e-4
+# Time constant of a closure, two time steps, which is the least the engine takes, and critical damping.
 STIFF = {"solref": "0.0002 1", "solimp": "0.999 0.9999 0.0001"}
-"""Time constant of a closure, two time steps, which is the least the engine takes, and critical damping."""
 
 
 def twin(
@@ -38,7 +37,7 @@ def twin(
     stops_rad: tuple[float, float],
     gravity_m_s2: Sequence[float],
 ) -> str:
-    """MJCF text of a machine.
+    """Writes the MJCF text of a machine.
 
     Args:
         assembly: The machine.
@@ -112,16 +111,6 @@ def twin(
     return ET.tostring(root, encoding="unicode") + "\n"
 
 
-def write_twin(text: str, path: Path) -> None:
-    """Writes what `twin` returned.
-
-    Args:
-        text: MJCF text.
-        path: File to write.
-    """
-    path.write_text(text, encoding="utf-8")
-
-
 def _body(parent: ET.Element, name: str, frame: np.ndarray, parent_frame: np.ndarray) -> ET.Element:
     """A body at its home frame, given in the parent's; both (4, 4) in mm."""
     relative = np.linalg.inv(parent_frame) @ frame
@@ -145,7 +134,7 @@ def _capsule(body: ET.Element, ends: str, radius: float, rgba: str) -> None:
 
 
 def _quaternion(rotation: np.ndarray) -> np.ndarray:
-    """(4,) w, x, y, z of a rotation matrix."""
+    """Quaternion w, x, y, z of a rotation matrix."""
     from scipy.spatial.transform import Rotation
 
     x, y, z, w = Rotation.from_matrix(rotation).as_quat()

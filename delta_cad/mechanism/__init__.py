@@ -2,6 +2,7 @@
 
 Every function takes positions or angles of shape (..., 3) in SI units; the formulas are derived in README.md.
 """
+# ruff: noqa: F401  the names are for those who import the package
 
 from delta_cad.mechanism.errors import GeometryError, MechanismError, SingularError, UnreachableError
 from delta_cad.mechanism.forward import forward_kinematics, platform_positions
@@ -18,13 +19,7 @@ from delta_cad.mechanism.inverse import (
     wrist_positions,
 )
 from delta_cad.mechanism.jacobian import inverse_jacobian, jacobian
-from delta_cad.mechanism.statics import (
-    conditioning,
-    direct_margin,
-    serial_margin,
-    singular_values,
-    worst_joint_torque,
-)
+from delta_cad.mechanism.statics import conditioning, direct_margin, serial_margin, singular_values, worst_joint_torque
 from delta_cad.mechanism.workspace import (
     Cube,
     CubeExtremes,
@@ -34,37 +29,3 @@ from delta_cad.mechanism.workspace import (
     cube_grid,
     cube_surface,
 )
-
-__all__ = [
-    "AZIMUTHS",
-    "Cube",
-    "CubeExtremes",
-    "DeltaGeometry",
-    "Extreme",
-    "GeometryError",
-    "MechanismError",
-    "SingularError",
-    "UnreachableError",
-    "closure_margin",
-    "conditioning",
-    "cube_corners",
-    "cube_extremes",
-    "cube_grid",
-    "cube_surface",
-    "direct_margin",
-    "elbow_positions",
-    "forearm_angle",
-    "forearm_vectors",
-    "forward_kinematics",
-    "inverse_jacobian",
-    "inverse_kinematics",
-    "jacobian",
-    "joint_angles",
-    "platform_positions",
-    "reach_excess",
-    "rod_lean",
-    "serial_margin",
-    "singular_values",
-    "worst_joint_torque",
-    "wrist_positions",
-]

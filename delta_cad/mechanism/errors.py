@@ -1,4 +1,4 @@
-"""What can go wrong in the mechanism, as the public edge reports it."""
+"""Errors of the mechanism, as its public edge reports them."""
 
 
 class MechanismError(ValueError):

@@ -9,13 +9,13 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.errors import SingularError, UnreachableError
 from delta_cad.mechanism.geometry import RADIAL, VERTICAL, DeltaGeometry, positions
 
+# Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last seven
+# digits of sixteen there.
 COLLINEAR = 1e-9
-"""Sine between two sides of the centres' triangle below which it is a line: the circumcentre loses its last
-seven digits of sixteen there."""
 
 
 def forward_kinematics(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
-    """Position of the platform for given shoulder angles, platform above the elbows.
+    """Computes the position of the platform for given shoulder angles, platform above the elbows.
 
     Above means on the side of the elbows' plane from which chains 0, 1, 2 run anticlockwise; that is +z as long as
     the plane is not turned over, and it keeps the sign of the forearms' determinant positive throughout.
@@ -41,7 +41,7 @@ def forward_kinematics(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
 
 
 def platform_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
-    """Forward kinematics for searches: NaN instead of an exception.
+    """Computes the forward kinematics for searches: NaN instead of an exception.
 
     Args:
         g: The mechanism.

@@ -11,20 +11,17 @@ from delta_cad.mechanism.errors import GeometryError
 
 LENGTH_MAX = 10.0  # m; far above any haptic device, so that millimetres given as metres are refused
 
-TOLERANCE_SHARE = 0.1
-"""Largest tolerance as a share of the shorter link; parts are made to thousandths of it."""
+TOLERANCE_SHARE = 0.1  # largest tolerance as a share of the shorter link; parts are made to thousandths of it
 
-AZIMUTHS = np.radians([0.0, 120.0, 240.0])
-"""(3,) azimuth phi_i of each chain about the base z axis, rad."""
+AZIMUTHS = np.radians([0.0, 120.0, 240.0])  # (3,) azimuth phi_i of each chain about the base z axis, rad.
 
+# Sine of 60 degrees; one double for all, so that chains 1 and 2 mirror each other to the last bit.
 SIN_60 = float(np.sqrt(3.0) / 2.0)
-"""Sine of 60 degrees; one double for all, so that chains 1 and 2 mirror each other to the last bit."""
+# (3 chains, 3) unit vector from the base centre to each shoulder.
 RADIAL = np.array([[1.0, 0.0, 0.0], [-0.5, SIN_60, 0.0], [-0.5, -SIN_60, 0.0]])
-"""(3 chains, 3) unit vector from the base centre to each shoulder."""
+# (3 chains, 3) unit vector along each shoulder axis: z cross radial.
 TANGENTIAL = np.array([[0.0, 1.0, 0.0], [-SIN_60, -0.5, 0.0], [SIN_60, -0.5, 0.0]])
-"""(3 chains, 3) unit vector along each shoulder axis: z cross radial."""
-VERTICAL = np.array([0.0, 0.0, 1.0])
-"""(3,) unit vector from the base plane to the platform."""
+VERTICAL = np.array([0.0, 0.0, 1.0])  # (3,) unit vector from the base plane to the platform.
 
 for _constant in (AZIMUTHS, RADIAL, TANGENTIAL, VERTICAL):
     _constant.flags.writeable = False
@@ -84,7 +81,7 @@ def require_tolerance(g: DeltaGeometry, tolerance: float) -> None:
 
 
 def positions(p: ArrayLike) -> np.ndarray:
-    """The positions as an array of doubles, their last axis checked.
+    """Gives positions as an array of doubles, their last axis checked.
 
     Args:
         p: (..., 3) anything NumPy reads as numbers.
@@ -102,11 +99,7 @@ def positions(p: ArrayLike) -> np.ndarray:
 
 
 def chain_coordinates(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The wrist of each chain seen from its shoulder, README (1).
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the wrist of each chain as seen from its shoulder, README (1).
 
     Returns:
         q, t, z: each (..., 3 chains), m: radial, along the shoulder axis, and vertical.

@@ -1,4 +1,7 @@
-"""Position to shoulder angles, vectors and angles of each chain, README (1)-(7), (19)-(20)."""
+"""Position to shoulder angles, vectors and angles of each chain, README (1)-(7), (19)-(20).
+
+In every function `g` is the mechanism and `p` (..., 3) the platform centre in the base frame, m.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,9 @@ from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL, DeltaGeom
 
 
 def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Closure margin w^2 of each chain: the chain closes exactly where it is not negative.
+    """Computes the closure margin w^2 of each chain: the chain closes exactly where it is not negative.
 
     It is also the serial singularity: the torque arm of the chain is L_A w. Continuous everywhere.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 chains) w^2 in m^2; NaN where the position is NaN.
@@ -25,18 +24,12 @@ def closure_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     Source:
         [RCIM2018] eqs. (6)-(7): h_i = -4 L_A^2 w_i^2. README (3).
     """
-    q, t, z = chain_coordinates(g, p)
-    rho2 = q * q + z * z
-    m = _projection(g, rho2, t)
+    _, _, rho2, m = _in_plane(g, p)
     return rho2 - m * m
 
 
 def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Component w of the forearm along the elbow's direction of motion, the square root of the closure margin.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the forearm's component w along the elbow's direction of motion, the root of the closure margin.
 
     Returns:
         (..., 3 chains) w in m, elbows outwards so never negative; NaN where the chain cannot be closed.
@@ -46,18 +39,12 @@ def elbow_arm(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes cosine and sine of the shoulder angles without trigonometry, elbows outwards, README (5).
 
     Returns:
         cos theta, sin theta: each (..., 3 chains); NaN where the chain cannot be closed.
     """
-    q, t, z = chain_coordinates(g, p)
-    rho2 = q * q + z * z
-    m = _projection(g, rho2, t)
+    q, z, rho2, m = _in_plane(g, p)
     w2 = rho2 - m * m
     w = np.sqrt(np.where(w2 >= 0.0, w2, np.nan))
     rho2 = np.where(rho2 > 0.0, rho2, np.nan)  # wrist on the shoulder axis: every angle closes, or none
@@ -65,11 +52,7 @@ def arm_direction(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarra
 
 
 def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the shoulder angles for searches: NaN instead of an exception where a chain cannot be closed.
 
     Returns:
         (..., 3 chains) theta in rad, elbows outwards.
@@ -79,11 +62,7 @@ def joint_angles(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Shoulder angles that hold the platform at a position, elbows outwards.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the shoulder angles that hold the platform at a position, elbows outwards.
 
     Returns:
         (..., 3 chains) theta in rad, 0 level, positive towards +z.
@@ -104,11 +83,7 @@ def inverse_kinematics(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
-    """Refuse positions at which a chain cannot be closed.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Refuses positions at which a chain cannot be closed.
 
     Raises:
         UnreachableError: A chain cannot be closed at one of the positions, or a position is not finite.
@@ -128,11 +103,7 @@ def require_closed(g: DeltaGeometry, p: ArrayLike) -> None:
 
 
 def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """How far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes how far each wrist is out of the forearm's reach from the circle of its elbow, README (4).
 
     Returns:
         (..., 3 chains) m, positive where the chain cannot be closed (too far or too near), else negative.
@@ -145,11 +116,7 @@ def reach_excess(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Vectors s_i from elbow to wrist.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the vectors s_i from elbow to wrist.
 
     Returns:
         (..., 3 chains, 3) in the base frame, m, each of length L_B; NaN where the chain cannot be closed.
@@ -162,7 +129,7 @@ def forearm_vectors(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
-    """Elbows P_i for given shoulder angles.
+    """Computes the elbows P_i for given shoulder angles.
 
     Args:
         g: The mechanism.
@@ -178,11 +145,7 @@ def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:
 
 
 def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Wrists B_i on the platform.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the wrists B_i on the platform.
 
     Returns:
         (..., 3 chains, 3) in the base frame, m.
@@ -191,13 +154,9 @@ def wrist_positions(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Signed angle of each chain's rods out of the chain's plane, asin(t / L_B).
+    """Computes the signed angle of each chain's rods out of the chain's plane, asin(t / L_B).
 
     The distance of the two rods of a chain falls with the cosine of this angle.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
 
     Returns:
         (..., 3 chains) rad, positive towards +y of the chain; NaN where the chain cannot be closed.
@@ -207,11 +166,7 @@ def rod_lean(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the angle between each upper arm (shoulder to elbow) and its forearm (elbow to wrist).
 
     Returns:
         (..., 3 chains) rad in [0, pi]: 0 stretched, pi folded back; NaN where the chain cannot be closed.
@@ -224,9 +179,11 @@ def forearm_angle(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     return np.arccos(np.where(closure_margin(g, p) >= 0.0, np.clip(cosine, -1.0, 1.0), np.nan))
 
 
-def _projection(g: DeltaGeometry, rho2: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """M = q cos theta + z sin theta, the wrist's component along the upper arm, README (2)."""
-    return (rho2 + t * t + g.upper_arm_length**2 - g.forearm_length**2) / (2.0 * g.upper_arm_length)
+def _in_plane(g: DeltaGeometry, p: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The wrist's q, z, rho^2 = q^2 + z^2 and M = q cos theta + z sin theta, along the upper arm, README (2)."""
+    q, t, z = chain_coordinates(g, p)
+    rho2 = q * q + z * z
+    return q, z, rho2, (rho2 + t * t + g.upper_arm_length**2 - g.forearm_length**2) / (2.0 * g.upper_arm_length)
 
 
 def _mm(p: np.ndarray) -> str:

@@ -1,4 +1,7 @@
-"""The Jacobian of the mechanism, `v = J theta_dot` and `torque = J^T force`, README (11)-(13)."""
+"""The Jacobian of the mechanism, `v = J theta_dot` and `torque = J^T force`, README (11)-(13).
+
+In every function `g` is the mechanism and `p` (..., 3) the platform centre in the base frame, m.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,12 @@ from delta_cad.mechanism.errors import SingularError
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors, require_closed
 
+# |det| of the unit forearm directions below which J keeps less than four of its sixteen digits.
 DETERMINANT_MIN = 1e-12
-"""|det| of the unit forearm directions below which J keeps less than four of its sixteen digits."""
 
 
 def forearm_determinant(s: np.ndarray) -> np.ndarray:
-    """Determinant of the three forearm vectors.
+    """Computes the determinant of the three forearm vectors.
 
     Args:
         s: (..., 3 chains, 3) forearm vectors, m.
@@ -25,12 +28,13 @@ def forearm_determinant(s: np.ndarray) -> np.ndarray:
     return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
 
 
-def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """The Jacobian for searches: `v = J theta_dot`, without exceptions.
+def forearm_faces(s: np.ndarray) -> np.ndarray:
+    """Computes s_2 x s_3, s_3 x s_1 and s_1 x s_2 of (..., 3 chains, 3) forearm vectors, as rows, m^2."""
+    return np.cross(s[..., [1, 2, 0], :], s[..., [2, 0, 1], :])
 
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+
+def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
+    """Computes the Jacobian for searches: `v = J theta_dot`, without exceptions.
 
     Returns:
         (..., 3 axes, 3 chains) m/rad; NaN where a chain cannot be closed or where det S is zero.
@@ -39,17 +43,11 @@ def velocity_map(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
     arm = g.upper_arm_length * elbow_arm(g, p)
     det = forearm_determinant(s)
     det = np.where(det == 0.0, np.nan, det)
-    s1, s2, s3 = s[..., 0, :], s[..., 1, :], s[..., 2, :]
-    columns = np.stack([np.cross(s2, s3), np.cross(s3, s1), np.cross(s1, s2)], axis=-1)
-    return columns * (arm / det[..., None])[..., None, :]
+    return np.swapaxes(forearm_faces(s), -1, -2) * (arm / det[..., None])[..., None, :]
 
 
 def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the Jacobian J of the mechanism: `v = J theta_dot` and `torque = J^T force`.
 
     Returns:
         (..., 3 axes, 3 chains) m/rad.
@@ -70,11 +68,7 @@ def jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def inverse_jacobian(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the inverse Jacobian: `theta_dot = inverse_jacobian v`, defined at direct singularities too.
 
     Returns:
         (..., 3 chains, 3 axes) rad/m.

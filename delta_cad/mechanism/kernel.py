@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from delta_cad.common.jit import compiled, expanded
+from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, positions
 
 _ROOT_3 = float(np.sqrt(3.0))
@@ -98,7 +98,7 @@ def angle_margins(
     return shoulder_margin, lean_margin
 
 
-@expanded
+@inlined
 def chain_closure(q, t, z, la, lb):
     """Closes a chain in its own plane: rho^2, m, w^2 and w, README (2), (3); w is NaN where it cannot be closed."""
     rho2 = q * q + z * z
@@ -107,7 +107,7 @@ def chain_closure(q, t, z, la, lb):
     return rho2, m, w2, math.sqrt(w2)
 
 
-@expanded
+@inlined
 def _chain(q, t, z, la, lb):
     """w^2, w and the forearm along the chain's radius and along z, README (2), (3), (5), (6)."""
     rho2, m, w2, w = chain_closure(q, t, z, la, lb)
@@ -115,7 +115,7 @@ def _chain(q, t, z, la, lb):
     return w2, w, q - (q * m + z * w) * scale, z - (z * m - q * w) * scale
 
 
-@expanded
+@inlined
 def _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2):
     """Condition number from the forearms' products, README (23)-(26).
 

@@ -1,4 +1,4 @@
-"""Where every link of the mechanism is at a handle position, in closed form; no constraint solver.
+"""Place of every link of the mechanism at a handle position, in closed form; no constraint solver.
 
 Link frames (mm, right-handed):
     base: the base frame.
@@ -67,7 +67,7 @@ class LinkPlacement:
     drive_ratio: float
 
     def __call__(self, p_mm: np.ndarray) -> Mapping[str, np.ndarray]:
-        """Transforms of all links.
+        """Computes the transforms of all links.
 
         Args:
             p_mm: (..., 3) platform centre in the base frame, mm.

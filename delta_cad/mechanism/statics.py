@@ -1,5 +1,6 @@
 """Torque, conditioning and the distance to both singularities, README (14)-(18).
 
+In every function `g` is the mechanism and `p` (..., 3) the platform centre in the base frame, m.
 Margins, not exceptions: NaN where a chain cannot be closed, infinity at a direct singularity.
 """
 
@@ -10,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, elbow_arm, forearm_vectors
-from delta_cad.mechanism.jacobian import forearm_determinant, velocity_map
+from delta_cad.mechanism.jacobian import forearm_determinant, forearm_faces, velocity_map
 
 
 def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarray:
-    """Largest torque of each shoulder over all directions of a force: row norms of J^T times the force.
+    """Computes the largest torque of each shoulder over all directions of a force: row norms of J^T times the force.
 
     Args:
         g: The mechanism.
@@ -29,19 +30,14 @@ def worst_joint_torque(g: DeltaGeometry, p: ArrayLike, force: float) -> np.ndarr
     """
     s = forearm_vectors(g, p)
     arm = g.upper_arm_length * elbow_arm(g, p)
-    s1, s2, s3 = s[..., 0, :], s[..., 1, :], s[..., 2, :]
-    faces = np.stack([np.cross(s2, s3), np.cross(s3, s1), np.cross(s1, s2)], axis=-2)
+    faces = forearm_faces(s)
     moment = force * arm * np.sqrt((faces * faces).sum(axis=-1))
     det = np.abs(forearm_determinant(s))[..., None]
     return np.where(det == 0.0, np.inf, moment / np.where(det == 0.0, 1.0, det))
 
 
 def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the singular values of the Jacobian: the semi-axes of the velocity ellipsoid at unit joint rates.
 
     Returns:
         (..., 3) m/rad, descending; 0 last where a chain is folded, infinity first at a direct singularity.
@@ -65,11 +61,7 @@ def singular_values(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Condition number kappa of the Jacobian in the 2-norm.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the condition number kappa of the Jacobian in the 2-norm.
 
     Returns:
         (...) kappa >= 1; infinite at both singularities.
@@ -83,11 +75,7 @@ def conditioning(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Distance of each chain to its fold: cosine between the forearm and the elbow's direction of motion, w / L_B.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes each chain's distance to its fold, w / L_B: cosine between forearm and the elbow's direction of motion.
 
     Returns:
         (..., 3 chains) dimensionless, at most 1; 0 at the fold, and continued below 0 where the chain cannot be
@@ -98,11 +86,7 @@ def serial_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
 
 
 def direct_margin(g: DeltaGeometry, p: ArrayLike) -> np.ndarray:
-    """Distance to the direct singularity: determinant of the three unit forearm directions.
-
-    Args:
-        g: The mechanism.
-        p: (..., 3) platform centre in the base frame, m.
+    """Computes the distance to the direct singularity: determinant of the three unit forearm directions.
 
     Returns:
         (...) dimensionless in [-1, 1]; 0 where the forearms lie in one plane, positive with the platform above the

@@ -21,10 +21,9 @@ from delta_cad.mechanism.inverse import (
 )
 from delta_cad.mechanism.statics import conditioning, direct_margin, serial_margin, singular_values, worst_joint_torque
 
+# The polish halves the grid's step so often: where a figure is smooth, its error falls with the square of the step.
 HALVINGS = 22
-"""Of the grid step while polishing: where a figure is smooth, its error falls with the square of the step."""
-CROSSING_STEPS = 60
-"""Bisections between two points of opposite determinant: more than a double can resolve."""
+CROSSING_STEPS = 60  # Bisections between two points of opposite determinant: more than a double can resolve.
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class Cube:
 
 
 def cube_grid(cube: Cube, n: int) -> np.ndarray:
-    """Points of an even grid over the volume, faces and corners included.
+    """Gives the points of an even grid over the volume, faces and corners included.
 
     Args:
         cube: The cube.
@@ -82,7 +81,7 @@ def cube_grid(cube: Cube, n: int) -> np.ndarray:
 
 
 def cube_surface(cube: Cube, n: int) -> np.ndarray:
-    """The points of the even grid that lie on the six faces, each once.
+    """Gives the points of the even grid that lie on the six faces, each once.
 
     Args:
         cube: The cube.
@@ -100,10 +99,7 @@ def cube_surface(cube: Cube, n: int) -> np.ndarray:
 
 
 def cube_corners(cube: Cube) -> np.ndarray:
-    """The eight corners.
-
-    Args:
-        cube: The cube.
+    """Gives the eight corners.
 
     Returns:
         (8, 3) positions, m.
@@ -164,7 +160,7 @@ Figure = Callable[[np.ndarray], np.ndarray]
 
 
 def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> CubeExtremes:
-    """Extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
+    """Searches for the extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
 
     The grid is the surface, where the extremes lie, README (21), and a coarse one inside. From the best point of
     each face a compass search over 26 neighbours, kept inside the cube, halves its step down to 2^-22 of the
@@ -184,44 +180,48 @@ def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> Cu
         GeometryError: n is less than 2.
     """
     search = CubeSearch(cube, n)
-    closure = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
-    require_closed(g, np.array([closure.position]))
+    lowest, crossing = search.singularity(g)
+    singular = {} if crossing is None else dict.fromkeys(_INFINITE, Extreme(math.inf, crossing))
+    figures = _figures(g, force)
+    found = {name: search(*figures[name]) for name in figures if name not in singular}
+    return CubeExtremes(direct_margin_min=lowest, **found, **singular)
 
-    def shoulder(p: np.ndarray) -> np.ndarray:
-        return joint_angles(g, p)
 
-    def elbow_z(p: np.ndarray) -> np.ndarray:
+_INFINITE = ("torque_max", "kappa_max", "singular_value_max")  # at a direct singularity
+
+
+def _figures(g: DeltaGeometry, force: float) -> dict[str, tuple[Figure, float]]:
+    """Field of `CubeExtremes` -> figure of the worst chain, and the sign that makes its extreme a minimum."""
+
+    def least(of: Callable[[DeltaGeometry, np.ndarray], np.ndarray]) -> tuple[Figure, float]:
+        return lambda p: of(g, p).min(axis=-1), +1.0
+
+    def most(of: Callable[[DeltaGeometry, np.ndarray], np.ndarray]) -> tuple[Figure, float]:
+        return lambda p: of(g, p).max(axis=-1), -1.0
+
+    def elbow_z(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
         return g.upper_arm_length * arm_direction(g, p)[1]
 
-    def elbow_radius(p: np.ndarray) -> np.ndarray:
+    def elbow_radius(g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
         return g.base_radius + g.upper_arm_length * arm_direction(g, p)[0]
 
-    lowest, highest = (search(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0))
-    crossing = sign_change(g, lowest, highest)
-    if crossing is not None:
-        torque = kappa = largest = Extreme(math.inf, crossing)
-    else:
-        torque = search(lambda p: worst_joint_torque(g, p, force).max(axis=-1), -1.0)
-        kappa = search(lambda p: conditioning(g, p), -1.0)
-        largest = search(lambda p: singular_values(g, p)[..., 0], -1.0)
-    return CubeExtremes(
-        shoulder_min=search(lambda p: shoulder(p).min(axis=-1), +1.0),
-        shoulder_max=search(lambda p: shoulder(p).max(axis=-1), -1.0),
-        lean_max=search(lambda p: np.abs(rod_lean(g, p)).max(axis=-1), -1.0),
-        forearm_angle_min=search(lambda p: forearm_angle(g, p).min(axis=-1), +1.0),
-        forearm_angle_max=search(lambda p: forearm_angle(g, p).max(axis=-1), -1.0),
-        torque_max=torque,
-        kappa_max=kappa,
-        singular_value_min=search(lambda p: singular_values(g, p)[..., 2], +1.0),
-        singular_value_max=largest,
-        closure_margin_min=closure,
-        serial_margin_min=search(lambda p: serial_margin(g, p).min(axis=-1), +1.0),
-        direct_margin_min=lowest,
-        elbow_z_min=search(lambda p: elbow_z(p).min(axis=-1), +1.0),
-        elbow_z_max=search(lambda p: elbow_z(p).max(axis=-1), -1.0),
-        elbow_radius_min=search(lambda p: elbow_radius(p).min(axis=-1), +1.0),
-        elbow_radius_max=search(lambda p: elbow_radius(p).max(axis=-1), -1.0),
-    )
+    return {
+        "shoulder_min": least(joint_angles),
+        "shoulder_max": most(joint_angles),
+        "lean_max": most(lambda g, p: np.abs(rod_lean(g, p))),
+        "forearm_angle_min": least(forearm_angle),
+        "forearm_angle_max": most(forearm_angle),
+        "torque_max": most(lambda g, p: worst_joint_torque(g, p, force)),
+        "kappa_max": (lambda p: conditioning(g, p), -1.0),
+        "singular_value_min": least(singular_values),
+        "singular_value_max": most(singular_values),
+        "closure_margin_min": least(closure_margin),
+        "serial_margin_min": least(serial_margin),
+        "elbow_z_min": least(elbow_z),
+        "elbow_z_max": most(elbow_z),
+        "elbow_radius_min": least(elbow_radius),
+        "elbow_radius_max": most(elbow_radius),
+    }
 
 
 class CubeSearch:
@@ -273,25 +273,26 @@ class CubeSearch:
         k = int(np.argmin(best_cost))
         return Extreme(float(sign * best_cost[k]), (float(best[k, 0]), float(best[k, 1]), float(best[k, 2])))
 
+    def singularity(self, g: DeltaGeometry) -> tuple[Extreme, tuple[float, float, float] | None]:
+        """Searches the cube for a direct singularity, between the smallest and the largest determinant of the forearms.
 
-def sign_change(g: DeltaGeometry, lowest: Extreme, highest: Extreme) -> tuple[float, float, float] | None:
-    """Finds a direct singularity between the smallest and the largest determinant of the forearms in a cube.
+        Returns:
+            The smallest determinant of the unit forearms; the position of the singularity, m, or None where the
+            determinant keeps its sign.
 
-    Args:
-        g: The mechanism.
-        lowest: Smallest determinant and its place.
-        highest: Largest determinant and its place.
-
-    Returns:
-        The position, m; None where the determinant keeps its sign.
-    """
-    if not lowest.value <= 0.0 <= highest.value:
-        return None
-    a, b = np.array(lowest.position), np.array(highest.position)
-    for _ in range(CROSSING_STEPS):
-        middle = (a + b) / 2.0
-        if direct_margin(g, middle) <= 0.0:
-            a = middle
-        else:
-            b = middle
-    return (float(a[0]), float(a[1]), float(a[2]))
+        Raises:
+            UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
+        """
+        closure = self(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
+        require_closed(g, np.array([closure.position]))
+        lowest, highest = (self(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0))
+        if not lowest.value <= 0.0 <= highest.value:
+            return lowest, None
+        a, b = np.array(lowest.position), np.array(highest.position)
+        for _ in range(CROSSING_STEPS):
+            middle = (a + b) / 2.0
+            if direct_margin(g, middle) <= 0.0:
+                a = middle
+            else:
+                b = middle
+        return lowest, (float(a[0]), float(a[1]), float(a[2]))

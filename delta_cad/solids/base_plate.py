@@ -10,11 +10,11 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
-from delta_cad.solids.holes import merged
+from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import GRAPHITE, material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.platform import turned_to_chain
-from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature, one_solid
+from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, edge_break, feature
 
 MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
 WINDOW_MM = 34.0
@@ -60,11 +60,5 @@ def make_base_plate(d: Dimensions) -> Part:
         Hole(b.mount_hole_mm, 6, f"{b.mount_hole_mm:g} through, mounting"),
         Hole(WINDOW_MM, 3, f"{WINDOW_MM:g} through, lightening"),
     ]
-    return Part(
-        number,
-        f"base plate {2 * b.radius_mm:g} x {b.thickness_mm:g}",
-        one_solid(solid, number),
-        material("aluminium-6082", GRAPHITE),
-        True,
-        merged(holes),
-    )
+    description = f"base plate {2 * b.radius_mm:g} x {b.thickness_mm:g}"
+    return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), holes)

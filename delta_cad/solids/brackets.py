@@ -14,21 +14,10 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
-from delta_cad.solids.holes import merged
+from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import (
-    THROUGH_MM,
-    Circle,
-    bore_y,
-    bore_z,
-    box,
-    cut,
-    edge_break,
-    feature,
-    hull_along_y,
-    one_solid,
-)
+from delta_cad.solids.primitive import THROUGH_MM, Circle, bore_y, bore_z, box, cut, edge_break, feature, hull_along_y
 
 BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
@@ -76,7 +65,7 @@ def cheek_screw_length_mm(d: Dimensions, thickness_mm: float) -> float:
 
 
 def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
-    """How deep the heads are sunk into a cheek: nothing, unless the stock length would leave too little thread."""
+    """Computes how deep the heads are sunk into a cheek: not at all, unless too little thread would be left."""
     length, row = cheek_screw_length_mm(d, thickness_mm), catalogue.screw(BLOCK_SCREW)
     if length - thickness_mm >= BLOCK_ENGAGEMENT_DIAMETERS * row.diameter_mm:
         return 0.0
@@ -84,13 +73,13 @@ def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
 
 
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
-    """How deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels in its middle."""
+    """Computes how deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels."""
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
 
 
 def stop_pin_length_mm(d: Dimensions) -> float:
     """Shortest stock length of a stop pin that reaches into what it stops (sector or arm) deep enough."""
-    top = d.layers.sector_mm[1]  # of the sector, or of the arm where there is none
+    top = d.layers.sector_mm[1]  # face of the sector, or of the arm where there is none
     needed = d.layers.motor_cheek_mm[1] - STOP_SUNK_MM - (top - STOP_ENGAGEMENT_MM)
     stock = catalogue.dowel(f"{d.bracket.stop_pin_mm:g}").lengths_mm
     require(
@@ -158,14 +147,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
         tools += _bearing_seat(d, inside, 1.0)
         holes += _bearing_holes(d)
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
-    return Part(
-        number,
-        f"motor cheek, plate {outside - inside:g}",
-        one_solid(solid, number),
-        material("aluminium-6082"),
-        True,
-        merged(holes),
-    )
+    description = f"motor cheek, plate {outside - inside:g}"
+    return made_part(number, description, solid, material("aluminium-6082"), holes)
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:
@@ -198,14 +181,8 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
-    return Part(
-        number,
-        f"encoder cheek, plate {inside - outside:g}",
-        one_solid(solid, number),
-        material("aluminium-6082"),
-        True,
-        merged(holes),
-    )
+    description = f"encoder cheek, plate {inside - outside:g}"
+    return made_part(number, description, solid, material("aluminium-6082"), holes)
 
 
 def _bearing_seat(d: Dimensions, inside: float, outwards: float) -> list[cq.Shape]:
@@ -261,6 +238,4 @@ def make_foot_block(d: Dimensions) -> Part:
             f"2 x {cheek_dowel_depth_mm(d):g} deep from both sides",
         ),
     )
-    return Part(
-        number, "foot block between the cheeks", one_solid(solid, number), material("aluminium-6082"), True, holes
-    )
+    return made_part(number, "foot block between the cheeks", solid, material("aluminium-6082"), holes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, sin
 
 import cadquery as cq
@@ -11,11 +12,12 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids.holes import merged
-from delta_cad.solids.materials import material, provenance
+from delta_cad.solids.making import bought_part, made_part
+from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
+    bevelled,
     bore_y,
     cut,
     cylinder,
@@ -24,7 +26,6 @@ from delta_cad.solids.primitive import (
     hull_along_y,
     one_solid,
     ring_segment,
-    turned,
 )
 from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
 
@@ -45,7 +46,7 @@ def capstan_of(d: Dimensions) -> CapstanDimensions:
 
 
 def rim_end(d: Dimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
+    """Locates where the cable leaves the sector: point, tangent and normal away from it, each (3,) in the arm's frame.
 
     Args:
         d: Dimensions with a capstan.
@@ -144,41 +145,23 @@ def make_sector(d: Dimensions) -> Part:
         Hole(screw.tap_drill_mm, 2, f"{TENSION_SCREW} through the lugs, tangential"),
         *([Hole(LIGHTENING_MM, len(lights), f"{LIGHTENING_MM:g} through, lightening")] if lights else []),
     )
-    return Part(
-        number,
-        f"capstan sector, rim radius {c.rim_radius_mm:g}, ratio {c.ratio:g}:1",
-        one_solid(solid, number),
-        material("aluminium-7075"),
-        True,
-        merged(holes),
-    )
+    description = f"capstan sector, rim radius {c.rim_radius_mm:g}, ratio {c.ratio:g}:1"
+    return made_part(number, description, solid, material("aluminium-7075"), holes)
 
 
 def make_pinion(d: Dimensions) -> Part:
     """Steel sleeve bonded on the motor's shaft; the helical groove is a callout, as threads are."""
     number, c = "pinion", capstan_of(d)
     y0, y1 = c.pinion_y_mm
-    r, b = c.pinion_radius_mm, 0.3
-    sleeve = turned([(0.0, y0), (r - b, y0), (r, y0 + b), (r, y1 - b), (r - b, y1), (0.0, y1)])
+    sleeve = bevelled(c.pinion_radius_mm, (y0, y1), 0.3)
     floor = y1 - c.pinion_bore_depth_mm
     bore = bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y1 + THROUGH_MM))
     solid = feature(number, "bore", "motor shaft", lambda: cut(sleeve, [bore]))
     d_c = c.cable_diameter_mm
     depth = c.pinion_radius_mm - c.pinion_pitch_radius_mm + d_c / 2
-    return Part(
-        number,
-        f"capstan pinion, helical groove R{d_c / 2:.2f} x {depth:.2f} deep, pitch {1.4 * d_c:.2f}",
-        one_solid(solid, number),
-        material("stainless-1.4305"),
-        True,
-        (
-            Hole(
-                c.pinion_bore_mm,
-                1,
-                f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft",
-            ),
-        ),
-    )
+    description = f"capstan pinion, helical groove R{d_c / 2:.2f} x {depth:.2f} deep, pitch {1.4 * d_c:.2f}"
+    callout = f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft"
+    return made_part(number, description, solid, material("stainless-1.4305"), [Hole(c.pinion_bore_mm, 1, callout)])
 
 
 def make_cable(d: Dimensions) -> Part:
@@ -208,25 +191,9 @@ def make_cable(d: Dimensions) -> Part:
         profile = cq.Wire.makeCircle(c.cable_diameter_mm / 2, start, cq.Vector(*(-t0)))
         return cq.Solid.sweep(profile, [], path, True, True)
 
-    row = d.cable
-    return Part(
-        number,
-        f"{row.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine",
-        one_solid(feature(number, "sweep", "hardware.cable", body), number),
-        material("stainless-1.4305"),
-        False,
-        mass_g=row.mass_g_m * c.cable_length_mm / 1000.0,
-        standard=row.standard,
-        order_code=row.order_code,
-        source=provenance(row),
-    )
-
-
-def cable_volume_mm3(d: Dimensions) -> float:
-    """Closed form of the drawn cable's volume: section times path (Pappus)."""
-    c = capstan_of(d)
-    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + catalogue.hex_screw(TENSION_SCREW).head_height_mm + CRIMP_MM[1]
-    return pi / 4 * c.cable_diameter_mm**2 * (c.wound_mm + 2 * beyond)
+    solid, mass_g = feature(number, "sweep", "hardware.cable", body), d.cable.mass_g_m * c.cable_length_mm / 1000.0
+    ends = f"{d.cable.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
+    return replace(bought_part(number, d.cable, solid, "stainless-1.4305", mass_g), description=ends)
 
 
 def make_crimp_sleeve(d: Dimensions) -> Part:

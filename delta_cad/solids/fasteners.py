@@ -6,9 +6,10 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.solids.materials import material, provenance
+from delta_cad.solids.making import bought_part, made_part, ordered
+from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder, one_solid
+from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder
 
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter
 
@@ -16,28 +17,18 @@ CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap 
 def make_cap_screw(size: str, length_mm: float) -> Part:
     """Hexagon socket head cap screw; the thread is drawn as its core."""
     row = catalogue.screw(size)
-    if length_mm not in row.lengths_mm:
-        raise ValueError(
-            f"screw {size} x {length_mm:g}: stock lengths are {', '.join(f'{v:g}' for v in row.lengths_mm)}"
-        )
-    number = f"screw_{size}x{length_mm:g}"
+    _require_stock(f"screw {size}", length_mm, row.lengths_mm)
     head = cylinder(row.head_diameter_mm, (0, 0, 0), (0, 0, row.head_height_mm))
     shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
-    socket = cq.Workplane("XY", origin=(0, 0, row.head_height_mm - row.socket_depth_mm)).polygon(
-        6, row.socket_mm / SIN_60
-    )
-    key = socket.extrude(row.socket_depth_mm + THROUGH_MM).val()
-    solid = cut(head.fuse(shank), [key])  # type: ignore[list-item]
-    return Part(
-        number,
-        f"{row.description} x {length_mm:g}",
-        one_solid(solid, number),
-        material("stainless-1.4305"),
-        False,
-        standard=row.standard,
-        order_code=f"{row.order_code} x {length_mm:g}",
-        source=provenance(row),
-    )
+    key = _hexagon(row.socket_mm, (row.head_height_mm - row.socket_depth_mm, row.head_height_mm + THROUGH_MM))
+    solid = cut(head.fuse(shank), [key])
+    return bought_part(f"screw_{size}x{length_mm:g}", row, solid, "stainless-1.4305", size=f" x {length_mm:g}")
+
+
+def _require_stock(name: str, length_mm: float, lengths_mm: tuple[float, ...]) -> None:
+    if length_mm not in lengths_mm:
+        stock = ", ".join(f"{v:g}" for v in lengths_mm)
+        raise ValueError(f"{name} x {length_mm:g}: stock lengths are {stock}")
 
 
 def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
@@ -48,72 +39,36 @@ def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
 
 def make_tension_screw(size: str, length_mm: float, bore_mm: float) -> Part:
     """Hexagon head screw drilled through along its axis for the capstan cable, whose sleeve bears on the head."""
-    row, number = catalogue.hex_screw(size), "tension_screw"
+    row = catalogue.hex_screw(size)
     shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
     body = _hexagon(row.across_flats_mm, (0.0, row.head_height_mm)).fuse(shank)
     solid = cut(body, [bore_z(bore_mm, (0.0, 0.0), (-length_mm - THROUGH_MM, row.head_height_mm + THROUGH_MM))])
-    return Part(
-        number,
-        f"cable tension screw: {row.order_code} x {length_mm:g}, drilled {bore_mm:g} through",
-        one_solid(solid, number),
-        material("stainless-1.4305"),
-        True,
-        (Hole(bore_mm, 1, f"{bore_mm:g} through along the axis"),),
-        standard=row.standard,
-        order_code=f"{row.order_code} x {length_mm:g}",
-        source=provenance(row),
-    )
+    description = f"cable tension screw: {row.order_code} x {length_mm:g}, drilled {bore_mm:g} through"
+    hole, order = Hole(bore_mm, 1, f"{bore_mm:g} through along the axis"), ordered(row, f" x {length_mm:g}")
+    return made_part("tension_screw", description, solid, material("stainless-1.4305"), [hole], **order)
 
 
 def make_lock_nut(size: str) -> Part:
     """Thin hexagon nut along z from 0 to its height; its thread is drawn as the core."""
-    row, number = catalogue.hex_nut(size), f"nut_{size}"
+    row = catalogue.hex_nut(size)
     bore = bore_z(row.tap_drill_mm, (0.0, 0.0), (-THROUGH_MM, row.height_mm + THROUGH_MM))
-    return Part(
-        number,
-        row.description,
-        one_solid(cut(_hexagon(row.across_flats_mm, (0.0, row.height_mm)), [bore]), number),
-        material("stainless-1.4305"),
-        False,
-        standard=row.standard,
-        order_code=row.order_code,
-        source=provenance(row),
-    )
+    nut = cut(_hexagon(row.across_flats_mm, (0.0, row.height_mm)), [bore])
+    return bought_part(f"nut_{size}", row, nut, "stainless-1.4305")
 
 
 def make_dowel(key: str, length_mm: float) -> Part:
     """Parallel pin along z from 0 to its length."""
     row = catalogue.dowel(key)
-    if length_mm not in row.lengths_mm:
-        raise ValueError(
-            f"dowel {key} x {length_mm:g}: stock lengths are {', '.join(f'{v:g}' for v in row.lengths_mm)}"
-        )
-    number = f"dowel_{row.diameter_mm:g}x{length_mm:g}"
-    return Part(
-        number,
-        f"{row.description} x {length_mm:g}",
-        one_solid(cylinder(row.diameter_mm, (0, 0, 0), (0, 0, length_mm)), number),
-        material("steel"),
-        False,
-        standard=row.standard,
-        order_code=f"{row.order_code} x {length_mm:g}",
-        source=provenance(row),
-    )
+    _require_stock(f"dowel {key}", length_mm, row.lengths_mm)
+    pin = cylinder(row.diameter_mm, (0, 0, 0), (0, 0, length_mm))
+    return bought_part(f"dowel_{row.diameter_mm:g}x{length_mm:g}", row, pin, "steel", size=f" x {length_mm:g}")
 
 
 def make_spacer(bore_mm: float, length_mm: float) -> Part:
     """Turned distance sleeve along z from 0 to its length."""
-    number = "board_spacer"
     outer = bore_mm + 2.0
-    solid = cut(
-        cylinder(outer, (0, 0, 0), (0, 0, length_mm)),
-        [bore_z(bore_mm, (0.0, 0.0), (-THROUGH_MM, length_mm + THROUGH_MM))],
-    )
-    return Part(
-        number,
-        f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} under the encoder board",
-        one_solid(solid, number),
-        material("brass"),
-        True,
-        (Hole(bore_mm, 1, f"{bore_mm:g} through"),),
-    )
+    bore = bore_z(bore_mm, (0.0, 0.0), (-THROUGH_MM, length_mm + THROUGH_MM))
+    solid = cut(cylinder(outer, (0, 0, 0), (0, 0, length_mm)), [bore])
+    description = f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} under the encoder board"
+    hole = Hole(bore_mm, 1, f"{bore_mm:g} through")
+    return made_part("board_spacer", description, solid, material("brass"), [hole])

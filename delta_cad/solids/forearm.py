@@ -9,9 +9,10 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.materials import BLUE, material, provenance
+from delta_cad.solids.making import made_part, ordered
+from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, ball, bore_y, box, cut, cylinder, feature, fuse, one_solid, turned
+from delta_cad.solids.primitive import THROUGH_MM, ball, bevelled, bore_y, box, cut, cylinder, feature, fuse, stepped
 
 STUD_THREAD = "M3"
 EDGE_MM = 0.3
@@ -22,30 +23,16 @@ def make_cross_bar(d: Dimensions) -> Part:
     number, f = "cross_bar", d.forearm
     r, half = f.bar_diameter_mm / 2, f.bar_length_mm / 2
     drill = catalogue.screw(STUD_THREAD).tap_drill_mm
-    bar = turned(
-        [
-            (0.0, -half),
-            (r - EDGE_MM, -half),
-            (r, -half + EDGE_MM),
-            (r, half - EDGE_MM),
-            (r - EDGE_MM, half),
-            (0.0, half),
-        ]
-    )
+    bar = bevelled(r, (-half, half), EDGE_MM)
     depth = f.bar_thread_depth_mm
     tools = [
         bore_y(drill, (0.0, 0.0), (-half - THROUGH_MM, -half + depth)),
         bore_y(drill, (0.0, 0.0), (half - depth, half + THROUGH_MM)),
     ]
+    hole = Hole(drill, 1, f"{STUD_THREAD} x {depth:g} in both ends, on one axis")
     solid = feature(number, "threads", "parallelogram_width_mm", lambda: cut(bar, tools))
-    return Part(
-        number,
-        f"cross-bar {f.bar_diameter_mm:g} h6 x {f.bar_length_mm:g}",
-        one_solid(solid, number),
-        material("aluminium-7075"),
-        True,
-        (Hole(drill, 1, f"{STUD_THREAD} x {depth:g} in both ends, on one axis"),),
-    )
+    description = f"cross-bar {f.bar_diameter_mm:g} h6 x {f.bar_length_mm:g}"
+    return made_part(number, description, solid, material("aluminium-7075"), [hole])
 
 
 def make_ball_stud(d: Dimensions) -> Part:
@@ -55,35 +42,16 @@ def make_ball_stud(d: Dimensions) -> Part:
     core = (catalogue.screw(STUD_THREAD).tap_drill_mm - CORE_PLAY_MM) / 2
     seat, end = f.stand_off_mm, f.stand_off_mm + f.stud_thread_length_mm
     inside = sqrt(radius**2 - neck**2) - 0.5
-    shank = turned(
-        [
-            (0.0, inside),
-            (neck, inside),
-            (neck, seat - f.collar_length_mm),
-            (collar, seat - f.collar_length_mm),
-            (collar, seat),
-            (core, seat),
-            (core, end),
-            (0.0, end),
-        ]
-    )
-    solid = feature(
-        number,
-        "ball",
-        "hardware.ball_diameter_mm",
-        lambda: ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).fuse(shank),
-    )
-    flats = [  # spanner flats on the collar
-        box((-10.0, seat - f.collar_length_mm - 0.01, s), (10.0, seat + 0.01, s + 5.0)) for s in (2.25,)
-    ] + [box((-10.0, seat - f.collar_length_mm - 0.01, -7.25), (10.0, seat + 0.01, -2.25))]
+    below = seat - f.collar_length_mm
+    shank = stepped((neck, inside, below), (collar, below, seat), (core, seat, end))
+    sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    solid = feature(number, "ball", "hardware.ball_diameter_mm", lambda: sphere.fuse(shank))
+    flats = [box((-10.0, below - 0.01, z), (10.0, seat + 0.01, z + 5.0)) for z in (2.25, -7.25)]
     solid = feature(number, "spanner flats", "collar", lambda: cut(solid, flats))
-    return Part(
-        number,
-        f"ball stud {f.ball_diameter_mm:g} h6 polished, {STUD_THREAD} x {f.stud_thread_length_mm:g}, flats 4.5",
-        one_solid(solid, number),
-        material("stainless-1.4305"),
-        True,
+    description = (
+        f"ball stud {f.ball_diameter_mm:g} h6 polished, {STUD_THREAD} x {f.stud_thread_length_mm:g}, flats 4.5"
     )
+    return made_part(number, description, solid, material("stainless-1.4305"))
 
 
 def make_socket(d: Dimensions) -> Part:
@@ -93,16 +61,7 @@ def make_socket(d: Dimensions) -> Part:
     neck = f.tube_outer_mm
 
     def body() -> cq.Shape:
-        ring = turned(
-            [
-                (0.0, -half),
-                (outer - 0.6, -half),
-                (outer, -half + 0.6),
-                (outer, half - 0.6),
-                (outer - 0.6, half),
-                (0.0, half),
-            ]
-        )
+        ring = bevelled(outer, (-half, half), 0.6)
         stem = cylinder(min(neck, f.socket_width_mm), (outer - 2.0, 0, 0), (f.shoulder_mm - 1.0, 0, 0))
         collar = cylinder(neck, (f.shoulder_mm - 1.0, 0, 0), (f.shoulder_mm, 0, 0))
         spigot = cylinder(f.spigot_diameter_mm, (f.shoulder_mm, 0, 0), (f.shoulder_mm + f.spigot_length_mm, 0, 0))
@@ -114,13 +73,8 @@ def make_socket(d: Dimensions) -> Part:
         box((-outer - 1.0, -half - 1.0, -f.socket_slit_mm / 2), (0.0, half + 1.0, f.socket_slit_mm / 2)),
     ]
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, tools))
-    return Part(
-        number,
-        f"ball socket, spherical seat {f.seat_diameter_mm:.2f}, spigot {f.spigot_diameter_mm:g}",
-        one_solid(solid, number),
-        material("pom-c", BLUE),
-        True,
-    )
+    description = f"ball socket, spherical seat {f.seat_diameter_mm:.2f}, spigot {f.spigot_diameter_mm:g}"
+    return made_part(number, description, solid, material("pom-c", BLUE))
 
 
 def make_rod_tube(d: Dimensions) -> Part:
@@ -128,15 +82,7 @@ def make_rod_tube(d: Dimensions) -> Part:
     number, f = "rod_tube", d.forearm
     tube = cylinder(f.tube_outer_mm, (0, 0, 0), (f.tube_length_mm, 0, 0))
     bore = cylinder(f.tube_bore_mm, (-THROUGH_MM, 0, 0), (f.tube_length_mm + THROUGH_MM, 0, 0))
-    row = d.tube
-    return Part(
-        number,
-        f"{row.description}, cut {f.tube_length_mm:.2f}; bond in a jig to {f.length_mm:.3f} between seat centres",
-        one_solid(cut(tube, [bore]), number),
-        material(row.material),
-        True,
-        (Hole(f.tube_bore_mm, 1, f"{f.tube_bore_mm:g} through, as bought"),),
-        standard=row.standard,
-        order_code=row.order_code,
-        source=provenance(row),
-    )
+    row, hole = d.tube, Hole(f.tube_bore_mm, 1, f"{f.tube_bore_mm:g} through, as bought")
+    length = f"cut {f.tube_length_mm:.2f}; bond in a jig to {f.length_mm:.3f} between seat centres"
+    description = f"{row.description}, {length}"
+    return made_part(number, description, cut(tube, [bore]), material(row.material), [hole], **ordered(row))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
-from delta_cad.catalogue import CatalogueRow
 from delta_cad.solids.part import Material
 
 
@@ -11,11 +10,6 @@ def material(key: str, colour: tuple[float, float, float] | None = None) -> Mate
     """Material of a catalogue id; `colour` shows an anodised or painted part."""
     row = catalogue.material(key)
     return Material(row.description, row.density_kg_m3, colour or row.colour)
-
-
-def provenance(row: CatalogueRow) -> str:
-    """Where a bought part's data come from and what of them was verified."""
-    return f"{row.source}; verified: {row.verified}"
 
 
 GRAPHITE = (0.22, 0.23, 0.26)  # anodised colours of the parts that a person tells apart in the pictures

@@ -1,12 +1,15 @@
 """The records that solids, assembly, checks and export share: material, hole, part, occurrence.
 
-Holds no geometry kernel of its own: `Part.solid` is a `cadquery.Solid` that only `solids` makes.
+Loads no geometry kernel on import: `Part.solid` is a `cadquery.Solid` that only `solids` makes.
 """
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """What a part is made of: name as ordered, density in kg/m^3, display colour as sRGB in 0..1."""
+    """Material of a part: name as ordered, density in kg/m^3, display colour as sRGB in 0..1."""
 
     name: str
     density_kg_m3: float
@@ -82,6 +85,16 @@ class Occurrence:
     part: Part
     link: str
     placement: np.ndarray
+
+
+def location_of(frame: np.ndarray) -> Any:
+    """Gives the kernel's location, a `TopLoc_Location`, of a (4, 4) rigid transform in mm."""
+    from OCP.gp import gp_Trsf
+    from OCP.TopLoc import TopLoc_Location
+
+    transform = gp_Trsf()
+    transform.SetValues(*np.asarray(frame, dtype=float)[:3].ravel().tolist())
+    return TopLoc_Location(transform)
 
 
 @dataclass(frozen=True)

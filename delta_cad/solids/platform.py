@@ -10,10 +10,12 @@ from delta_cad.dimensions.platform import BOSS_BEVEL_MM
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.forearm import STUD_THREAD
-from delta_cad.solids.materials import BLUE, material, provenance
+from delta_cad.solids.making import bought_part, made_part
+from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
+    bevelled,
     bore_y,
     bore_z,
     box,
@@ -22,8 +24,7 @@ from delta_cad.solids.primitive import (
     feature,
     fuse,
     hull_along_z,
-    one_solid,
-    turned,
+    stepped,
 )
 
 RIB_MM = 4.0  # width of what stays around a window
@@ -50,17 +51,7 @@ def make_platform(d: Dimensions) -> Part:
         for i in CHAINS:
             web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 5.0, 3.0), (r, 5.0 - half, 3.0)], plate)
             shapes.append(turned_to_chain(web, i))
-            barrel = turned(
-                [
-                    (0.0, -half),
-                    (boss - BOSS_BEVEL_MM, -half),
-                    (boss, -half + BOSS_BEVEL_MM),
-                    (boss, half - BOSS_BEVEL_MM),
-                    (boss - BOSS_BEVEL_MM, half),
-                    (0.0, half),
-                ],
-                (r, 0.0, 0.0),
-            )
+            barrel = bevelled(boss, (-half, half), BOSS_BEVEL_MM, (r, 0.0, 0.0))
             shapes.append(turned_to_chain(barrel, i))
         return fuse(*shapes)
 
@@ -86,9 +77,8 @@ def make_platform(d: Dimensions) -> Part:
         Hole(drill, 3, f"{STUD_THREAD} x {depth:g} in both ends of each boss"),
         Hole(stem.tap_drill_mm, 1, f"{p.stem_thread} through, handle"),
     )
-    return Part(
-        number, f"platform, wrist radius {r:g}", one_solid(solid, number), material("aluminium-7075", BLUE), True, holes
-    )
+    description = f"platform, wrist radius {r:g}"
+    return made_part(number, description, solid, material("aluminium-7075", BLUE), holes)
 
 
 def make_handle_stem(d: Dimensions) -> Part:
@@ -98,30 +88,13 @@ def make_handle_stem(d: Dimensions) -> Part:
     r, length, up = p.stem_diameter_mm / 2, p.stem_length_mm, d.knob.thread_depth_mm - 1.0
     down = min(STEM_CORE_DEPTH_MM, p.boss_diameter_mm - 0.5)
 
-    def lathe(radius: float, z: float) -> tuple[float, float]:
-        return (radius, z)
-
-    profile = [
-        lathe(0.0, -down),
-        lathe(core, -down),
-        lathe(core, 0.0),
-        lathe(r, 0.0),
-        lathe(r, length),
-        lathe(core, length),
-        lathe(core, length + up),
-        lathe(0.0, length + up),
-    ]
-    stem = turned(profile).rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), 90.0)
+    stem = stepped((core, -down, 0.0), (r, 0.0, length), (core, length, length + up))
+    stem = stem.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), 90.0)
     flat, far = (p.stem_diameter_mm - STEM_FLATS_MM) / 2, p.stem_diameter_mm
     flats = [box((low, -far, 2.0), (low + far, far, 2.0 + STEM_FLATS_HEIGHT_MM)) for low in (r - flat, flat - r - far)]
     solid = feature(number, "spanner flats", "stem", lambda: cut(stem, flats))
-    return Part(
-        number,
-        f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends, flats {STEM_FLATS_MM:g}",
-        one_solid(solid, number),
-        material("aluminium-6082"),
-        True,
-    )
+    description = f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends, flats {STEM_FLATS_MM:g}"
+    return made_part(number, description, solid, material("aluminium-6082"))
 
 
 def make_knob(d: Dimensions) -> Part:
@@ -134,20 +107,6 @@ def make_knob(d: Dimensions) -> Part:
     keep = cylinder(4 * radius, (0, 0, 0), (0, 0, row.height_mm + 1.0))
     neck = bore_z(2 * foot, (0.0, 0.0), (0.0, centre))
     shape = feature("knob", "ball", "hardware.knob", lambda: sphere.intersect(keep).fuse(neck))
-    solid = feature(
-        "knob",
-        "thread",
-        "hardware.knob",
-        lambda: cut(shape, [bore_z(drill, (0.0, 0.0), (-THROUGH_MM, row.thread_depth_mm))]),
-    )
-    return Part(
-        "knob",
-        row.description,
-        one_solid(solid, "knob"),
-        material("pf31"),
-        False,
-        mass_g=row.mass_g,
-        standard=row.standard,
-        order_code=row.order_code,
-        source=provenance(row),
-    )
+    thread = bore_z(drill, (0.0, 0.0), (-THROUGH_MM, row.thread_depth_mm))
+    solid = feature("knob", "thread", "hardware.knob", lambda: cut(shape, [thread]))
+    return bought_part("knob", row, solid, "pf31", row.mass_g)

@@ -81,6 +81,20 @@ def turned(profile: Sequence[Point], origin: Sequence[float] = (0.0, 0.0, 0.0)) 
     return cq.Solid.revolve(wire, [], 360.0, cq.Vector(ox, oy, oz), cq.Vector(ox, oy + 1.0, oz))
 
 
+def stepped(*steps: tuple[float, float, float]) -> cq.Solid:
+    """Cylinders (radius, from, to) one after the other along y."""
+    outline = [(radius, y) for radius, *ends in steps for y in ends]
+    return turned([(0.0, outline[0][1]), *outline, (0.0, outline[-1][1])])
+
+
+def bevelled(radius: float, y: Point, bevel: float, origin: Sequence[float] = (0.0, 0.0, 0.0)) -> cq.Solid:
+    """Cylinder along y about an axis through `origin`, both of its edges bevelled."""
+    a, b = y
+    return turned(
+        [(0.0, a), (radius - bevel, a), (radius, a + bevel), (radius, b - bevel), (radius - bevel, b), (0.0, b)], origin
+    )
+
+
 def hull(circles: Sequence[Circle]) -> list[tuple[Circle, float, float]]:
     """Convex hull of circles as arcs (circle, start angle, end angle), counter-clockwise; lines join them.
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
+from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, one_solid, turned
+from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, turned
 
 EDGE_MM = 0.3
 
@@ -20,11 +21,6 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
     profile += [(r, y1 - EDGE_MM), (r - EDGE_MM, y1), (0.0, y1)]
     seat = bore_y(s.magnet_bore_mm, (0.0, 0.0), (y0 - THROUGH_MM, y0 + s.magnet_depth_mm))
     solid = feature(number, "magnet seat", "hardware.magnet", lambda: cut(turned(profile), [seat]))
-    return Part(
-        number,
-        f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}",
-        one_solid(solid, number),
-        material("stainless-1.4305"),
-        True,
-        (Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush"),),
-    )
+    description = f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}"
+    hole = Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush")
+    return made_part(number, description, solid, material("stainless-1.4305"), [hole])

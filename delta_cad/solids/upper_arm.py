@@ -12,7 +12,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
-from delta_cad.solids.holes import merged
+from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import ORANGE, material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
@@ -26,7 +26,6 @@ from delta_cad.solids.primitive import (
     feature,
     fuse,
     hull_along_y,
-    one_solid,
 )
 
 SHOULDER_SCREW, SECTOR_SCREW = "M3", "M3"
@@ -110,11 +109,5 @@ def make_upper_arm(d: Dimensions) -> Part:
             Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, sector dowels"),
         ]
     solid = feature(number, "bores", "arm_thickness_mm", lambda: cut(shape, tools))
-    return Part(
-        number,
-        f"upper arm, {length:g} mm between axes",
-        one_solid(solid, number),
-        material("aluminium-7075", ORANGE),
-        True,
-        merged(holes),
-    )
+    description = f"upper arm, {length:g} mm between axes"
+    return made_part(number, description, solid, material("aluminium-7075", ORANGE), holes)

@@ -67,7 +67,9 @@ def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineM
     _require_assembled(design, design_file)
     path = masses_file if masses_file is not None else Path("out") / design.name / FILE
     if masses_file is None and not path.exists():
-        raise MassError(f"{path}: is missing; run `python -m delta_cad build --design {design_file}` or give --masses")
+        raise MassError(
+            str(path), "", "", f"is missing; run `python -m delta_cad build --design {design_file}` or give --masses"
+        )
     _require_same_design(path, design)
     drive = drive_torque(design)
     return MachineModel(design, load_masses(path, design.geometry.forearm_length, drive), drive)
@@ -94,4 +96,4 @@ def _require_same_design(path: Path, design: Design) -> None:
         return  # `load_masses` says what is wrong with it
     built_from = data.get("input_sha256") if isinstance(data, dict) else None
     if built_from is not None and built_from != design_hash(design):
-        raise MassError(f"{path}: was built from another design than {design.name}; build it again")
+        raise MassError(str(path), "", "", f"was built from another design than {design.name}; build it again")

@@ -24,14 +24,11 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 AtlasRow = dict[str, Any]
-CONNECT_S = 10
-"""For a scheduler to answer and for its first worker to be there."""
-RETRIES = 2
-"""Further tries of a task that raised; one whose worker died the scheduler gives away three times."""
-LOOK_S = 0.2
-"""Between two looks at Ctrl-C."""
+CONNECT_S = 10  # longest wait for a scheduler to answer and for its first worker to be there
+RETRIES = 2  # further tries of a task that raised; one whose worker died the scheduler gives away three times
+LOOK_S = 0.2  # time between two looks at Ctrl-C
+# One thread in each process: the processes are the parallelism.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""One thread in each process: the processes are the parallelism."""
 
 
 class ClusterError(RuntimeError):
@@ -89,10 +86,10 @@ def collect(
     """Solves sets on a cluster.
 
     Args:
-        client: Of the cluster.
+        client: Client of the cluster.
         sets: What to solve.
         take: Given each row as it arrives, in any order.
-        stop: Asked between; True gives up what is not done.
+        stop: Called between arrivals; True gives up what is not done.
 
     Returns:
         The sets that came to no row for another reason than `stop`, by their index.
@@ -119,7 +116,7 @@ def collect(
 
 
 def _reason(future: Future) -> str:
-    """Why a task came to nothing, in one line."""
+    """Says why a task came to nothing, in one line."""
     if future.status != "error":
         return "the scheduler was lost"
     error = future.exception()
@@ -129,7 +126,7 @@ def _reason(future: Future) -> str:
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Client]:
-    """Processes of this machine, started afresh, one thread each; no page of Dask's own, nothing open to the network.
+    """Starts processes of this machine, one thread each, without Dask's own page and with nothing open to the network.
 
     Args:
         workers: How many.
@@ -176,10 +173,10 @@ def local_cluster(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def given_cluster(address: str) -> Iterator[Client]:
-    """A cluster that is already there; its workers need this package.
+    """Connects to a cluster that is already there; its workers need this package.
 
     Args:
-        address: Of its scheduler, such as "tcp://10.0.0.5:8786".
+        address: Address of its scheduler, such as "tcp://10.0.0.5:8786".
 
     Yields:
         Its client.
@@ -204,13 +201,13 @@ def given_cluster(address: str) -> Iterator[Client]:
 
 
 def key_of(grid: Grid) -> dict[str, Any]:
-    """The key of its checkpoint: what makes an atlas the same atlas."""
+    """Gives the key of an atlas's checkpoint: what makes it the same atlas."""
     return {"atlas": 1, "sha256": grid.sha256, "sets": len(grid.sets)}
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without Dask's own words on stderr: what matters comes back in rows and failures."""
+    """Silences Dask's own messages on stderr: what matters comes back in rows and failures."""
     import distributed  # its import sets the levels
 
     logger = logging.getLogger(distributed.__name__)
@@ -225,5 +222,5 @@ def _quiet() -> Iterator[None]:
 
 
 def workers_here() -> int:
-    """Number of processes that this machine has cores for."""
+    """Counts the processes that this machine has cores for."""
     return len(os.sched_getaffinity(0))

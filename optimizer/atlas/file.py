@@ -36,10 +36,10 @@ class RowFile(Records):
 
 
 def record(grid: Grid, rows: Sequence[AtlasRow]) -> dict[str, Any]:
-    """The atlas as JSON types.
+    """Gathers the atlas as plain data for JSON.
 
     Args:
-        grid: What was asked.
+        grid: The grid.
         rows: One for each set, by their index.
     """
     return {
@@ -52,7 +52,7 @@ def record(grid: Grid, rows: Sequence[AtlasRow]) -> dict[str, Any]:
 
 
 def flat(rows: Sequence[AtlasRow]) -> list[dict[str, Any]]:
-    """Rows as columns: inputs, seed, method, feasible, what contradicts, each step's objective, the last step's design.
+    """Lays rows out as columns: inputs, seed, method, what contradicts, each step's objective, the last step's design.
 
     Args:
         rows: One for each set; what infeasible ones have not is left empty.
@@ -73,13 +73,13 @@ def flat(rows: Sequence[AtlasRow]) -> list[dict[str, Any]]:
 
 
 def objective_column(step: dict[str, Any]) -> str:
-    """Name of the column of a step's objective."""
+    """Names the column of a step's objective."""
     unit = "_mm" if step["objective_name"] == "half_side" else ""
     return f"step_{step['step']}_{step['objective_name']}{unit}"
 
 
 def csv_text(rows: Sequence[AtlasRow]) -> str:
-    """The table as CSV, with a header; columns that only some rows have stand where the first of these has them."""
+    """Writes the table as CSV; columns that only some rows have stand where the first of these has them."""
     table = flat(rows)
     fullest = max(table, key=len)
     columns = list(fullest) + [name for name in dict.fromkeys(n for line in table for n in line) if name not in fullest]

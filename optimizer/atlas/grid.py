@@ -11,7 +11,6 @@ import itertools
 import json
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,20 +21,17 @@ from pydantic import BaseModel
 
 from delta_cad.design import NAME_PATTERN, NAME_RULE
 from delta_cad.design.refusal import short
-from optimizer.problem.requirements import Requirements, RequirementsError, requirements_from_dict
+from optimizer.problem.requirements import Requirements, RequirementsError, read_toml, requirements_from_dict
 from optimizer.search.genetic import GENERATIONS
 from optimizer.synthesis.three_step import METHODS
 
-VALUES_MAX = 1_000
-"""Values of one axis, and seeds."""
-SETS_MAX = 10_000
-"""Sets of one atlas: a night on two cores."""
+VALUES_MAX = 1_000  # values of one axis, and seeds
+SETS_MAX = 10_000  # sets of one atlas: a night on two cores
 POPULATION = (4, 100_000)
 GENERATION = (1, 100_000)
-INTEGER_MAX = 10**15
-"""A TOML integer may have thousands of digits; up to here each is a float too."""
+INTEGER_MAX = 10**15  # a TOML integer may have thousands of digits; up to here each is a float too
 KEYS = ("name", "base", "axes", "method", "seeds", "steps", "population", "generations")
-SPACES = ("linspace", "geomspace")
+SPACINGS = ("linspace", "geomspace")
 TABLES = ("requirements", "bounds_mm", "limits", "step_3")
 
 
@@ -65,10 +61,10 @@ class Set:
         inputs: Field -> value, one for each axis.
         requirements: What a requirements file would hold.
         method: One of `three_step.METHODS`.
-        seed: Of everything random.
+        seed: Seed of everything random.
         steps: Which steps.
-        population: Of the GA; None for the paper's.
-        generations: Of the GA.
+        population: Individuals of the GA; None for the paper's.
+        generations: Generations of the GA.
     """
 
     index: int
@@ -97,9 +93,9 @@ class Grid:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of all that decides the results, in hexadecimal."""
-        told = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
-        text = json.dumps([self.name, [axis.field for axis in self.axes], told], sort_keys=True, allow_nan=False)
+        """SHA-256 of everything that decides the results, in hexadecimal."""
+        decisive = [[s.requirements, s.method, s.seed, s.steps, s.population, s.generations] for s in self.sets]
+        text = json.dumps([self.name, [axis.field for axis in self.axes], decisive], sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
@@ -119,7 +115,7 @@ def load_grid(path: str | Path) -> Grid:
         RequirementsError: The base, or one of the sets, is refused.
     """
     path = Path(path)
-    return grid_from_dict(_toml(path, path.name), path.name, path.parent)
+    return grid_from_dict(read_toml(path, path.name, GridError), path.name, path.parent)
 
 
 def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = Path()) -> Grid:
@@ -156,8 +152,8 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     steps = data.get("steps", [1, 2, 3])
     if not _naturals(steps) or not set(steps) <= {1, 2, 3} or steps != sorted(steps):
         raise GridError(file, "steps", short(steps), "must be a list of 1, 2, 3, each once at most, in order")
-    population = _whole(data, file, "population", None, POPULATION)
-    generations = _whole(data, file, "generations", GENERATIONS, GENERATION)
+    population = _integer(data, file, "population", None, POPULATION)
+    generations = _integer(data, file, "generations", GENERATIONS, GENERATION)
     axes = _axes(data.get("axes"), file)
     count = math.prod(len(axis.values) for axis in axes) * len(seeds)
     if count > SETS_MAX:
@@ -175,22 +171,11 @@ def grid_from_dict(data: Mapping[str, Any], file: str = "grid", folder: Path = P
     return Grid(name, axes, tuple(sets))
 
 
-def _toml(path: Path, file: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise GridError(file, "", "", f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise GridError(file, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
-    except (ValueError, RecursionError) as error:
-        raise GridError(file, "", "", f"is not TOML we can read: {error}") from None
-
-
 def _base(data: Mapping[str, Any], file: str, folder: Path) -> tuple[dict[str, Any], str]:
-    """The base as plain data, and what its error messages start with."""
+    """Reads the base as plain data; with it, what its error messages start with."""
     base = data.get("base")
     if isinstance(base, str):
-        return _toml(folder / base, base), base
+        return read_toml(folder / base, base, GridError), base
     if isinstance(base, Mapping):
         return dict(base), f"{file}: base"
     kind = "is missing; it must be" if "base" not in data else "must be"
@@ -212,13 +197,13 @@ def _axes(data: object, file: str) -> tuple[Axis, ...]:
 
 
 def _fields(data: Mapping[str, Any], path: str) -> list[tuple[str, Any]]:
-    """Dotted field -> what is said of it; a field may be written as one quoted key or as nested tables."""
-    found: list[tuple[str, Any]] = []
+    """Collects the dotted fields and their values; a field may be written as one quoted key or as nested tables."""
+    fields: list[tuple[str, Any]] = []
     for key, value in data.items():
         field = f"{path}.{key}" if path else str(key)
         nested = isinstance(value, Mapping) and "." not in field
-        found += _fields(value, field) if nested else [(field, value)]
-    return found
+        fields += _fields(value, field) if nested else [(field, value)]
+    return fields
 
 
 def _axis(field: str, value: Any, file: str) -> Axis:
@@ -243,8 +228,8 @@ def _axis(field: str, value: Any, file: str) -> Axis:
 
 
 def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
-    """Values of a linspace or geomspace."""
-    kinds = [key for key in spec if key in SPACES]
+    """Computes the values of a linspace or geomspace."""
+    kinds = [key for key in spec if key in SPACINGS]
     if len(spec) != 1 or len(kinds) != 1:
         raise GridError(file, where, short(dict(spec)), "must hold one key, linspace or geomspace")
     kind, numbers = kinds[0], spec[kinds[0]]
@@ -260,7 +245,7 @@ def _spread(spec: Mapping[str, Any], where: str, file: str) -> list[float]:
 
 
 def _placed(base: dict[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """The base with the inputs in their places."""
+    """Puts the inputs in their places in the base."""
     given = copy.deepcopy(base)
     for field, value in inputs.items():
         table, _, name = field.partition(".")
@@ -268,7 +253,7 @@ def _placed(base: dict[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
     return given
 
 
-def _whole(data: Mapping[str, Any], file: str, key: str, default: int | None, allowed: tuple[int, int]) -> int | None:
+def _integer(data: Mapping[str, Any], file: str, key: str, default: int | None, allowed: tuple[int, int]) -> int | None:
     value = data.get(key, default)
     if key in data and (not _natural(value) or not allowed[0] <= value <= allowed[1]):
         raise GridError(file, key, short(value), f"must be a whole number >= {allowed[0]} and <= {allowed[1]:,}")

@@ -1,4 +1,4 @@
-"""The page of an atlas: what was asked, how many sets can be met, and the table."""
+"""The page of an atlas: its grid, how many sets can be met, and the table."""
 
 from __future__ import annotations
 
@@ -10,17 +10,15 @@ from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.file import flat
 from optimizer.atlas.grid import Grid
 
-LINES_MAX = 500
-"""Rows of the table on the page; all are in the CSV."""
-LEFT_OUT = ("method", "conflict_step", "ending", "seconds")
-"""Columns of the CSV that the page spares."""
+LINES_MAX = 500  # rows of the table on the page; all are in the CSV
+LEFT_OUT = ("method", "conflict_step", "ending", "seconds")  # columns of the CSV that the page spares
 
 
 def page(grid: Grid, rows: Sequence[AtlasRow], picture: str | None) -> str:
-    """The atlas as Markdown.
+    """Writes the atlas as Markdown.
 
     Args:
-        grid: What was asked.
+        grid: The grid.
         rows: One for each set, by their index.
         picture: File name of the map; None without one.
     """

@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Torque
 from delta_cad.mechanism.proof.extremes import WorstFigure
+from delta_cad.mechanism.proof.prove import prove
 
-NARROW = 1e-5
-"""First distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof."""
-ROUNDING = 1e-12
-"""Added where a torque is brought from one force to another, in two roundings of 1e-16."""
+NARROW = 1e-5  # first distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof
+ROUNDING = 1e-12  # added where a torque is brought from one force to another, in two roundings of 1e-16
 WIDER = 10.0
+# Most boxes of one try; a bound that needs more is sought farther away, so that a tight certificate is replayed in
+# seconds.
 MOST_BOXES = 20_000
-"""Of one try; a bound that needs more is sought farther away, so that a tight certificate is replayed in seconds."""
-TRIES = 5
-"""The last distance is then 10 % or 0.1 rad."""
+TRIES = 5  # the last distance is then 10 % or 0.1 rad
 Progress = Callable[[int, float], None]
 
 
@@ -27,7 +26,7 @@ class ProvedBound:
     """What is known of the extreme of one figure over the cube.
 
     Attributes:
-        limit: That measures the figure.
+        limit: Limit that measures the figure.
         figure: The figure.
         attained: The extreme found, SI units.
         point: Where it was found, m.
@@ -66,18 +65,18 @@ def bounds(
     )
 
 
-def tightened(asked: Limits, found: tuple[ProvedBound, ...]) -> Limits:
-    """Makes every limit as tight as a bound is proved, wherever that is stricter than what is asked.
+def tightened(limits: Limits, proved_bounds: tuple[ProvedBound, ...]) -> Limits:
+    """Makes every limit as tight as a bound is proved, wherever that is stricter than the limit given.
 
     Args:
-        asked: The limits; what they leave out is added.
-        found: The bounds.
+        limits: The limits given; what they leave out is added.
+        proved_bounds: The bounds.
 
     Returns:
         The limits.
     """
-    tight = asked
-    for one in found:
+    tight = limits
+    for one in proved_bounds:
         if one.proved is None:
             continue
         limit = tight.get(type(one.limit))
@@ -92,8 +91,6 @@ def tightened(asked: Limits, found: tuple[ProvedBound, ...]) -> Limits:
 
 
 def _bound(g: DeltaGeometry, cube: Cube, worst: WorstFigure, progress: Progress | None) -> ProvedBound:
-    from delta_cad.mechanism.proof.prove import prove
-
     limit, figure, value, point = worst
     distance = NARROW
     for _ in range(TRIES):

@@ -20,6 +20,7 @@ from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
+from delta_cad.mechanism.proof.prove import prove
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
@@ -37,7 +38,7 @@ class UnreadableError(CertificateError):
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was asked of every point of a cube, and what came of it.
+    """The limits on every point of a cube, and the verdict on each.
 
     Attributes:
         design: Name of the design.
@@ -66,7 +67,7 @@ class Certificate:
 
     @property
     def verdict(self) -> Verdict:
-        """Refuted if any condition is, else undecided if any is, else proved."""
+        """The verdict on all conditions: refuted if any is, else undecided if any is, else proved."""
         verdicts = {finding.verdict for finding in self.findings}
         if "refuted" in verdicts:
             return "refuted"
@@ -131,18 +132,16 @@ def certify(
         GravityError: Gravity takes all the torque.
         GeometryError: The tolerance is negative or too large.
     """
-    from delta_cad.mechanism.proof.prove import prove
-
     geometry, cube = design.geometry, cube_of(design)
-    asked = asked_of(design, gravity) if limits is None else limits
-    proof = prove(geometry, cube, asked, tolerance=tolerance, max_boxes=max_boxes, progress=progress)
+    conditions = limits_of(design, gravity) if limits is None else limits
+    proof = prove(geometry, cube, conditions, tolerance=tolerance, max_boxes=max_boxes, progress=progress)
     complete = any(finding.verdict == "proved" for finding in proof.findings)
     return Certificate(
         design=design.name,
         design_hash=design_hash(design),
         geometry=geometry,
         cube=cube,
-        limits=asked,
+        limits=conditions,
         findings=proof.findings,
         leaves=proof.leaves if complete else proof.leaves[:0],
         boxes=proof.boxes,
@@ -151,8 +150,8 @@ def certify(
     )
 
 
-def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
-    """The limits of a design's requirements, less the room that gravity needs, angles rounded to the strict side.
+def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInertia | None = None) -> Limits:
+    """Gathers the limits of a design's requirements, less the room for gravity, angles rounded to the strict side.
 
     Args:
         design: The design.
@@ -171,7 +170,7 @@ def asked_of(design: Design, gravity: GravityShare | None, inertia: HandleInerti
 
 
 def cube_of(design: Design) -> Cube:
-    """The design's cube in metres."""
+    """Gives the design's cube in metres."""
     return Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
 
 
@@ -217,8 +216,8 @@ def _same_design(c: Certificate, design: Design) -> None:
     if c.design != design.name:
         raise CertificateError(f'it is about a design called "{c.design}", not "{design.name}"')
     if c.design_hash != design_hash(design):
-        found = design_hash(design)
-        raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {found[:12]}")
+        own = design_hash(design)
+        raise CertificateError(f"it is about the design of hash {c.design_hash[:12]}, not {own[:12]}")
     r, share = design.requirements, c.gravity
     if share is not None and (share.force, share.torque) != (r.force_N, r.joint_torque_N_m):
         raise CertificateError("torque: gravity is taken off another force or torque than the design's")
@@ -228,7 +227,7 @@ def _same_design(c: Certificate, design: Design) -> None:
     if mass is None and r.effective_mass_max_kg is not None:
         lax = EffectiveMass.name
     else:  # with the masses that the certificate is about; `verify` compares them with those of a build
-        lax = c.limits.laxer(asked_of(design, share, None if mass is None else mass.inertia))
+        lax = c.limits.laxer(limits_of(design, share, None if mass is None else mass.inertia))
     if lax is not None:
         raise CertificateError(f'{lax}: design "{design.name}" asks for more than the certificate is about')
 
@@ -264,7 +263,7 @@ def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress
 
 
 def _boxes(cube: Cube, cells: list[Cell]) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) lower and upper corners in doubles, rounded outwards from the exact ones of the half y >= 0."""
+    """Computes (n, 3) lower and upper corners in doubles, rounded outwards from the exact ones of the half y >= 0."""
     low, high = cube.lower.tolist(), cube.upper.tolist()
     bottom = [Fraction(low[0]), Fraction(0), Fraction(low[2])]
     top = [Fraction(x) for x in high]

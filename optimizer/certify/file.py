@@ -29,53 +29,53 @@ STATEMENT = (
     "mirror image. Where gravity is not null, force and torque of the limits are those asked, less room for the weight "
     "of all that moves: with J the Jacobian's column of a joint, weight |J| + reserve bounds what gravity asks of it."
 )
+# Added to the statement where there is a tolerance.
 WITHIN = (
     " All of this is for every machine whose lengths and offsets lie within tolerance_m of the drawn ones: of each "
     "chain by itself L_A, L_B, R, r, and where shoulder and wrist sit along the shoulder axis and along z. What is "
     "refuted is refuted of the drawn machine."
 )
-"""Added to the statement where there is a tolerance."""
+# A replay takes some 0.2 ms a leaf: a minute for these. The committed design's certificate has 3,040.
 MOST_LEAVES = 250_000
-"""A replay takes some 0.2 ms a leaf: a minute for these. The committed design's certificate has 3,040."""
 _Number = Annotated[float, Field(strict=True)]  # neither text nor true
 _Point = tuple[_Number, _Number, _Number]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _Index = Annotated[int, Field(ge=0, lt=2**60, strict=True)]  # as fine as `check_tiling` looks; fits 64 bits
 
 
-class _Record(BaseModel):
+class _FileSection(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class _Geometry(_Record):
-    base_radius_m: _Number
-    platform_radius_m: _Number
-    upper_arm_length_m: _Number
-    forearm_length_m: _Number
+class _Geometry(_FileSection):
+    base_radius: _Number = Field(alias="base_radius_m")
+    platform_radius: _Number = Field(alias="platform_radius_m")
+    upper_arm_length: _Number = Field(alias="upper_arm_length_m")
+    forearm_length: _Number = Field(alias="forearm_length_m")
 
 
-class _Cube(_Record):
+class _Cube(_FileSection):
     bottom_height_m: _Number
     half_side_m: _Number
     top_height_m: _Number
 
 
-class _Masses(_Record):
-    acceleration_m_s2: _Point
-    carried_mass_kg: _Number
-    arm_moment_kg_m: _Number
-    file_sha256: _Sha256
+class _Masses(_FileSection):
+    acceleration: _Point = Field(alias="acceleration_m_s2")
+    carried_mass: _Number = Field(alias="carried_mass_kg")
+    arm_moment: _Number = Field(alias="arm_moment_kg_m")
+    sha256: _Sha256 = Field(alias="file_sha256")
 
 
-class _Gravity(_Record):
-    force_N: _Number
-    joint_torque_N_m: _Number
-    weight_N: _Number
-    reserve_N_m: _Number
+class _Gravity(_FileSection):
+    force: _Number = Field(alias="force_N")
+    torque: _Number = Field(alias="joint_torque_N_m")
+    weight: _Number = Field(alias="weight_N")
+    reserve: _Number = Field(alias="reserve_N_m")
     masses: _Masses | None
 
 
-class _Finding(_Record):
+class _Finding(_FileSection):
     condition: str
     verdict: Verdict
     limit: _Number | tuple[_Number, ...]
@@ -84,7 +84,7 @@ class _Finding(_Record):
     box_m: tuple[_Point, _Point] | None = None
 
 
-class _File(_Record):
+class _File(_FileSection):
     schema_id: Literal["delta-certificate/1"] = Field(alias="schema")
     statement: str
     verdict: Verdict
@@ -102,8 +102,9 @@ class _File(_Record):
 
 
 def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
-    """The certificate as plain data, with the digest of all the rest."""
-    g, cube, limits = certificate.geometry, certificate.cube, certificate.limits
+    """Gathers the certificate as plain data, with the digest of everything else."""
+    cube, share = certificate.cube, certificate.gravity
+    masses = None if share is None or share.masses is None else _named(_Masses, share.masses)
     findings = []
     for f in certificate.findings:
         known = {"condition": f.condition, "verdict": f.verdict, "limit": f.limit, "point_m": f.point, "box_m": f.box}
@@ -115,19 +116,14 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
         "verdict": certificate.verdict,
         "design": certificate.design,
         "design_hash": certificate.design_hash,
-        "geometry": {
-            "base_radius_m": g.base_radius,
-            "platform_radius_m": g.platform_radius,
-            "upper_arm_length_m": g.upper_arm_length,
-            "forearm_length_m": g.forearm_length,
-        },
+        "geometry": _named(_Geometry, certificate.geometry),
         "cube": {
             "bottom_height_m": cube.bottom_height,
             "half_side_m": cube.half_side,
             "top_height_m": float(cube.upper[2]),
         },
-        "limits": limits.record(),
-        "gravity": None if certificate.gravity is None else _gravity_to_dict(certificate.gravity),
+        "limits": certificate.limits.record(),
+        "gravity": None if share is None else _named(_Gravity, share) | {"masses": masses},
         "findings": findings,
         "boxes": _boxes_of(len(certificate.leaves)),
         "leaves": certificate.leaves.tolist(),
@@ -138,51 +134,29 @@ def certificate_to_dict(certificate: Certificate) -> dict[str, Any]:
 
 
 def _statement(tolerance: float) -> str:
-    """What a certificate says."""
+    """Gives the words for what a certificate says."""
     return STATEMENT + WITHIN if tolerance > 0.0 else STATEMENT
 
 
 def _boxes_of(leaves: int) -> int:
-    """Boxes that halving makes on the way to some leaves: those themselves and each whole that was halved."""
+    """Counts the boxes that halving makes on the way to some leaves: those and each whole that was halved."""
     return max(2 * leaves - 1, 0)
 
 
-def _gravity_to_dict(share: GravityShare) -> dict[str, Any]:
-    m = share.masses
-    masses = None
-    if m is not None:
-        masses = {
-            "acceleration_m_s2": m.acceleration,
-            "carried_mass_kg": m.carried_mass,
-            "arm_moment_kg_m": m.arm_moment,
-            "file_sha256": m.sha256,
-        }
-    return {
-        "force_N": share.force,
-        "joint_torque_N_m": share.torque,
-        "weight_N": share.weight,
-        "reserve_N_m": share.reserve,
-        "masses": masses,
-    }
-
-
-def _gravity(read: _Gravity) -> GravityShare:
-    m = read.masses
-    masses = None
-    if m is not None:
-        masses = WeighedMasses(m.acceleration_m_s2, m.carried_mass_kg, m.arm_moment_kg_m, m.file_sha256)
-    return GravityShare(read.force_N, read.joint_torque_N_m, read.weight_N, read.reserve_N_m, masses)
+def _named(kind: type[_FileSection], record: object) -> dict[str, Any]:
+    """Gives the numbers of a record under the names that they have in the file."""
+    return {field.alias or name: getattr(record, name) for name, field in kind.model_fields.items()}
 
 
 def _digest(data: dict[str, Any]) -> str:
-    """SHA-256 of the canonical JSON of all but the digest itself."""
+    """Computes the SHA-256 of the canonical JSON of all but the digest itself."""
     rest = {key: value for key, value in data.items() if key != "digest"}
     text = json.dumps(rest, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def certificate_from_dict(data: object, file: str = "certificate") -> Certificate:
-    """The certificate from plain data; it still has to be verified.
+    """Makes a certificate from plain data; it still has to be verified.
 
     Args:
         data: What the JSON file holds.
@@ -222,12 +196,12 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
 
 
 def _printable(part: str | int) -> str:
-    """A key of a file, so that none can move a terminal's cursor or break the line."""
+    """Escapes a key of a file, so that none can move a terminal's cursor or break the line."""
     return str(part) if isinstance(part, int) or part.isidentifier() else ascii(part)
 
 
 def _limits(data: dict[str, Any]) -> Limits:
-    """The limits; every key is a known one."""
+    """Reads the limits; every key must be a known one."""
     known = Limits.keys()
     for key in data:
         if key not in known:
@@ -239,8 +213,9 @@ def _limits(data: dict[str, Any]) -> Limits:
 
 
 def _certificate(read: _File, limits: Limits) -> Certificate:
-    g, cube, tolerance = read.geometry, read.cube, read.tolerance_m or 0.0
-    geometry = DeltaGeometry(g.base_radius_m, g.platform_radius_m, g.upper_arm_length_m, g.forearm_length_m)
+    share, cube, tolerance = read.gravity, read.cube, read.tolerance_m or 0.0
+    masses = None if share is None or share.masses is None else WeighedMasses(**dict(share.masses))
+    geometry = DeltaGeometry(**dict(read.geometry))
     require_tolerance(geometry, tolerance)
     order = {limit.name: n for n, limit in enumerate(POSE_LIMITS)}
     unknown = [f.condition for f in read.findings if f.condition not in order]
@@ -258,7 +233,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         ),
         leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
         boxes=read.boxes,
-        gravity=None if read.gravity is None else _gravity(read.gravity),
+        gravity=None if share is None else GravityShare(share.force, share.torque, share.weight, share.reserve, masses),
         tolerance=tolerance,
     )
 

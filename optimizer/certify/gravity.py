@@ -32,21 +32,19 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.json_file import JsonError, parse_json, read_bounded
+from delta_cad.drive.masses import MassError, mass_and_centre, numbers_of, read_mass_properties
 from delta_cad.mechanism.limits import Limits, Torque
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
 
-SCHEMA = "delta-mass-properties/1"
 CHAINS = range(3)
 RODS = tuple(f"rod_{i}_{j}" for i in CHAINS for j in range(2))
 NEEDED = ("platform", *(f"upper_arm_{i}" for i in CHAINS), *RODS)
 KNOWN = ("base", *NEEDED, *(f"pinion_{i}" for i in CHAINS))
-UPWARDS = 1.0 + 2.0**-40
-"""Lifts a sum of some twenty products over its own rounding, 2^-47 of it at most."""
+UPWARDS = 1.0 + 2.0**-40  # lifts a sum of some twenty products over its own rounding, 2^-47 of it at most
+# Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding.
 HOME_MM = 1e-6
-"""Agreement of the file's home position with the cube's centre: a sum of two lengths in mm, 1e-13 of rounding."""
 
 
 class GravityError(ValueError):
@@ -61,7 +59,7 @@ class WeighedMasses:
         acceleration: (3) gravity in the base frame, m/s^2.
         carried_mass: M, kg.
         arm_moment: S, kg m.
-        sha256: Of the file that they come from.
+        sha256: SHA-256 of the file that they come from.
     """
 
     acceleration: tuple[float, float, float]
@@ -75,7 +73,7 @@ class GravityShare:
     """What is taken off for gravity.
 
     Attributes:
-        force: Force asked at the handle, N.
+        force: Force required at the handle, N.
         torque: Torque of each joint, N m.
         weight: Added to the force for what the wrist carries, N.
         reserve: Taken off the torque for the arms, or for all of gravity, N m.
@@ -89,7 +87,7 @@ class GravityShare:
     masses: WeighedMasses | None = None
 
     def limits(self, limits: Limits) -> Limits:
-        """The conditions, the torque's replaced by the one that leaves room for gravity, rounded to its strict side.
+        """Replaces the torque condition by one that leaves room for gravity, rounded to its strict side.
 
         Raises:
             GravityError: Nothing of the torque is left.
@@ -101,43 +99,27 @@ class GravityShare:
             )
         return limits.with_(Torque(math.nextafter(self.force + self.weight, math.inf), left))
 
-    def less_than(self, reserve: float) -> str | None:
-        """What is wrong if less is left for gravity than a torque given by hand.
-
-        Args:
-            reserve: Torque of each joint that should be left, N m.
-
-        Returns:
-            The fault in words, or None.
-        """
-        if self.masses is not None:
-            return "gravity's share comes from a mass file: compare it with that"
-        if self.reserve < reserve:
-            return f"only {self.reserve:.9g} N m are left for gravity, not {reserve:.9g} N m"
-        return None
-
     def fault(self, limits: Limits) -> str | None:
-        """What is wrong if these conditions do not leave the room for gravity that they should, in exact fractions.
+        """Checks in exact fractions that these conditions leave the room for gravity that they should.
 
         Args:
             limits: The conditions of a certificate.
 
         Returns:
-            The fault in words, or None.
+            The fault, or None.
         """
-        asked = limits.get(Torque)
-        if asked is None:
+        condition = limits.get(Torque)
+        if condition is None:
             return "gravity is taken off, but no torque is asked"
         numbers = (self.force, self.torque, self.weight, self.reserve)
         if not all(math.isfinite(x) and x >= 0.0 for x in numbers):
             return "gravity's share holds a number that is negative or not finite"
         force, torque, weight, reserve = (Fraction(x) for x in numbers)
-        if Fraction(asked.force) < force + weight:
-            return (
-                f"the force of {asked.force:.9g} N is less than {self.force:g} N and the weight of {self.weight:.9g} N"
-            )
-        if Fraction(asked.torque_max) > torque - reserve:
-            return f"the torque of {asked.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
+        if Fraction(condition.force) < force + weight:
+            needed = f"{self.force:g} N and the weight of {self.weight:.9g} N"
+            return f"the force of {condition.force:.9g} N is less than {needed}"
+        if Fraction(condition.torque_max) > torque - reserve:
+            return f"the torque of {condition.torque_max:.9g} N m is more than gravity's {self.reserve:.9g} N m leave"
         if self.masses is None:
             return None
         m = self.masses
@@ -152,7 +134,7 @@ class GravityShare:
 
 
 def given_share(design: Design, reserve: float) -> GravityShare:
-    """A reserve that somebody answers for.
+    """Makes the share of a reserve given by hand.
 
     Args:
         design: The design.
@@ -172,11 +154,11 @@ def given_share(design: Design, reserve: float) -> GravityShare:
 
 
 def share_of_masses(design: Design, masses: WeighedMasses) -> GravityShare:
-    """The share that the masses of a machine ask, module docstring.
+    """Computes the share that the masses of a machine ask for, as the module's docstring derives it.
 
     Args:
         design: The design.
-        masses: Of its machine.
+        masses: Masses of its machine.
 
     Returns:
         The share, rounded up.
@@ -202,64 +184,39 @@ def read_masses(path: Path, design: Design, tolerance: float = 0.0) -> WeighedMa
         GravityError: Unreadable, not mass properties, of another design, or with bodies that the bound does not know.
     """
     try:
-        content = read_bounded(path)
-        data = parse_json(content, path.name)
-    except JsonError as error:
+        data, content = read_mass_properties(path)
+        home, centre = data.get("home_mm"), [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
+        here = numbers_of(home, (3,))
+        if here is None or (abs(here - centre) > HOME_MM).any():
+            raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
+        bodies = data.get("bodies")
+        if not isinstance(bodies, dict):
+            raise GravityError(f"{path.name}: bodies: is missing")
+        carried, moment = _sums(path.name, bodies, design, tolerance)
+    except MassError as error:
         raise GravityError(str(error)) from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise GravityError(f'{path.name}: schema: must be "{SCHEMA}"')
-    cube = design.cube
-    home, centre = data.get("home_mm"), [0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]
-    if not _vector(home) or any(abs(a - b) > HOME_MM for a, b in zip(list(home or ()), centre, strict=True)):
-        raise GravityError(f"{path.name}: home_mm = {home}: is not the centre {centre} mm of this design's cube")
-    bodies = data.get("bodies")
-    if not isinstance(bodies, dict):
-        raise GravityError(f"{path.name}: bodies: is missing")
-    carried, moment = _sums(path.name, bodies, design, tolerance)
     return WeighedMasses(design.requirements.gravity_m_s2, carried, moment, hashlib.sha256(content).hexdigest())
 
 
 def _sums(file: str, bodies: Mapping[str, Any], design: Design, tolerance: float) -> tuple[float, float]:
-    """M and S, rounded up."""
+    """Sums M and S, rounded up."""
     unknown = [name for name in bodies if name not in KNOWN]
     if unknown:
         raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")
-    found = {name: _body(file, name, bodies.get(name)) for name in KNOWN if name in bodies or name in NEEDED}
+    masses = {name: mass_and_centre(bodies, name, file) for name in KNOWN if name in bodies or name in NEEDED}
     shortest, longest = design.geometry.forearm_length - tolerance, design.geometry.forearm_length + tolerance
     arm = design.geometry.upper_arm_length + tolerance
     ratio = design.hardware.capstan_ratio if design.hardware.drive == "capstan" else 1.0
-    carried, moments = found["platform"][0], []
+    carried, moments = masses["platform"][0], []
     for i in CHAINS:
         elbow, beside = 0.0, 0.0
         for name in RODS[2 * i : 2 * i + 2]:
-            mass, (x, y, z) = found[name]
+            mass, (x, y, z) = masses[name]
             off = math.hypot(y, z) / shortest
             carried += mass * (abs(x) / shortest + off)
             elbow += mass * (max(abs(1.0 - x / shortest), abs(1.0 - x / longest)) + off)
         for name, turns in ((f"upper_arm_{i}", 1.0), (f"pinion_{i}", ratio)):
-            mass, (x, _, z) = found.get(name, (0.0, (0.0, 0.0, 0.0)))
+            mass, (x, _, z) = masses.get(name, (0.0, (0.0, 0.0, 0.0)))
             beside += turns * mass * math.hypot(x, z)
         moments.append(elbow * arm + beside)
-    return carried * UPWARDS, max(moments) * UPWARDS
-
-
-def _body(file: str, name: str, data: object) -> tuple[float, tuple[float, float, float]]:
-    """Mass in kg and centre in the link's frame in m: x along the link, y along the joint's axis."""
-    if not isinstance(data, dict):
-        raise GravityError(f"{file}: bodies.{name}: is missing")
-    mass, centre = data.get("mass_kg"), data.get("centre_m")
-    if isinstance(mass, bool) or not isinstance(mass, int | float) or not 0.0 <= mass < math.inf:
-        raise GravityError(f"{file}: bodies.{name}.mass_kg = {mass}: must be a number >= 0 kg")
-    if not _vector(centre):
-        raise GravityError(f"{file}: bodies.{name}.centre_m = {centre}: must be a list of 3 numbers, m")
-    x, y, z = (float(v) for v in centre)  # type: ignore[union-attr]
-    return float(mass), (x, y, z)
-
-
-def _vector(value: object) -> bool:
-    """Whether it is a list of three finite numbers."""
-    return (
-        isinstance(value, list)
-        and len(value) == 3
-        and all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value)
-    )
+    return float(carried * UPWARDS), float(max(moments) * UPWARDS)

@@ -12,10 +12,8 @@ from delta_cad.mechanism.enclosure.interval import exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.limits import PoseLimit
 
-BATCH = 1_000
-"""Boxes at a time: small enough to stay in the processor's cache."""
-FINEST = 45
-"""Halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were."""
+BATCH = 1_000  # boxes at a time: small enough to stay in the processor's cache
+FINEST = 45  # halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were
 
 
 def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:
@@ -37,7 +35,7 @@ class Unproved:
     """A box in which a condition could not be proved a second time.
 
     Attributes:
-        condition: Its name.
+        condition: Name of the condition.
         lower: Lower corner, m.
         upper: Upper corner, m.
     """
@@ -100,7 +98,7 @@ def replay(
 
 
 def _halved(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both halves of boxes, (2 n, 3) lower and upper corners: first all near ones, then all far ones."""
+    """Halves boxes into (2 n, 3) lower and upper corners: first all near ones, then all far ones."""
     rows, axis = np.arange(len(lower)), np.argmax(upper - lower, axis=1)
     middle = 0.5 * (lower[rows, axis] + upper[rows, axis])
     near, far = upper.copy(), lower.copy()

@@ -1,4 +1,4 @@
-"""What `certify` tells: one row a figure with its limit, its proved bound, its extreme and the room between them."""
+"""The report of `certify`: one row a figure with its limit, its proved bound, its extreme and the room between them."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Row:
-    """One figure over the cube, in the unit that it is told in.
+    """One figure over the cube, in the unit that people read.
 
     Attributes:
-        condition: That it belongs to.
-        figure: Its name in words.
-        unit: Of all its numbers; "" for none.
+        condition: The condition that it belongs to.
+        figure: Name of the figure.
+        unit: Unit of all its numbers; "" for none.
         upper: Whether the limit is an upper one.
         sense: Sign of its inequality.
-        verdict: Of the condition; "not asked" if there is no limit.
+        verdict: Verdict on the condition; "not asked" if there is no limit.
         limit: What is allowed; None if nothing is.
         proved: No point of the cube is beyond this; None where nothing was proved.
         attained: The extreme found; None where a chain is open, or it is infinite.
-        at_mm: Where.
+        at_mm: Position of that extreme.
         point_mm: Point that breaks the limit for certain.
         value: The figure there.
         box_mm: Box in which the condition was not decided.
@@ -74,7 +74,7 @@ class Row:
         return room if self.upper else -room
 
     def record(self) -> dict[str, Any]:
-        """As plain data for JSON."""
+        """Gathers the row as plain data for JSON."""
         fields = ("condition", "figure", "unit", "verdict", "limit", "proved", "attained", "at_mm", "point_mm", "value")
         return {name: getattr(self, name) for name in (*fields, "box_mm")} | {
             "limit_is": "at most" if self.upper else "at least",
@@ -82,18 +82,18 @@ class Row:
         }
 
 
-def report_rows(c: Certificate, found: tuple[ProvedBound, ...]) -> list[Row]:
+def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[Row]:
     """Makes the rows of a certificate.
 
     Args:
         c: The certificate, about what the requirements ask.
-        found: The bounds proved beside it, for the force without gravity's share; none where a chain is open.
+        proved_bounds: The bounds proved beside it, for the force without gravity's share; none where a chain is open.
 
     Returns:
-        One for each figure, those that are not asked too, unless nothing is known of them.
+        One for each figure, those without a limit too, unless nothing is known of them.
     """
     findings = {f.condition: f for f in c.findings}
-    known = {one.figure.name: one for one in found}
+    known = {one.figure.name: one for one in proved_bounds}
     rows = []
     for kind in POSE_LIMITS:
         limit, finding = c.limits.get(kind), findings.get(kind.name)
@@ -112,12 +112,12 @@ def _row(
     finding: Finding | None,
     bound: ProvedBound | None,
 ) -> Row:
-    words, scale, added = figure.words, figure.scale, 0.0
+    name, scale, added = figure.words, figure.scale, 0.0
     allowed = None if limit is None else limit.bound(figure) * scale
     if kind is Torque:
-        words = "torque, no gravity"
-        if c.gravity is not None:  # told as force and gravity together, against the whole torque
-            words = "torque with gravity"
+        name = "torque, no gravity"
+        if c.gravity is not None:  # force and gravity together, against the whole torque
+            name = "torque with gravity"
             allowed, scale, added = c.gravity.torque, 1.0 + c.gravity.weight / c.gravity.force, c.gravity.reserve
     proved = None if bound is None or bound.proved is None else bound.proved * scale + added
     verdict = "not asked" if finding is None or allowed is None else finding.verdict
@@ -127,7 +127,7 @@ def _row(
         proved = figure.stricter(proved, allowed)
     return Row(
         kind.name,
-        words,
+        name,
         figure.unit,
         figure.upper,
         figure.sense,
@@ -150,7 +150,7 @@ def _value(
     scale: float,
     added: float,
 ) -> float | None:
-    """The figure at the point that breaks the limit; of a pair of figures, the one that is broken."""
+    """Computes the figure at the point that breaks the limit; of a pair of figures, the one that is broken."""
     if finding is None or finding.point is None or limit is None:
         return None
     if isinstance(limit, Reach) and (finding.value is None or not math.isfinite(finding.value)):
@@ -168,18 +168,18 @@ def _mm(p: Point) -> Point:
 
 
 def rounded(value: float, upwards: bool) -> str:
-    """A bound in `DIGITS` digits, rounded to the side on which it still is true."""
+    """Writes a bound in `DIGITS` digits, rounded to the side on which it still is true."""
     context = Context(prec=DIGITS, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
     return f"{float(context.create_decimal(Decimal(repr(float(value))))):.{DIGITS}g}"
 
 
 def place(p: Point) -> str:
-    """A position in mm."""
+    """Writes a position in mm."""
     return "(" + ", ".join(f"{x + 0.0:.3f}".replace("-0.000", "0.000") for x in p) + ") mm"
 
 
 def shortfall(row: Row) -> str:
-    """One sentence for a condition that was not proved: by how much and where."""
+    """Says of a condition that was not proved by how much it fails, and where."""
     unit = f" {row.unit}" if row.unit else ""
     if row.verdict == "undecided":
         where = "" if row.box_mm is None else f" in the box {place(row.box_mm[0])} to {place(row.box_mm[1])}"
@@ -198,12 +198,12 @@ def shortfall(row: Row) -> str:
 
 
 def broken(rows: list[Row]) -> list[Row]:
-    """The rows that keep a certificate from proving its design."""
+    """Selects the rows that keep a certificate from proving its design."""
     return [row for row in rows if row.verdict in ("refuted", "undecided")]
 
 
 def table(rows: list[Row]) -> str:
-    """The rows as aligned text."""
+    """Lays the rows out as aligned text."""
     head = ("figure", "verdict", "limit", "proved", "extreme found", "at x, y, z", "room")
     lines = [head, *(_cells(row) for row in rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
@@ -217,14 +217,14 @@ def _cells(row: Row) -> tuple[str, ...]:
     limit = "" if row.limit is None else f"{row.sense} {row.limit:.{DIGITS}g}{unit}"
     proved = "" if row.proved is None else f"{row.sense} {rounded(row.proved, row.upper)}{unit}"
     worst = row.worst
-    found = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
+    extreme = "" if worst is None else f"{worst[0]:.{DIGITS}g}{unit}"
     at = "" if worst is None else place(worst[1])
     room = "" if row.room is None else f"{row.room:.3g}{unit}"
-    return row.figure, row.verdict, limit, proved, found, at, room
+    return row.figure, row.verdict, limit, proved, extreme, at, room
 
 
-def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
-    """What was taken off for gravity, and what it comes to."""
+def gravity_sentence(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> str:
+    """Says what was taken off for gravity, and what it comes to."""
     share = c.gravity
     if share is None:
         return (
@@ -239,40 +239,40 @@ def gravity_words(c: Certificate, found: tuple[ProvedBound, ...]) -> str:
         f"{share.weight:.4g} N more than the {share.force:g} N in the worst direction; upper arms, elbows and pinions "
         f"take {share.reserve:.4g} N m"
     )
-    most = gravity_most(c, found)
+    most = _gravity_most(c, proved_bounds)
     return text if most is None else f"{text}; gravity alone is at most {rounded(most, True)} N m (proved)"
 
 
-def gravity_most(c: Certificate, found: tuple[ProvedBound, ...]) -> float | None:
-    """Bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
+def _gravity_most(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> float | None:
+    """Computes a bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
     share = c.gravity
     if share is None:
         return None
     if share.masses is None:
         return share.reserve
-    torque = next((one.proved for one in found if isinstance(one.limit, Torque)), None)
+    torque = next((one.proved for one in proved_bounds if isinstance(one.limit, Torque)), None)
     return None if torque is None else torque / share.force * share.weight * (1.0 + 1e-12) + share.reserve
 
 
 def mm(length: float) -> str:
-    """A length given in metres, in mm."""
+    """Writes a length given in metres in mm."""
     return f"{length * MM:.{DIGITS}g}"
 
 
-def tolerance_words(c: Certificate, found: LargestTolerance) -> str:
-    """Within what tolerance a certificate's limits are proved, what ends it, and what more of it would need."""
+def tolerance_sentence(c: Certificate, largest: LargestTolerance) -> str:
+    """Says within what tolerance the limits are proved, what ends it, and what more of it would need."""
     parts = []
     if c.tolerance > 0.0:
         parts.append(f"within {mm(c.tolerance)} mm of every length and offset the limits are {_proved(c)}")
-    if found.tolerance == 0.0:
-        parts.append(f"no tolerance is proved: {' and '.join(found.first)} leave no room for any")
-    elif found.first:
-        parts.append(f"the largest tolerance proved is {mm(found.tolerance)} mm, {' and '.join(found.first)} first")
+    if largest.tolerance == 0.0:
+        parts.append(f"no tolerance is proved: {' and '.join(largest.first)} leave no room for any")
+    elif largest.first:
+        parts.append(f"the largest tolerance proved is {mm(largest.tolerance)} mm, {' and '.join(largest.first)} first")
     else:
-        parts.append(f"{mm(found.tolerance)} mm, the largest tolerance that can be asked, is proved")
-    if found.needs:
-        needs = ", ".join(_need(need) for need in found.needs)
-        parts.append(f"{mm(found.asked)} mm would need {needs}")
+        parts.append(f"{mm(largest.tolerance)} mm, the largest tolerance that can be asked, is proved")
+    if largest.needs:
+        needs = ", ".join(_need(need) for need in largest.needs)
+        parts.append(f"{mm(largest.asked)} mm would need {needs}")
     return "; ".join(parts)
 
 
@@ -289,16 +289,16 @@ def _need(need: Need) -> str:
     return f"{f.words} {f.sense} {rounded(need.bound * f.scale, f.upper)}{unit}"
 
 
-def tolerance_facts(c: Certificate, found: LargestTolerance | None) -> dict[str, Any] | None:
-    """The same as plain data for JSON; None where no tolerance was asked."""
-    if found is None:
+def tolerance_facts(c: Certificate, largest: LargestTolerance | None) -> dict[str, Any] | None:
+    """Gathers the same as plain data for JSON; None where no tolerance was asked."""
+    if largest is None:
         return None
     return {
         "certified_mm": c.tolerance * MM,
         "proved": c.verdict == "proved",
-        "largest_mm": found.tolerance * MM,
-        "first_to_break": list(found.first),
-        "needs_for_mm": found.asked * MM,
+        "largest_mm": largest.tolerance * MM,
+        "first_to_break": list(largest.first),
+        "needs_for_mm": largest.asked * MM,
         "needs": [
             {
                 "condition": need.condition,
@@ -306,13 +306,13 @@ def tolerance_facts(c: Certificate, found: LargestTolerance | None) -> dict[str,
                 "unit": need.figure.unit,
                 "limit": None if need.bound is None else need.bound * need.figure.scale,
             }
-            for need in found.needs
+            for need in largest.needs
         ],
     }
 
 
-def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> dict[str, Any]:
-    """The same as plain data for JSON."""
+def facts(c: Certificate, rows: list[Row], proved_bounds: tuple[ProvedBound, ...]) -> dict[str, Any]:
+    """Gathers the report as plain data for JSON."""
     share = c.gravity
     masses = None if share is None else share.masses
     source = None if share is None else "given" if masses is None else "mass properties"
@@ -329,7 +329,7 @@ def facts(c: Certificate, rows: list[Row], found: tuple[ProvedBound, ...]) -> di
             "carried_mass_kg": None if masses is None else masses.carried_mass,
             "arm_moment_kg_m": None if masses is None else masses.arm_moment,
             "mass_properties_sha256": None if masses is None else masses.sha256,
-            "torque_max_N_m": gravity_most(c, found),
+            "torque_max_N_m": _gravity_most(c, proved_bounds),
         },
         "boxes": c.boxes,
         "leaves": len(c.leaves),

@@ -1,14 +1,12 @@
-"""Whether boxes tile a block exactly: integers only, no rounding."""
+"""Decides whether boxes tile a block exactly, in integers alone."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
 
-FINEST = 60
-"""Halvings of an edge beyond which no box is looked at; a double's own resolution is coarser."""
-Cell = tuple[int, int, int, int, int, int]
-"""kx, ix, ky, iy, kz, iz: the box [i, i + 1] / 2^k of each edge of the block."""
+FINEST = 60  # halvings of an edge beyond which no box is looked at; a double's own resolution is coarser
+Cell = tuple[int, int, int, int, int, int]  # kx, ix, ky, iy, kz, iz: the box [i, i + 1] / 2^k of each edge of the block
 
 
 class TilingError(ValueError):
@@ -16,7 +14,7 @@ class TilingError(ValueError):
 
 
 def check_tiling(cells: Sequence[Cell]) -> None:
-    """Holds that every point of the block lies in a box, and no part of it in two.
+    """Checks that every point of the block lies in a box, and no part of it in two.
 
     The volumes are summed; then the block is halved again and again between the boxes until each part is one box. A box
     is never cut, so a part that is a box and holds others as well shows an overlap, and an empty one a hole.
@@ -63,7 +61,7 @@ def check_tiling(cells: Sequence[Cell]) -> None:
 def corners(
     cell: Cell, lower: Sequence[Fraction], upper: Sequence[Fraction]
 ) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
-    """Exact corners of a box.
+    """Computes the exact corners of a box.
 
     Args:
         cell: The box.

@@ -12,20 +12,14 @@ from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.geometry import largest_tolerance as most_of
 from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Reach
 
-USUAL = 0.05 / MM_PER_M
-"""What milled parts and bonded rods keep without effort, m; told where less is proved."""
-CLOSE = 1.01
-"""The largest is found to 1 %."""
-LEAST = 1e-9 / MM_PER_M
-"""A millionth of a micrometre: below it roundings rule."""
-DIGITS = 4
-"""Of a tolerance in mm, so that the one told is the one proved."""
-MOST_BOXES = 200_000
-"""Of one try; a second or two."""
+USUAL = 0.05 / MM_PER_M  # m; what milled parts and bonded rods keep without effort; told where less is proved
+CLOSE = 1.01  # the largest is found to 1 %
+LEAST = 1e-9 / MM_PER_M  # a millionth of a micrometre: below it roundings rule
+DIGITS = 4  # of a tolerance in mm, so that the one told is the one proved
+MOST_BOXES = 200_000  # of one try; a second or two
+# First distance of a threshold that is tried, as a share of it, or in rad; it is doubled from there.
 NEAREST = 1e-6
-"""First distance of a threshold that is tried, as a share of it, or in rad; it is doubled from there."""
-TOGETHER = 20
-"""Tenths by which two ends of a range are moved on until they are proved together."""
+TOGETHER = 20  # tenths by which two ends of a range are moved on until they are proved together
 Progress = Callable[[int, float], None]
 
 

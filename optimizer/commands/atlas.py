@@ -67,7 +67,7 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
-    with Interrupt() as asked, Line() as line:
+    with Interrupt() as stop, Line() as line:
         try:
             if todo:
                 line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
@@ -76,10 +76,10 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
                     def take(row: dict[str, object]) -> None:
                         rows.add(row)
-                        line.show(_told(grid, rows))
+                        line.show(_status(grid, rows))
 
-                    line.show(_told(grid, rows))
-                    failed = collect(client, todo, take, asked)
+                    line.show(_status(grid, rows))
+                    failed = collect(client, todo, take, stop)
         except ClusterError as error:
             rows.close()
             return refuse(str(error), BAD_INPUT)
@@ -124,7 +124,7 @@ def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace)
     return DONE
 
 
-def _told(grid: Grid, rows: RowFile) -> str:
+def _status(grid: Grid, rows: RowFile) -> str:
     met = sum(bool(row["feasible"]) for row in rows.rows.values())
     done = len(rows.rows)
     return f"atlas {done}/{len(grid.sets)} sets: {met} met, {done - met} not"

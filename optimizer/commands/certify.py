@@ -62,7 +62,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 
 def tolerance(text: str) -> float | str:
-    """A tolerance of the command line in mm, or the word for the largest, for argparse."""
+    """Reads a tolerance of the command line in mm, or the word for the largest, for argparse."""
     if text == MAX:
         return MAX
     value = float(text)
@@ -124,7 +124,7 @@ def _require_tolerance(design: Design, asked: float | str | None) -> None:
 
 
 def share_of(design: Design, masses: Path | None, reserve: float | None, tolerance: float = 0.0) -> GravityShare | None:
-    """What is taken off for gravity.
+    """Computes what is taken off for gravity.
 
     Args:
         design: The design.
@@ -165,7 +165,7 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
 
 
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
-    """What moves; None where the file says too little of it and no limit needs it."""
+    """Reads what moves; None where the file says too little of it and no limit needs it."""
     from delta_cad.drive.masses import MassError
 
     try:
@@ -182,22 +182,22 @@ def _certify(
     from delta_cad.mechanism import UnreachableError
     from delta_cad.mechanism.proof.extremes import worst_figures
     from optimizer.certify.bounds import bounds, tightened
-    from optimizer.certify.certificate import CertificateError, asked_of, certify, cube_of, values_of
+    from optimizer.certify.certificate import CertificateError, certify, cube_of, limits_of, values_of
     from optimizer.certify.file import write_certificate
     from optimizer.certify.report import (
         broken,
         facts,
-        gravity_words,
+        gravity_sentence,
         mm,
         report_rows,
         shortfall,
         table,
         tolerance_facts,
-        tolerance_words,
+        tolerance_sentence,
     )
 
     geometry, cube = design.geometry, cube_of(design)
-    limits = asked_of(design, share, inertia)
+    limits = limits_of(design, share, inertia)
     with Line() as line:
         line.show("searching the cube")
         try:
@@ -206,20 +206,24 @@ def _certify(
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
         certificate = certify(
-            design, limits, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "the limits asked")
+            design, limits, gravity=share, max_boxes=given.max_boxes, progress=_progress(line, "the limits asked")
         )
-        found = bounds(geometry, cube, worst, _told(line, "the tightest limits"))
+        proved_bounds = bounds(geometry, cube, worst, _progress(line, "the tightest limits"))
         written = certificate
         if given.tight and certificate.verdict == "proved":
-            tight = tightened(limits, found)
+            tight = tightened(limits, proved_bounds)
             written = certify(
-                design, tight, gravity=share, max_boxes=given.max_boxes, progress=_told(line, "all of them together")
+                design,
+                tight,
+                gravity=share,
+                max_boxes=given.max_boxes,
+                progress=_progress(line, "all of them together"),
             )
             written = written if written.verdict == "proved" else certificate
         largest = None
         if given.tolerance is not None and certificate.verdict == "proved":
-            written, largest = _within(given, design, inertia, _told(line, "all machines within a tolerance"))
-    rows = report_rows(certificate, found)
+            written, largest = _within(given, design, inertia, _progress(line, "all machines within a tolerance"))
+    rows = report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
     except OSError as error:
@@ -227,25 +231,25 @@ def _certify(
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:
-        told = facts(certificate, rows, found) | {"certificate": str(given.out)}
-        told |= {
+        report = facts(certificate, rows, proved_bounds) | {
+            "certificate": str(given.out),
             "tight": largest is None and written is not certificate,
             "tolerance": tolerance_facts(written, largest),
         }
-        print(json.dumps(told, indent=1))
+        print(json.dumps(report, indent=1))
     else:
         side, low = 2.0 * design.cube.half_side_mm, design.cube.bottom_height_mm
         verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
         print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
         print(table(rows))
-        print(gravity_words(certificate, found))
+        print(gravity_sentence(certificate, proved_bounds))
         about = "the limits asked" if written is certificate else "the column `proved`"
         if largest is not None:
-            print(tolerance_words(written, largest))
+            print(tolerance_sentence(written, largest))
             about = f"the limits asked, within {mm(written.tolerance)} mm"
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
     if largest is not None and written.verdict != "proved":
-        return refuse(f"{given.design.name}: {tolerance_words(written, largest)}", NOT_MET)
+        return refuse(f"{given.design.name}: {tolerance_sentence(written, largest)}", NOT_MET)
     if certificate.verdict == "proved":
         return DONE
     reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
@@ -255,9 +259,9 @@ def _certify(
 def _within(
     given: argparse.Namespace, design: Design, inertia: HandleInertia | None, progress: Callable[[int, float], None]
 ) -> tuple[Certificate, LargestTolerance]:
-    """The certificate of all machines within the tolerance asked, or within the largest, which is found in any case."""
+    """Makes the certificate of all machines within the tolerance asked, or the largest, found in any case."""
     from delta_cad.common.units import MM_PER_M
-    from optimizer.certify.certificate import asked_of, certify, cube_of
+    from optimizer.certify.certificate import certify, cube_of, limits_of
     from optimizer.certify.tolerance import search_tolerance
 
     def share(within: float) -> GravityShare | None:
@@ -265,15 +269,15 @@ def _within(
 
     asked = None if given.tolerance == MAX else given.tolerance / MM_PER_M
     largest = search_tolerance(
-        design.geometry, cube_of(design), lambda within: asked_of(design, share(within), inertia), asked, progress
+        design.geometry, cube_of(design), lambda within: limits_of(design, share(within), inertia), asked, progress
     )
     within = largest.tolerance if asked is None else asked
     gravity = share(within)
-    limits = asked_of(design, gravity, inertia)
+    limits = limits_of(design, gravity, inertia)
     return certify(
         design, limits, gravity=gravity, tolerance=within, max_boxes=given.max_boxes, progress=progress
     ), largest
 
 
-def _told(line: Line, what: str) -> Callable[[int, float], None]:
+def _progress(line: Line, what: str) -> Callable[[int, float], None]:
     return lambda boxes, share: line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")

@@ -15,7 +15,7 @@ EXIT_CODES = (
 
 
 def parser() -> Parser:
-    """The arguments of `python -m optimizer`."""
+    """Makes the parser of `python -m optimizer`."""
     description = "Dimensions of a delta haptic device from the customer's requirements."
     return command_parser("python -m optimizer", description, EXIT_CODES, COMMANDS)
 

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 NAME = "front"
 TEXT = "the front of cube size against worst kappa, torque and outline, with pictures"
-SEEDS = 6
-"""Seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7."""
+SEEDS = 6  # seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7
 
 
 class _StoppedError(Exception):
@@ -85,9 +84,9 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
-    with Interrupt() as asked, Line() as line:
+    with Interrupt() as stop, Line() as line:
         try:
-            return _Run(task, design, given, folder, store, asked, line).run()
+            return _Run(task, design, given, folder, store, stop, line).run()
         except FrontError as error:
             store.remove()
             return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
@@ -109,26 +108,27 @@ class _Run:
         given: argparse.Namespace,
         folder: Path,
         store: Any,
-        asked: Callable[[], bool],
+        stop: Callable[[], bool],
         line: Line,
     ) -> None:
         self.task, self.design, self.given, self.folder = task, design, given, folder
-        self.store, self.asked, self.line = store, asked, line
+        self.store, self.stop, self.line = store, stop, line
         self.partial = folder.with_name(folder.name + ".partial")
 
     def run(self) -> int:
         """Traces, proves, draws and writes; returns the exit code."""
         from optimizer.front.convergence import traces
+        from optimizer.front.front import Tracer
         from optimizer.front.limits import at_side
         from optimizer.front.page import record
         from optimizer.front.proof import proved
         from optimizer.front.published import published_designs
-        from optimizer.front.trade import Trader
+        from optimizer.front.trade import trade as trades
 
         given, show = self.given, self.line.show
 
         def point(curve: str, count: int, newest: FrontPoint | None) -> None:
-            show(f"{curve}, point {count}" + ("" if newest is None else f": {_words(newest)}"))
+            show(f"{curve}, point {count}" + ("" if newest is None else f": {_described(newest)}"))
 
         def proof(done: int, total: int) -> None:
             show(f"proof {done} of {total}")
@@ -136,18 +136,19 @@ class _Run:
         def seed(method: str, number: int, seeds: int) -> None:
             show(f"convergence, {method}, seed {number + 1} of {seeds}")
 
-        trade = Trader(self.task, given.points, given.seed, point, self.asked, self.store).trade()
+        tracer = Tracer(self.task, given.points, given.seed, report=point, stop=self.stop, store=self.store)
+        trade = trades(tracer)
         if trade.finished:
-            trade = replace(trade, main=proved(trade.main, proof, self.asked, self.store))
-        found: list[Trace] = []
+            trade = replace(trade, main=proved(trade.main, proof, self.stop, self.store))
+        runs: list[Trace] = []
         subject = compared(trade)
         if trade.finished and subject is not None:
-            found = traces(at_side(self.task, subject.half_side), given.seeds, seed, self.asked, self.store)
+            runs = traces(at_side(self.task, subject.half_side), given.seeds, seed, self.stop, self.store)
         published = published_designs(self.task)
-        facts = record(trade, given.seed, published, found)
+        facts = record(trade, given.seed, published, runs)
         try:
-            drawings = [] if self.asked() else self._drawings(trade, published, found, subject)
-            if not self.asked():
+            drawings = [] if self.stop() else self._drawings(trade, published, runs, subject)
+            if not self.stop():
                 self._write(self.folder, trade, facts, published, drawings)
                 self.store.remove()
                 return self._tell(trade, facts)
@@ -160,8 +161,8 @@ class _Run:
         kept = f"{points} points so far in {self.partial}"
         return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
 
-    def _drawings(self, trade: Trade, published: Any, found: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
-        """Name, caption and drawing of every picture."""
+    def _drawings(self, trade: Trade, published: Any, runs: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
+        """Lists name, caption and drawing of every picture."""
         from optimizer.front.maps import slices
         from optimizer.paper.evaluation import mechanism_of
         from optimizer.pictures import convergence, front, maps, workspace
@@ -188,14 +189,14 @@ class _Run:
                 lambda: maps.maps(slices(geometry, cube, force), force, name),
             ),
         ]
-        if found and subject is not None:
+        if runs and subject is not None:
             title = f"Step 3 at a cube of {2 * subject.half_side:.4g} mm"
-            draw = lambda: convergence.convergence(found, subject.kappa, title)  # noqa: E731
+            draw = lambda: convergence.convergence(runs, subject.kappa, title)  # noqa: E731
             drawings.append(("convergence", "GA and SQP over the seeds", draw))
         return drawings
 
     def _write(self, place: Path, trade: Trade, facts: dict[str, Any], published: Any, drawings: list[Drawing]) -> None:
-        """Puts a whole folder in its place, or raises `_StoppedError` between two pictures."""
+        """Puts a complete folder in its place, or raises `_StoppedError` between two pictures."""
         from delta_cad.common.files import whole_folder
         from optimizer.front.page import files, page
         from optimizer.pictures.style import save
@@ -203,7 +204,7 @@ class _Run:
         with whole_folder(place) as folder:
             for name, _, draw in drawings:
                 self.line.show(f"picture: {name}")
-                if self.asked():
+                if self.stop():
                     raise _StoppedError
                 save(draw(), folder, name)
             text = page(trade, published, [(f"{name}.png", what) for name, what, _ in drawings])
@@ -220,7 +221,7 @@ class _Run:
             print(json.dumps(facts, indent=1, allow_nan=False))
             return DONE
         for what, point in telling(trade):
-            print(f"{what}: {_words(point)}")
+            print(f"{what}: {_described(point)}")
         beyond = " and ".join(trade.main.beyond) or "not found"
         print(f"1 % beyond the largest contradict each other: {beyond}")
         print(f"{len(trade.main.points)} points and the pictures in {self.folder}")
@@ -228,12 +229,12 @@ class _Run:
 
 
 def pictured(trade: Trade) -> FrontPoint:
-    """The point at the requirements' cube, or where `synthesize` ends without one: the largest."""
+    """Finds the point at the requirements' cube, or where `synthesize` ends without one: the largest."""
     return _wanted(trade) or trade.main.points[-1]
 
 
 def compared(trade: Trade) -> FrontPoint | None:
-    """The point at the requirements' cube, or at the knee: at the largest cube one design alone is feasible."""
+    """Finds the point at the requirements' cube, or at the knee: at the largest cube one design alone is feasible."""
     return _wanted(trade) or trade.knee
 
 
@@ -243,19 +244,19 @@ def _wanted(trade: Trade) -> FrontPoint | None:
 
 
 def lengths_of(design: Design) -> tuple[float, ...]:
-    """The six lengths of a design file in mm, in the order of the optimiser's variables."""
+    """Gives the six lengths of a design file in mm, in the order of the optimiser's variables."""
     sizes, cube = design.mechanism, design.cube
     four = (sizes.upper_arm_length_mm, sizes.forearm_length_mm, sizes.base_radius_mm, sizes.platform_radius_mm)
     return *four, cube.bottom_height_mm, cube.half_side_mm
 
 
 def title_of(design_mm: tuple[float, ...], name: str) -> str:
-    """The title of a design's pictures."""
+    """Writes the title of a design's pictures."""
     L_A, L_B, R, r, H, L = design_mm
     lengths = ", ".join(f"{n} {v:.4g}" for n, v in (("R", R), ("r", r), ("L_A", L_A), ("L_B", L_B), ("H", H)))
     return f"{name}: cube of {2 * L:.4g} mm, {lengths} mm"
 
 
-def _words(point: FrontPoint) -> str:
+def _described(point: FrontPoint) -> str:
     binds = f"; binds: {', '.join(point.active)}" if point.active else ""
     return f"cube of {2 * point.half_side:.4g} mm, worst kappa {point.kappa:.4g}, torque {point.torque:.4g} N m{binds}"

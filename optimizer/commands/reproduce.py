@@ -63,5 +63,5 @@ def run(given: argparse.Namespace) -> int:
         print("\n".join((facts["summary"], *facts["verdict"])))
         print(f"the tables, ours beside them: {given.out / 'reproduce.md'}, {given.out / 'reproduce.json'}")
     reasons = [f"the optimum of {r.run.name} is not proved" for r in runs if r.proven.status != "proved"]
-    reasons += [f"GA+SQP fails on {r.run.name}" for r in runs if r.found["ga+sqp"].objective is None]
+    reasons += [f"GA+SQP fails on {r.run.name}" for r in runs if r.attempts["ga+sqp"].objective is None]
     return refuse("; ".join(reasons), NOT_MET) if reasons else DONE

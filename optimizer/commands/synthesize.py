@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 NAME = "synthesize"
 TEXT = "the three steps of dimensional synthesis; writes the last step's design file"
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
+# Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds.
 GAP, BOXES, BOXES_BESIDE = 1e-5, 2_000_000, 100_000
-"""Boxes of designs: of the method `proven`, up to some minutes; beside the result of another, up to some seconds."""
 
 
+# Arguments that make a run another run.
 NAMES = ("method", "seed", "steps", "population", "generations", "gap", "boxes", "no_proof")
-"""Arguments that make a run another run."""
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -89,7 +89,7 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     boxes = (BOXES if given.method == "proven" else BOXES_BESIDE) if given.boxes is None else given.boxes
     sizes = {"population": given.population, "generations": given.generations, "effort": Effort(given.gap, boxes)}
-    with Interrupt() as asked, Line() as line:
+    with Interrupt() as stop, Line() as line:
         try:
             run = Run(
                 task,
@@ -98,8 +98,8 @@ def run(given: argparse.Namespace) -> int:
                 given.steps,
                 **sizes,
                 prove=not given.no_proof,
-                report=lambda at: line.show(_told(at)),
-                stop=asked,
+                report=lambda at: line.show(_status(at)),
+                stop=stop,
                 store=store,
             )
             results = run.results()
@@ -113,7 +113,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _again(given: argparse.Namespace) -> str:
-    """The command that gives the same design, without what is at its default."""
+    """Writes the command that gives the same design, without what is at its default."""
     words = [f"python -m optimizer synthesize {given.requirements.name} --method {given.method} --seed {given.seed}"]
     usual = Parser(add_help=False)
     arguments(usual)
@@ -184,7 +184,7 @@ def _bound(result: Result, unit: str) -> str:
     return f"proved: none {word} {proof.bound:.6g}{unit}{where}, gap {proof.gap:.1e}; "
 
 
-def _told(at: Progress) -> str:
+def _status(at: Progress) -> str:
     what = "kappa" if at.step == 3 else "half side"
     if at.phase == "proof" and at.done == 0 and math.isnan(at.best):
         return f"step {at.step} proof: loading; compiles for some 20 s when it runs for the first time"

@@ -112,7 +112,7 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
-    """Holds that gravity's share is that of the file."""
+    """Checks that gravity's share is that of the file."""
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import read_masses
@@ -127,7 +127,7 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
 
 
 def _enough_reserve(certificate: Certificate, design: Design, reserve: float) -> None:
-    """Holds that at least a torque given by hand is left for gravity."""
+    """Checks that at least a torque given by hand is left for gravity."""
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import given_share
 
@@ -136,13 +136,14 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
         return
     if share is None:
         raise CertificateError(f"torque: nothing is left for gravity, not {wanted:.9g} N m")
-    fault = share.less_than(wanted)
-    if fault is not None:
-        raise CertificateError(f"torque: {fault}")
+    if share.masses is not None:
+        raise CertificateError("torque: gravity's share comes from a mass file: compare it with that")
+    if share.reserve < wanted:
+        raise CertificateError(f"torque: only {share.reserve:.9g} N m are left for gravity, not {wanted:.9g} N m")
 
 
 def _missing(certificate: Certificate, replay: Replay) -> str:
-    """Why a certificate that replays is no proof of its design; "" if it is."""
+    """Says why a certificate that replays is no proof of its design; "" if it is one."""
     from optimizer.certify.report import place
 
     parts = []
@@ -172,7 +173,7 @@ def _weightless(given: argparse.Namespace, certificate: Certificate, design: Des
 def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, reason: str) -> dict[str, Any]:
     from optimizer.certify.file import certificate_to_dict
 
-    share, told = certificate.gravity, certificate_to_dict(certificate)
+    share, content = certificate.gravity, certificate_to_dict(certificate)
     return {
         "certificate": str(given.certificate),
         "holds": not reason,
@@ -181,9 +182,9 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "design_checked": given.design is not None,
         "masses_checked": given.mass_properties is not None,
         "gravity_torque_checked": given.gravity_torque is not None,
-        "geometry": told["geometry"],
-        "cube": told["cube"],
-        "limits": told["limits"],
+        "geometry": content["geometry"],
+        "cube": content["cube"],
+        "limits": content["limits"],
         "tolerance_mm": certificate.tolerance * MM_PER_M,
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
@@ -209,16 +210,16 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
     side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height
     return (
         f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}; "
-        f"{_gravity_words(given, certificate.gravity)}\n"
+        f"{_gravity_sentence(given, certificate.gravity)}\n"
         f"{'; '.join(certificate.limits[name].words(rounded) for name in replay.proved)}\n"
         f"{certificate.design}: L_A {L_A:g}, L_B {L_B:g}, R {R:g}, r {r:g}, cube of {side:g} from {low:g} mm up\n"
         f"{replay.leaves} boxes of the certificate tile the cube, {replay.boxes} examined"
-        f"{_mass_words(given, certificate)}"
+        f"{_mass_sentence(given, certificate)}"
     )
 
 
-def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
-    """With what masses the effective mass is proved: re-digested ones are proved as well."""
+def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
+    """Says with what masses the effective mass is proved: re-digested ones are proved as well."""
     from delta_cad.mechanism.limits import EffectiveMass
 
     mass = certificate.limits.get(EffectiveMass)
@@ -232,8 +233,8 @@ def _mass_words(given: argparse.Namespace, certificate: Certificate) -> str:
     )
 
 
-def _gravity_words(given: argparse.Namespace, share: GravityShare | None) -> str:
-    """For what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
+def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> str:
+    """Says for what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:
         compared = "as asked" if given.gravity_torque == 0.0 or given.without_gravity else nothing

@@ -10,7 +10,8 @@ import numpy as np
 
 from optimizer.problem.step import Problem
 from optimizer.search import genetic, sqp
-from optimizer.synthesis.three_step import Store
+from optimizer.search.result import finite
+from optimizer.synthesis.three_step import Store, remembered
 
 
 class Trace(NamedTuple):
@@ -18,7 +19,7 @@ class Trace(NamedTuple):
 
     Attributes:
         method: `ga` or `sqp`.
-        seed: Of the run.
+        seed: Seed of the run.
         evaluations: (K,) designs evaluated so far, ascending.
         best: (K,) smallest worst kappa of a feasible design so far; NaN before there was one. The GA's is that on its
             own sample of the surface, SQP's that on the polished surface.
@@ -28,6 +29,9 @@ class Trace(NamedTuple):
     seed: int
     evaluations: tuple[int, ...]
     best: tuple[float, ...]
+
+
+Run = Callable[[Problem, int, Callable[[], bool]], Trace]
 
 
 def traces(
@@ -43,37 +47,37 @@ def traces(
         problem: A step 3.
         seeds: How many, from 0.
         report: Called before each run: method, seed, and how many seeds there are.
-        stop: Asked before each run and in it; True ends there.
+        stop: Called before each run and in it; True ends there.
         store: Keeps each run; None keeps nothing.
 
     Returns:
         The runs that came to their end.
     """
-    found = []
+    done = []
     for seed in range(seeds):
         for method, run in (("sqp", _sqp), ("ga", _ga)):
-            key = f"convergence/{method}/{seed}"
-            kept = store.finished(key) if store else None
-            if kept is None:
+
+            def solve(method: str = method, run: Run = run, seed: int = seed) -> dict[str, Any] | None:
                 if report is not None:
                     report(method, seed, seeds)
                 trace = run(problem, seed, stop)
-                if stop():
-                    return found
-                kept = {"evaluations": list(trace.evaluations), "best": [_plain(value) for value in trace.best]}
-                if store is not None:
-                    store.finish(key, kept)
+                lists = {"evaluations": list(trace.evaluations), "best": [finite(value) for value in trace.best]}
+                return None if stop() else lists
+
+            kept = remembered(store, f"convergence/{method}/{seed}", solve)
+            if kept is None:
+                return done
             best = tuple(math.nan if value is None else float(value) for value in kept["best"])
-            found.append(Trace(method, seed, tuple(kept["evaluations"]), best))
-    return found
+            done.append(Trace(method, seed, tuple(kept["evaluations"]), best))
+    return done
 
 
 def band(traces: list[Trace], method: str, at: np.ndarray) -> np.ndarray:
-    """Least, median and largest of the best values of a method's runs.
+    """Computes least, median and largest of the best values of a method's runs.
 
     Args:
         traces: Runs.
-        method: Of these only.
+        method: Method whose runs count.
         at: (K,) numbers of designs evaluated.
 
     Returns:
@@ -101,11 +105,7 @@ def _ga(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
 
 def _sqp(problem: Problem, seed: int, stop: Callable[[], bool]) -> Trace:
     starts = np.roll(sqp.start_points(problem, seed), -1, axis=0)  # what no seed moves, the middle, comes last
-    found = sqp.search(problem, starts, stop=stop)
-    levels = np.fmax.accumulate([level for _, level in found.trail])
+    outcome = sqp.search(problem, starts, stop=stop)
+    levels = np.fmax.accumulate([level for _, level in outcome.trail])
     best = tuple(1.0 / float(level) if level > 0.0 else math.nan for level in levels)
-    return Trace("sqp", seed, tuple(evaluations for evaluations, _ in found.trail), best)
-
-
-def _plain(value: float) -> Any:
-    return None if math.isnan(value) else value
+    return Trace("sqp", seed, tuple(evaluations for evaluations, _ in outcome.trail), best)

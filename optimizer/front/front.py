@@ -24,29 +24,22 @@ from optimizer.problem.step import SIDE, Problem, outline_of, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import explain
-from optimizer.synthesis.three_step import Store
+from optimizer.synthesis.three_step import Store, remembered
 
-COARSE = 9
-"""Half sides that are started cold as well, evenly spaced; between them lie what neighbours started."""
-COLD = 3
-"""Cold starts of each; the neighbour is a fourth."""
+COARSE = 9  # half sides that are started cold as well, evenly spaced; between them lie what neighbours started
+COLD = 3  # cold starts of each; the neighbour is a fourth
 POINTS_MIN = 4
+# Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace.
 SMALLEST_SHARE = 0.25
-"""Smallest half side where the requirements bound none from below, as a part of the largest: less is no workspace."""
-PIECE_MIN = 1e-4
-"""Shortest piece that is halved, as a part of the range, whatever kappa does in it."""
-LARGER_ROUNDS = 5
-"""Times that a larger cube found beyond the largest is followed; once has not been seen yet."""
-BETTER = 1e-9
-"""Part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10."""
+INTERVAL_MIN = 1e-4  # shortest piece that is halved, as a part of the range, whatever kappa does in it
+LARGER_ROUNDS = 5  # times that a larger cube found beyond the largest is followed; once has not been seen yet
+BETTER = 1e-9  # part by which a sweep must lower kappa to be believed: the polish of the worst points agrees to 1e-10
+# Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8.
 ACTIVE = 1e-6
-"""Margins, without unit, and parts of a variable's range below which a constraint binds: the solver keeps 1e-8."""
+# Largest part by which the largest cube is cut where it does not hold between the points of the search's grid.
 CUT = 0.05
-"""Largest part by which the largest cube is cut where it does not hold between the points of the search's grid."""
-CUTS = 24
-"""Halvings of that part: to 3e-9 of L."""
-STARTS = "not improved"
-"""Ending of a point that is a neighbour's design; a key of `result.ADVICE`."""
+CUTS = 24  # halvings of that part: to 3e-9 of L
+STARTS = "not improved"  # ending of a point that is a neighbour's design; a key of `result.ADVICE`
 
 
 class FrontError(ValueError):
@@ -60,7 +53,7 @@ class FrontPoint:
     Attributes:
         result: Step 3 at its half side; it checks itself on a fine surface.
         active: What binds there: constraints, and variables at their bounds.
-        bound: Proven: no design has a smaller worst kappa at this half side; None where no proof was asked.
+        bound: Proven: no design has a smaller worst kappa at this half side; None without a proof.
     """
 
     result: Result
@@ -101,13 +94,13 @@ class Curve:
     Attributes:
         given: The requirements that all its points meet.
         name: Short, unique among the curves of a trade.
-        words: What sets it apart, for people.
+        words: What sets it apart, in a sentence.
         points: Ascending in half side and in kappa; no one is dominated.
         largest: Largest half side, mm; NaN where nothing meets the requirements.
         beyond: Constraints that cannot be met together 1 % beyond it, or at all.
         finished: Whether it was traced to its end.
-        largest_bound: Proven: no cube within the requirements has a larger half side, mm; None where no proof was
-            asked.
+        largest_bound: Proven: no cube within the requirements has a larger half side, mm; None without
+            a proof.
     """
 
     given: Requirements
@@ -120,7 +113,7 @@ class Curve:
     largest_bound: float | None = None
 
     def kappa_at(self, half_side: float) -> float | None:
-        """The front's kappa at a half side in mm, on the line between two points; None outside the front."""
+        """Computes the front's kappa at a half side in mm, on the line between two points; None outside the front."""
         for low, high in pairwise(self.points):
             if low.half_side <= half_side <= high.half_side:
                 share = (half_side - low.half_side) / (high.half_side - low.half_side)
@@ -128,8 +121,8 @@ class Curve:
         return None
 
 
+# Called after each point with the name of the curve, how many points it has, and the newest.
 PointReport = Callable[[str, int, FrontPoint | None], None]
-"""Called after each point with the name of the curve, how many points it has, and the newest."""
 
 
 @dataclass
@@ -139,11 +132,11 @@ class Tracer:
     Attributes:
         given: The requirements; their `step_3.half_side_mm`, if any, becomes one of the half sides.
         count: Points wanted.
-        seed: Of the cold starts.
-        name: Of the curve, and of its phases in the store.
+        seed: Seed of the cold starts.
+        name: Name of the curve, and of its phases in the store.
         words: What sets the curve apart.
-        report: Told of each point.
-        stop: Asked before each point; True ends with what there is.
+        report: Called after each point.
+        stop: Called before each point; True ends with what there is.
         store: Keeps what was solved; None keeps nothing.
     """
 
@@ -175,18 +168,19 @@ class Tracer:
         high = top.design_mm[SIDE]
         low = self._smallest(high)
         finished = self._coarse(low, high, top.design_mm) and self._fine(low, high) and self._sweeps()
-        points = tuple(FrontPoint(result, active_constraints(result)) for result in self._front())
+        points = tuple(FrontPoint(result, _active_constraints(result)) for result in self._front())
         if finished and not points:
             raise FrontError("no design holds between the points of the search's grid; give another --seed")
         beyond = self._beyond(high) if finished else ()
         return Curve(self.given, self.name, self.words, points, high, beyond, finished)
 
     def _largest(self) -> Result | None:
-        """Step 2: the largest cube; None if stopped."""
-        kept = self.store.finished(f"{self.name}/largest") if self.store else None
+        """Finds the largest cube by step 2; None if stopped."""
         problem = step_problem(self.given, 2)
-        if kept is not None:
-            return Result(problem, "sqp", tuple(kept["design_mm"]), "converged")
+        kept = remembered(self.store, f"{self.name}/largest", lambda: self._search_largest(problem))
+        return None if kept is None else Result(problem, "sqp", tuple(kept["design_mm"]), "converged")
+
+    def _search_largest(self, problem: Problem) -> dict[str, Any] | None:
         if self.stop():
             return None
         starts = sqp.start_points(problem, self.seed)
@@ -195,19 +189,17 @@ class Tracer:
             error = explain(self.given, problem, None, self.seed) or no_cube(self.given, self.seed)
             raise error or FrontError("no design found from the starts of this seed; give another --seed")
         for _ in range(LARGER_ROUNDS):
-            design = _mm(problem, np.array(best.x))
+            design = problem.lengths_mm(best.x)
             further = at_side(self.given, design[SIDE] * (1.0 + BEYOND))
             if further.upper[SIDE] > problem.upper[SIDE]:
                 break
-            larger = sqp.search(further, np.concatenate([[further.scaled(np.array(design))], _cold(further, 0)])).best
+            larger = sqp.search(further, np.concatenate([[further.scaled(design)], _cold(further, 0)])).best
             if larger is None:
                 break
-            start = problem.scaled(np.array(_mm(further, np.array(larger.x))))
+            start = problem.scaled(further.lengths_mm(larger.x))
             best = sqp.search(problem, start[None]).best or best
-        result = _held(Result(problem, "sqp", _mm(problem, np.array(best.x)), "converged"))
-        if self.store is not None:
-            self.store.finish(f"{self.name}/largest", {"design_mm": list(result.design_mm)})
-        return result
+        result = _held(Result(problem, "sqp", problem.lengths_mm(best.x), "converged"))
+        return {"design_mm": list(result.design_mm)}
 
     def _smallest(self, high: float) -> float:
         low, bound = self.given.bounds_mm.half_side
@@ -221,7 +213,7 @@ class Tracer:
         return low
 
     def _coarse(self, low: float, high: float, top: tuple[float, ...]) -> bool:
-        """Evenly spaced half sides from the largest down, with cold starts; False if stopped."""
+        """Solves evenly spaced half sides from the largest down, with cold starts; False if stopped."""
         sides = [float(side) for side in np.linspace(low, high, min(COARSE, self.count))]
         wanted = self.given.step_3.half_side_mm
         if wanted is not None and low < wanted < high:
@@ -243,7 +235,7 @@ class Tracer:
             quality = np.array([1.0 / self._found[side].max_kappa for side in sides])
             scale = max(float(quality.max() - quality.min()), np.finfo(float).tiny)
             across = np.diff(sides) / (high - low)
-            length = np.where(across > PIECE_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
+            length = np.where(across > INTERVAL_MIN, np.hypot(across, np.diff(quality) / scale), 0.0)
             k = int(np.argmax(length))
             if length[k] == 0.0:
                 break
@@ -252,7 +244,7 @@ class Tracer:
         return True
 
     def _sweeps(self) -> bool:
-        """Once up and once down, each point started from the one before; False if stopped."""
+        """Sweeps the front up and down, each point started from the one before; False if stopped."""
         sides = sorted(self._found)
         for name, order in (("up", sides), ("down", sides[::-1])):
             for before, side in pairwise(order):
@@ -262,14 +254,9 @@ class Tracer:
         return True
 
     def _solve(self, side: float, near: list[tuple[float, ...]], cold: bool = False, phase: str = "point") -> None:
-        """Step 3 at one half side from designs near it; the better of what is known and what is found is kept."""
+        """Solves step 3 at one half side from designs near it, and keeps the better of the old and the new design."""
         problem = at_side(self.given, side)
-        key = f"{self.name}/{phase}/{side!r}"
-        kept = self.store.finished(key) if self.store else None
-        if kept is None:
-            kept = self._descend(problem, near, cold)
-            if self.store is not None:
-                self.store.finish(key, kept)
+        kept = remembered(self.store, f"{self.name}/{phase}/{side!r}", lambda: self._descend(problem, near, cold))
         result = Result(problem, "sqp", tuple(kept["design_mm"]), kept["status"], kept["evaluations"])
         known = self._found.get(side)
         if known is None or (result.feasible and result.max_kappa < known.max_kappa * (1.0 - BETTER)):
@@ -278,23 +265,19 @@ class Tracer:
             self.report(self.name, len(self._found), FrontPoint(self._found[side], ()))
 
     def _descend(self, problem: Problem, near: list[tuple[float, ...]], cold: bool) -> dict[str, Any]:
-        starts = [problem.scaled(np.array(design)) for design in near]
-        found = sqp.search(problem, np.array(starts + list(_cold(problem, self.seed) if cold else [])))
-        best = found.best
+        starts = [problem.scaled(design) for design in near]
+        outcome = sqp.search(problem, np.array(starts + list(_cold(problem, self.seed) if cold else [])))
+        best = outcome.best
         # the first neighbour is larger, or the point is swept: its design holds here too and sets the least to reach
-        own = Result(problem, "sqp", _mm(problem, starts[0]), STARTS)
+        own = Result(problem, "sqp", problem.lengths_mm(starts[0]), STARTS)
         chosen = own
         if best is not None:
-            result = Result(problem, "sqp", _mm(problem, np.array(best.x)), "converged")
+            result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")
             chosen = result if result.feasible and not (own.feasible and own.max_kappa < result.max_kappa) else own
-        return {
-            "design_mm": list(chosen.design_mm),
-            "status": chosen.status,
-            "evaluations": found.evaluations,
-        }
+        return {"design_mm": list(chosen.design_mm), "status": chosen.status, "evaluations": outcome.evaluations}
 
     def _front(self) -> list[Result]:
-        """The feasible results that no other one dominates, ascending."""
+        """Selects the feasible results that no other one dominates, ascending."""
         kept: list[Result] = []
         least = math.inf
         for side in sorted(self._found, reverse=True):
@@ -306,24 +289,12 @@ class Tracer:
 
     def _beyond(self, high: float) -> tuple[str, ...]:
         """Names the constraints that cannot be met together a little beyond the largest half side."""
-        key = f"{self.name}/beyond"
-        kept = self.store.finished(key) if self.store else None
-        if kept is None:
-            kept = {"words": list(beyond(self.given, high, self.seed))}
-            if self.store is not None:
-                self.store.finish(key, kept)
-        return tuple(kept["words"])
+        conflict = lambda: {"words": list(beyond(self.given, high, self.seed))}  # noqa: E731
+        return tuple(remembered(self.store, f"{self.name}/beyond", conflict)["words"])
 
 
-def active_constraints(result: Result) -> tuple[str, ...]:
-    """Names what binds at a design: constraints whose worst margin is used up, and free variables at a bound.
-
-    Args:
-        result: Of step 3.
-
-    Returns:
-        Names of `problem.CONSTRAINTS`, then bounds such as `platform_radius >= 30 mm`.
-    """
+def _active_constraints(result: Result) -> tuple[str, ...]:
+    """Names the constraints whose worst margin is used up, then free variables at a bound as `base_radius >= 30 mm`."""
     problem, design = result.problem, np.array(result.design_mm)
     row = design[None] / MM_PER_M
     lowest = {n: float(w.values[0]) for n, w in design_worst(problem, row[0], sqp.EXCHANGE_GRID).items()}
@@ -339,7 +310,7 @@ def active_constraints(result: Result) -> tuple[str, ...]:
 
 
 def _held(result: Result) -> Result:
-    """The largest cube about the same centre with which a design of step 2 also holds on the fine surface.
+    """Shrinks the cube of a design of step 2 about its centre until the design holds on the fine surface, too.
 
     The search looks for worst points on a coarser grid than the result checks itself on, and can miss one.
     """
@@ -362,8 +333,3 @@ def _held(result: Result) -> Result:
 
 def _cold(problem: Problem, seed: int) -> np.ndarray:
     return sqp.start_points(problem, seed, COLD)
-
-
-def _mm(problem: Problem, x: np.ndarray) -> tuple[float, ...]:
-    # metres and back may leave a bound by a rounding
-    return tuple(float(v) for v in np.clip(problem.designs(x[None])[0] * MM_PER_M, problem.lower, problem.upper))

@@ -11,12 +11,9 @@ from delta_cad.mechanism import Cube, DeltaGeometry, SingularError, cube_surface
 from delta_cad.mechanism.inverse import require_closed
 from delta_cad.mechanism.statics import conditioning, direct_margin, worst_joint_torque
 
-GRID = 121
-"""Points along an edge of a map; odd, so that the cube's middle is one of them."""
-SURFACE = 21
-"""Points along an edge of the surface on which a cube is looked at before it is mapped."""
-MARGIN = 0.2
-"""Margin around the cube that a map shows, as a part of the half side."""
+GRID = 121  # points along an edge of a map; odd, so that the cube's middle is one of them
+SURFACE = 21  # points along an edge of the surface on which a cube is looked at before it is mapped
+MARGIN = 0.2  # margin around the cube that a map shows, as a part of the half side
 
 
 def require_held(g: DeltaGeometry, cube: Cube) -> None:
@@ -66,13 +63,13 @@ class Slice(NamedTuple):
         return (x >= left) & (x <= right) & (y >= lower) & (y <= upper)
 
     def worst(self, values: np.ndarray) -> tuple[float, float, float]:
-        """Largest value inside the cube, and where: value, first and second coordinate in m."""
+        """Finds the largest value inside the cube, and where: value, first and second coordinate in m."""
         row, column = np.unravel_index(int(np.nanargmax(np.where(self.inside, values, np.nan))), values.shape)
         return float(values[row, column]), float(self.across[column]), float(self.up[row])
 
 
 def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Slice]:
-    """The cube's bottom, middle and top face, and its mirror plane.
+    """Computes the maps of the cube's bottom, middle and top plane, and of its mirror plane.
 
     Args:
         g: The mechanism.
@@ -86,19 +83,19 @@ def slices(g: DeltaGeometry, cube: Cube, force: float, n: int = GRID) -> list[Sl
     L, H = cube.half_side, cube.bottom_height
     line, rise = _axis(-L, L, n), _axis(H, float(cube.upper[2]), n)
     x, y = np.meshgrid(line, line)
-    found = []
+    planes = []
     for name, z in (("bottom", H), ("middle", H + L), ("top", float(cube.upper[2]))):
         p = np.stack([x, y, np.full_like(x, z)], axis=-1)
-        found.append(_slice(g, p, force, f"{name}, z = {MM_PER_M * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
+        planes.append(_slice(g, p, force, f"{name}, z = {MM_PER_M * z:.1f} mm", ("x", "y"), line, line, (-L, L, -L, L)))
     across, up = np.meshgrid(line, rise)
     p = np.stack([across, np.zeros_like(across), up], axis=-1)
     sides = (-L, L, H, float(cube.upper[2]))
-    found.append(_slice(g, p, force, "side, y = 0", ("x", "z"), line, rise, sides))
-    return found
+    planes.append(_slice(g, p, force, "side, y = 0", ("x", "z"), line, rise, sides))
+    return planes
 
 
 def _axis(low: float, high: float, n: int) -> np.ndarray:
-    """Even steps from edge to edge, both among them to the last bit, and as many more as the margin takes."""
+    """Computes even steps from edge to edge, both among them to the last bit, and as many more as the margin takes."""
     further = np.arange(1, round(MARGIN * (n - 1) / 2.0) + 1) * (high - low) / (n - 1)
     return np.concatenate([low - further[::-1], np.linspace(low, high, n), high + further])
 

@@ -14,25 +14,25 @@ from optimizer.front.front import Curve, FrontPoint
 from optimizer.front.limits import BEYOND
 from optimizer.front.published import PublishedDesign
 from optimizer.front.trade import Trade
-from optimizer.paper.evaluation import finite
 from optimizer.paper.page import markdown_table
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import requirements_hash
+from optimizer.search.result import finite
 
+# Columns of `front.csv`, and names of a point's numbers in `front.json`.
 COLUMNS = (
     *("curve", "cube_side_mm", "half_side_mm", "max_kappa", "proven_bound", "max_torque_N_m"),
     *("outline_radius_mm", "outline_width_mm", "outline_depth_mm"),
     *(f"{name}_mm" for name in VARIABLES[:5]),
     "active",
 )
-"""Columns of `front.csv`, and names of a point's numbers in `front.json`."""
 TABLE = ("what", "side mm", "kappa", "torque N m", "L_A", "L_B", "R", "r", "H mm", "binds")
 FURTHER = ("front", "what changes", "largest side mm", "kappa there", "torque N m", "outline mm", "torque binds")
 PUBLISHED = ("table, row", "method", "side mm", "kappa", "front's kappa", "torque N m", "misses")
 
 
 def row(curve: str, point: FrontPoint) -> dict[str, Any]:
-    """One point as plain data under the names of `COLUMNS`."""
+    """Gathers one point as plain data under the names of `COLUMNS`."""
     sides, sizes = (2.0 * point.half_side, point.half_side), (point.reach, *point.outline)
     worst = (point.kappa, point.bound, point.torque)
     numbers = (*sides, *worst, *sizes, *point.result.design_mm[:5])
@@ -40,24 +40,24 @@ def row(curve: str, point: FrontPoint) -> dict[str, Any]:
 
 
 def telling(trade: Trade) -> list[tuple[str, FrontPoint]]:
-    """The points of the front as required that tell most: ends, knee, the requirements' cube, changes of what binds."""
+    """Selects the points that say most: ends, knee, the requirements' cube, changes of what binds."""
     points, wanted = trade.main.points, trade.main.given.step_3.half_side_mm
-    found: list[tuple[str, FrontPoint]] = []
+    chosen: list[tuple[str, FrontPoint]] = []
     for k, point in enumerate(points):
-        said = {
+        reasons = {
             "smallest": k == 0,
             "other limits bind from here": k > 0 and set(point.active) != set(points[k - 1].active),
             "knee": point is trade.knee,
             "the requirements' cube": point.half_side == wanted,
             "largest": k == len(points) - 1,
         }
-        if words := ", ".join(what for what, holds in said.items() if holds):
-            found.append((words, point))
-    return found
+        if reason := ", ".join(what for what, holds in reasons.items() if holds):
+            chosen.append((reason, point))
+    return chosen
 
 
 def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces: Sequence[Trace]) -> dict[str, Any]:
-    """All facts as plain data for JSON."""
+    """Gathers all facts as plain data for JSON."""
     given = trade.main.given
     return {
         "name": given.name,
@@ -82,15 +82,15 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
         "telling": [{"what": what, "half_side_mm": point.half_side} for what, point in telling(trade)],
         "published": [
             {
-                "table": found.table,
-                "row": found.row,
-                "method": found.method,
-                **{f"{name}_mm": value for name, value in zip(VARIABLES, found.design_mm, strict=True)},
-                "max_kappa": finite(found.kappa),
-                "max_torque_N_m": finite(found.torque),
-                "misses": list(found.misses),
+                "table": design.table,
+                "row": design.row,
+                "method": design.method,
+                **{f"{name}_mm": value for name, value in zip(VARIABLES, design.design_mm, strict=True)},
+                "max_kappa": finite(design.kappa),
+                "max_torque_N_m": finite(design.torque),
+                "misses": list(design.misses),
             }
-            for found in published
+            for design in published
         ],
         "convergence": [
             {
@@ -105,7 +105,7 @@ def record(trade: Trade, seed: int, published: Sequence[PublishedDesign], traces
 
 
 def files(facts: dict[str, Any], text: str) -> dict[str, str]:
-    """The files of a front without its pictures: name -> content.
+    """Writes the files of a front without its pictures: name -> content.
 
     Args:
         facts: What `record` gives.
@@ -121,7 +121,7 @@ def files(facts: dict[str, Any], text: str) -> dict[str, str]:
 
 
 def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[tuple[str, str]]) -> str:
-    """The page as Markdown.
+    """Writes the page as Markdown.
 
     Args:
         trade: The fronts.
@@ -148,7 +148,7 @@ def page(trade: Trade, published: Sequence[PublishedDesign], pictures: Sequence[
     if gaps := [1.0 - point.bound / point.kappa for point in main.points if point.bound is not None]:
         parts += ["## Proven", _proven(main, gaps)]
     if published:
-        table = markdown_table(PUBLISHED, [_beside(main, found) for found in published])
+        table = markdown_table(PUBLISHED, [_beside(main, design) for design in published])
         parts += ["## Published designs by our equations", table]
     return "\n\n".join([*parts, *(f"![{what}]({name})" for name, what in pictures)]) + "\n"
 
@@ -199,14 +199,14 @@ def _further(curve: Curve) -> list[str]:
     return [curve.name, curve.words, *numbers, f"{width:.0f} x {depth:.0f}", _binding(curve, "torque")]
 
 
-def _beside(main: Curve, found: PublishedDesign) -> list[str]:
-    own = main.kappa_at(found.half_side)
+def _beside(main: Curve, design: PublishedDesign) -> list[str]:
+    own = main.kappa_at(design.half_side)
     return [
-        f"{found.table}, {found.row}",
-        found.method,
-        f"{2 * found.half_side:.4g}",
-        f"{found.kappa:.4g}",
+        f"{design.table}, {design.row}",
+        design.method,
+        f"{2 * design.half_side:.4g}",
+        f"{design.kappa:.4g}",
         "beyond the front" if own is None else f"{own:.4g}",
-        f"{found.torque:.4g}",
-        ", ".join(found.misses) or "nothing",
+        f"{design.torque:.4g}",
+        ", ".join(design.misses) or "nothing",
     ]

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from optimizer.front.front import Curve
+from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.step import Problem, step_problem
-from optimizer.synthesis.three_step import Store
+from optimizer.search.result import finite
+from optimizer.synthesis.three_step import Store, remembered
 
-GAP = 1e-4
-"""Gap that is asked of each proof, as a share of the objective."""
+GAP = 1e-4  # gap at which each proof ends, as a share of the objective
+# Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is.
 BOXES = 12_000
-"""Boxes of designs for each proof: with three free variables 5,000 are usual, with more the gap stays as it then is."""
 
 
 def proved(
@@ -28,7 +28,7 @@ def proved(
     Args:
         curve: The front.
         report: Called after each proof: how many are done, and how many there are.
-        stop: Asked before and in each proof; True ends with the bounds there are.
+        stop: Called before and in each proof; True ends with the bounds there are.
         store: Keeps each proof; None keeps nothing.
 
     Returns:
@@ -56,15 +56,12 @@ def proved(
 def _bound(
     key: str, problem: Problem, design_mm: tuple[float, ...], stop: Callable[[], bool], store: Store | None
 ) -> float | None:
-    from optimizer.globalopt.optimum import prove_optimum  # loads numba
-
-    kept: dict[str, Any] | None = store.finished(key) if store else None
-    if kept is None:
-        found = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, stop=stop)
+    def solve() -> dict[str, Any] | None:
+        proven = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, stop=stop)
         if stop():  # as far as it came is no fact to keep
             return None
         # without an incumbent nothing stands beside the bound
-        kept = {"bound": found.bound if found.design_mm and math.isfinite(found.bound) else None}
-        if store is not None:
-            store.finish(key, kept)
-    return kept["bound"]
+        return {"bound": finite(proven.bound) if proven.design_mm else None}
+
+    kept = remembered(store, key, solve)
+    return None if kept is None else kept["bound"]

@@ -12,8 +12,8 @@ from optimizer.problem.step import SIDE
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.result import Result
 
+# Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP.
 TABLES = (7, 8, 10, 11, 12)
-"""Tables of [RCIM2018]: step 2 by GA, step 3 by GA, step 2 by SQP, step 3 by SQP, step 3 by GA and GA+SQP."""
 
 
 class PublishedDesign(NamedTuple):
@@ -44,21 +44,21 @@ class PublishedDesign(NamedTuple):
 
 
 def published_designs(given: Requirements) -> list[PublishedDesign]:
-    """The designs of `TABLES` with the force of the requirements.
+    """Recomputes the designs of `TABLES` with the force of the requirements.
 
     Args:
-        given: What they are held against.
+        given: Requirements that they are compared with.
 
     Returns:
         One for each row that has a result.
     """
-    found = []
+    designs = []
     for run in published_runs(TABLES):
         if run.result is not None:
             result = Result(at_side(given, run.result[SIDE]), "published", run.result, "converged")
             worst = (result.max_kappa, result.max_torque)
-            found.append(PublishedDesign(run.table, run.row, run.method, run.result, *worst, misses(given, result)))
-    return found
+            designs.append(PublishedDesign(run.table, run.row, run.method, run.result, *worst, misses(given, result)))
+    return designs
 
 
 def misses(given: Requirements, result: Result) -> tuple[str, ...]:

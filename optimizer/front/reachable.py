@@ -16,21 +16,18 @@ import numpy as np
 from delta_cad.mechanism import DeltaGeometry, closure_margin
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 
-SAMPLES = 720
-"""Along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve."""
-BISECTIONS = 60
-"""Halvings to an end of a contour: more than a double can resolve."""
+SAMPLES = 720  # along one chain's contour: at 0.5 degrees a polyline of 200 mm radius is 2 um off the curve
+BISECTIONS = 60  # halvings to an end of a contour: more than a double can resolve
 RAYS = 241
-RADIAL_SCAN = 400
-"""Points along a ray, from outside inwards, before its end is bisected."""
+RADIAL_SCAN = 400  # points along a ray, from outside inwards, before its end is bisected
 HEIGHTS = 49
 
+# (K,) beta -> (K, 3) points, and (K,) margin that is negative where the contour is not there.
 Contour = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""(K,) beta -> (K, 3) points, and (K,) margin that is negative where the contour is not there."""
 
 
 def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
-    """The workspace's boundary in a horizontal plane.
+    """Computes the workspace's boundary in a horizontal plane.
 
     Args:
         g: The mechanism.
@@ -39,15 +36,15 @@ def contours_at_height(g: DeltaGeometry, z: float) -> list[np.ndarray]:
     Returns:
         Pieces of the boundary, each (K, 3) points of one chain's limit, m.
     """
-    pieces = []
+    arcs = []
     for chain in range(3):
         for sign in (-1.0, 1.0):
-            pieces += _pieces(_horizontal(g, chain, sign, z))
-    return pieces
+            arcs += _arcs(_horizontal(g, chain, sign, z))
+    return arcs
 
 
 def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
-    """The workspace's boundary above the base plane in the plane y = 0, in which chain 0 moves.
+    """Computes the workspace's boundary above the base plane in the plane y = 0, in which chain 0 moves.
 
     Args:
         g: The mechanism.
@@ -55,8 +52,8 @@ def contours_in_mirror_plane(g: DeltaGeometry) -> list[np.ndarray]:
     Returns:
         Pieces of the boundary, each (K, 3) points, m; chain 2's are chain 1's.
     """
-    pieces = [piece for reach in _own_reaches(g) for piece in _pieces(_circle(g, reach))]
-    return pieces + _pieces(_mirrored(g))
+    arcs = [arc for reach in _own_reaches(g) for arc in _arcs(_circle(g, reach))]
+    return arcs + _arcs(_mirrored(g))
 
 
 class Shell(NamedTuple):
@@ -76,7 +73,7 @@ class Shell(NamedTuple):
 
 
 def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
-    """The boundary of the workspace over the base plane.
+    """Computes the boundary of the workspace over the base plane.
 
     Args:
         g: The mechanism.
@@ -110,7 +107,7 @@ def shell(g: DeltaGeometry, rays: int = RAYS, heights: int = HEIGHTS) -> Shell:
 
 
 def _squares(g: DeltaGeometry, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(...) squares of the largest and of the smallest height over (..., 2) points; the largest negative outside."""
+    """Computes (...) squares of the extreme heights over (..., 2) points; the largest is negative outside."""
     q = p @ RADIAL[:, :2].T - (g.base_radius - g.platform_radius)
     t = p @ TANGENTIAL[:, :2].T
     s2 = g.forearm_length**2 - t * t
@@ -134,12 +131,12 @@ def _horizontal(g: DeltaGeometry, chain: int, sign: float, z: float) -> Contour:
 
 
 def _own_reaches(g: DeltaGeometry) -> tuple[float, float]:
-    """Radii of chain 0's circles in the mirror plane: stretched and folded."""
+    """Computes the radii of chain 0's circles in the mirror plane: stretched and folded."""
     return g.upper_arm_length + g.forearm_length, abs(g.forearm_length - g.upper_arm_length)
 
 
 def _circle(g: DeltaGeometry, radius: float) -> Contour:
-    """Chain 0 in the mirror plane, about its shoulder; beta is its angle there."""
+    """Makes the contour of chain 0 in the mirror plane, about its shoulder; beta is its angle there."""
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = radius * np.cos(beta) + g.base_radius - g.platform_radius
@@ -150,7 +147,7 @@ def _circle(g: DeltaGeometry, radius: float) -> Contour:
 
 
 def _mirrored(g: DeltaGeometry) -> Contour:
-    """Chains 1 and 2 in the mirror plane, where they are each other's image."""
+    """Makes the contour of chains 1 and 2 in the mirror plane, where they are each other's image."""
 
     def contour(beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rho, t = _limit(g, beta)
@@ -167,8 +164,8 @@ def _limit(g: DeltaGeometry, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return g.upper_arm_length + g.forearm_length * np.cos(beta), g.forearm_length * np.sin(beta)
 
 
-def _pieces(contour: Contour) -> list[np.ndarray]:
-    """The parts of a closed contour whose margin is not negative, their ends bisected."""
+def _arcs(contour: Contour) -> list[np.ndarray]:
+    """Finds the parts of a closed contour whose margin is not negative, their ends bisected."""
     beta = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
     there = contour(beta)[1] >= 0.0
     if not there.any():
@@ -186,10 +183,10 @@ def _pieces(contour: Contour) -> list[np.ndarray]:
     )
     if there.all():
         return [contour(beta)[0]]
-    pieces = []
+    arcs = []
     for first, last, begin, end in zip(change[0::2], change[1::2], ends[0::2], ends[1::2], strict=True):
-        pieces.append(contour(np.concatenate([[begin], beta[first + 1 : last + 1], [end]]))[0])
-    return pieces
+        arcs.append(contour(np.concatenate([[begin], beta[first + 1 : last + 1], [end]]))[0])
+    return arcs
 
 
 def _ends(contour: Contour, inside: np.ndarray, outside: np.ndarray) -> np.ndarray:

@@ -7,26 +7,21 @@ and R along with it: where the requirements fix both, nothing could follow it ot
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from optimizer.front.front import POINTS_MIN, Curve, FrontPoint, PointReport, Tracer
-from optimizer.front.limits import conflict_words
+from optimizer.front.front import POINTS_MIN, Curve, FrontPoint, Tracer
+from optimizer.front.limits import described_conflict
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import outline_of, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError
-from optimizer.synthesis.three_step import Store
 
-OUTLINES = (0.9, 1.1)
-"""Sizes of the outline beside the required one, as parts of its largest R + L_A."""
+OUTLINES = (0.9, 1.1)  # sizes of the outline beside the required one, as parts of its largest R + L_A
+# Torques beside the required one, as parts of the range that the front as required needs.
 TORQUES = (1.0 / 3.0, 2.0 / 3.0)
-"""Torques beside the required one, as parts of the range that the front as required needs."""
-SHARE = 3
-"""The further fronts have one point for so many of the front as required."""
-ROUND = 1000.0
-"""Torques are told, and so asked, in whole mN m."""
+SHARE = 3  # the further fronts have one point for so many of the front as required
+ROUND = 1000.0  # torques are given in whole mN m
 
 
 @dataclass(frozen=True)
@@ -67,64 +62,43 @@ class Trade:
         return points[int(np.argmax(below))] if below.max() > 0.0 else None
 
 
-@dataclass
-class Trader:
-    """Traces all fronts of a trade.
+def trade(tracer: Tracer) -> Trade:
+    """Traces the front as required and the further ones beside it.
 
-    Attributes:
-        given: The requirements.
-        count: Points of the front as required.
-        seed: Of the cold starts.
-        report: Told of each point.
-        stop: Asked before each point; True ends with what there is.
-        store: Keeps what was solved; None keeps nothing.
+    Args:
+        tracer: Tracer of the front as required.
+
+    Returns:
+        The fronts, as far as they came if the run was stopped.
+
+    Raises:
+        FrontError: As `Tracer.curve`.
+        InfeasibleError: The requirements cannot be met together at any half side.
     """
+    main, given = tracer.curve(), tracer.given
+    outlines: list[Curve] = []
+    torques: list[Curve] = []
+    if main.finished:
+        outlines = [further(tracer, scaled_outline(given, part), *_outline_name(given, part)) for part in OUTLINES]
+    if main.finished and all(curve.finished for curve in outlines):
+        for level in torque_levels(main):
+            name, words = f"torque {level:g} N m", f"{level:g} N m for the force"
+            torques.append(further(tracer, with_torque(given, level), name, words))
+    curves = (main, *outlines, *torques)
+    return Trade(main, tuple(outlines), tuple(torques), all(curve.finished for curve in curves))
 
-    given: Requirements
-    count: int = 50
-    seed: int = 0
-    report: PointReport | None = None
-    stop: Callable[[], bool] = bool
-    store: Store | None = None
-    _done: list[Curve] = field(default_factory=list, init=False)
 
-    def trade(self) -> Trade:
-        """Traces them.
-
-        Returns:
-            The fronts, as far as they came if the run was stopped.
-
-        Raises:
-            FrontError: As `Tracer.curve`.
-            InfeasibleError: The requirements cannot be met together at any half side.
-        """
-        main = self._tracer(self.given, "as required", "as required", self.count).curve()
-        outlines: list[Curve] = []
-        torques: list[Curve] = []
-        if main.finished:
-            outlines = [
-                self._further(scaled_outline(self.given, part), *outline_name(self.given, part)) for part in OUTLINES
-            ]
-        if main.finished and all(curve.finished for curve in outlines):
-            for level in torque_levels(main):
-                words = f"{level:g} N m for the force"
-                torques.append(self._further(with_torque(self.given, level), f"torque {level:g} N m", words))
-        curves = (main, *outlines, *torques)
-        return Trade(main, tuple(outlines), tuple(torques), all(curve.finished for curve in curves))
-
-    def _tracer(self, given: Requirements, name: str, words: str, count: int) -> Tracer:
-        return Tracer(given, count, self.seed, name, words, self.report, self.stop, self.store)
-
-    def _further(self, given: Requirements, name: str, words: str) -> Curve:
-        """A front that may be empty: then its `beyond` says which constraints contradict each other."""
-        try:
-            return self._tracer(given, name, words, max(POINTS_MIN, self.count // SHARE)).curve()
-        except InfeasibleError as error:
-            return Curve(given, name, words, (), beyond=conflict_words(step_problem(given, error.step), error))
+def further(tracer: Tracer, given: Requirements, name: str, words: str) -> Curve:
+    """Traces a front beside the one as required; where it is empty, its `beyond` names what contradicts each other."""
+    other = replace(tracer, given=given, count=max(POINTS_MIN, tracer.count // SHARE), name=name, words=words)
+    try:
+        return other.curve()
+    except InfeasibleError as error:
+        return Curve(given, name, words, (), beyond=described_conflict(step_problem(given, error.step), error))
 
 
 def largest_reach(given: Requirements) -> float:
-    """Largest R + L_A that the outline allows, mm; the rectangle either way round."""
+    """Computes the largest R + L_A that the outline allows, mm; the rectangle either way round."""
     limits, task = given.limits, given.requirements
     if limits.outline_radius_max_mm is not None:
         return limits.outline_radius_max_mm
@@ -134,7 +108,7 @@ def largest_reach(given: Requirements) -> float:
 
 
 def scaled_outline(given: Requirements, part: float) -> Requirements:
-    """Requirements with another outline: R + L_A at most a part of what it was, the bounds of both scaled alike."""
+    """Scales the outline of requirements: the largest R + L_A, and the bounds of both alike."""
     bounds = {
         name: tuple(part * value for value in getattr(given.bounds_mm, name))
         for name in ("upper_arm_length", "base_radius")
@@ -147,19 +121,19 @@ def scaled_outline(given: Requirements, part: float) -> Requirements:
     )
 
 
-def outline_name(given: Requirements, part: float) -> tuple[str, str]:
-    """Name and words of a front with another outline."""
+def _outline_name(given: Requirements, part: float) -> tuple[str, str]:
+    """Gives the name of a front with another outline, and its description."""
     return f"outline {part:g}", f"R + L_A <= {part * largest_reach(given):.4g} mm, bounds of R and L_A x {part:g}"
 
 
 def with_torque(given: Requirements, level: float) -> Requirements:
-    """Requirements with so much torque, N m, for the force at each joint; gravity's share comes on top."""
+    """Gives requirements so much torque, N m, for the force at each joint; gravity's share comes on top."""
     total = level + given.limits.gravity_torque_N_m
     return given.model_copy(update={"requirements": given.requirements.model_copy(update={"joint_torque_N_m": total})})
 
 
 def torque_levels(main: Curve) -> list[float]:
-    """Torques in N m, ascending, below what the front needs and above what its smallest cube needs."""
+    """Chooses torques in N m, ascending, below what the front needs and above what its smallest cube needs."""
     needed = [point.torque for point in main.points]
     if not needed:
         return []

@@ -9,12 +9,9 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from delta_cad.common.units import MM_PER_M
+from optimizer.globalopt.optimum import Now, prove_optimum
 from optimizer.problem.step import Problem, ProblemError
-from optimizer.search.result import Bound, Result
-
-Report = Callable[[int, int, float, float], None]
-"""Boxes examined, boxes at most, certified objective so far, bound so far."""
+from optimizer.search.result import Bound, Result, finite
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,7 @@ class Effort:
 
 
 def available() -> bool:
-    """Whether numba is installed, without which nothing is proved."""
+    """Tells whether numba is installed, without which nothing is proved."""
     return find_spec("numba") is not None
 
 
@@ -39,90 +36,70 @@ def solve(
     problem: Problem,
     seed: int,
     effort: Effort,
-    report: Report | None = None,
+    report: Callable[[Now], None] | None = None,
     stop: Callable[[], bool] = bool,
     before_mm: tuple[float, ...] | None = None,
-) -> tuple[Result, bool]:
-    """The optimum of a step by proof.
+) -> Result:
+    """Finds the optimum of a step by proof.
 
     Args:
         problem: The step.
-        seed: Of the starts of SQP for the first incumbent.
+        seed: Seed of SQP's starts for the first incumbent.
         effort: How far to go.
-        report: Told where it is.
-        stop: Asked now and then; True ends it.
-        before_mm: (6,) what the step before found, to fall back on, mm; None for nothing.
+        report: Called with the state of the proof.
+        stop: Called now and then; True ends the proof.
+        before_mm: (6,) design of the step before, to fall back on, mm; None without one.
 
     Returns:
-        The result; its design is the middle of the bounds where none is known. Whether no design is feasible, proved.
+        The result. Where no design is known, its design is the middle of the bounds; its status is "infeasible" where
+        that is proved of every design.
 
     Raises:
         ProblemError: numba is not installed.
     """
     if not available():
         raise ProblemError("a proof needs numba, which is not installed: install delta-haptics[optimize]")
-    from optimizer.globalopt.optimum import Now, prove_optimum
-
-    def tell(now: Now) -> None:
-        if report is not None:
-            report(now.boxes, effort.boxes, now.best, now.bound)
-
-    found = prove_optimum(
-        problem, gap=effort.gap, max_boxes=effort.boxes, before_mm=before_mm, seed=seed, report=tell, stop=stop
+    proven = prove_optimum(
+        problem, gap=effort.gap, max_boxes=effort.boxes, before_mm=before_mm, seed=seed, report=report, stop=stop
     )
-    design = found.design_mm
-    if not design:
-        middle = problem.designs(np.full((1, len(problem.free)), 0.5))[0] * MM_PER_M
-        design = tuple(float(v) for v in np.clip(middle, problem.lower, problem.upper))
-    proof = Bound(
-        _told(found.objective) if found.certified else None, _told(found.bound), _told(found.gap), found.boxes
-    )
-    return Result(problem, "proven", design, found.status, proof=proof), found.status == "infeasible"
+    design = proven.design_mm or problem.lengths_mm(np.full(len(problem.free), 0.5))
+    objective = finite(proven.objective) if proven.certified else None
+    proof = Bound(objective, finite(proven.bound), finite(proven.gap), proven.boxes)
+    return Result(problem, "proven", design, proven.status, proof=proof)
 
 
 def with_bound(
     result: Result,
     seed: int,
     effort: Effort,
-    report: Report | None = None,
+    report: Callable[[Now], None] | None = None,
     stop: Callable[[], bool] = bool,
     within: Problem | None = None,
 ) -> Result:
-    """A feasible result with the bound of its step and its own distance from that.
+    """Adds to a feasible result the bound of its step and its own distance from that bound.
 
     Args:
-        result: What another method found.
-        seed: Of the starts of SQP, should the result not do as an incumbent.
+        result: Result of another method.
+        seed: Seed of SQP's starts, should the result not do as an incumbent.
         effort: How far to go.
-        report: Told where it is.
-        stop: Asked now and then; True ends it.
-        within: The step that the bound is of, where the search had narrower bounds; None for the result's own.
+        report: Called with the state of the proof.
+        stop: Called now and then; True ends the proof.
+        within: The step that is bounded, where the search had narrower bounds; None for the result's own.
 
     Returns:
         The same with a proof; unchanged if there is no bound, because the result is feasible to a rounding only.
     """
-    from optimizer.globalopt.optimum import Now, prove_optimum
-
-    def tell(now: Now) -> None:
-        if report is not None:
-            report(now.boxes, effort.boxes, now.best, now.bound)
-
-    found = prove_optimum(
+    proven = prove_optimum(
         result.problem if within is None else within,
         gap=effort.gap,
         max_boxes=effort.boxes,
         incumbent_mm=result.design_mm,
         before_mm=result.design_mm,
         seed=seed,
-        report=tell,
+        report=report,
         stop=stop,
     )
-    if not math.isfinite(found.bound):
+    if not math.isfinite(proven.bound):
         return result
-    distance = abs(result.objective - found.bound)
-    gap = distance / result.objective if result.objective > 0.0 else math.inf
-    return replace(result, proof=Bound(None, found.bound, _told(gap), found.boxes))
-
-
-def _told(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    gap = abs(result.objective - proven.bound) / result.objective if result.objective > 0.0 else math.inf
+    return replace(result, proof=Bound(None, proven.bound, finite(gap), proven.boxes))

@@ -2,9 +2,7 @@
 
 The cube's half side and the thresholds are numbers here; a box is excluded when no design in it meets them. Boxes that
 resist are contracted by every cut, then halved. A design that all points allow is handed out as a question: either
-the cube has a point that refuses it, which becomes a cutting point, or it is better than what is asked for.
-
-Importing this module loads numba.
+the cube has a point that refuses it, which becomes a cutting point, or it is better than the target.
 """
 
 from __future__ import annotations
@@ -19,37 +17,34 @@ from optimizer.globalopt.cutting_points import HEIGHT, MOST, RADII, fill_lengths
 from optimizer.globalopt.cutting_points import ROWS as TABLE
 from optimizer.globalopt.dual_simplex import SIZE, solve
 
-POINTS = 128
-"""Most cutting points at once."""
+POINTS = 128  # most cutting points at once
 CUTS = MOST * POINTS + 8
-SMALLEST = 1e-11
-"""m; a box this small is given up: the incumbent's own rounding is near."""
-ENOUGH = 0.7
-"""A contraction to less than this share of the volume is worth another look before the box is halved."""
+SMALLEST = 1e-11  # a box this small, m, is given up: the incumbent's own rounding is near
+ENOUGH = 0.7  # a contraction to less than this share of the volume is worth another look before the box is halved
+# Share of a box's half width that a contraction gives back: more than the roundings of a contraction's few operations
+# on numbers of 1.
 PAD = 1e-13
-"""Of a box's half width: more than the roundings of a contraction's few operations on numbers of 1."""
-FOLD = 1.1547
-"""Just below 2 / sqrt(3): as far from the axis the point above chain 1's shoulder may be, as a share of L."""
+FOLD = 1.1547  # just below 2 / sqrt(3): as far from the axis the point above chain 1's shoulder may be, as a share of L
 DONE, QUESTION, STUCK = 0, 1, 2
 
 
 @compiled
-def _design_cuts(pose, box, whole, cuts, count):
+def _design_cuts(pose, box, cube_limits, cuts, count):
     """Adds what holds for the whole cube in closed form: outline, lean, and the fold above a shoulder.
 
     Args:
         pose: `cutting_points.table`, with the box's lengths in it.
         box: (2, 4) the box, m.
-        whole: L; largest L_A + a, or infinity; least L_B for the lean; m, each rounded outwards.
+        cube_limits: L; largest L_A + a, or infinity; least L_B for the lean; m, each rounded outwards.
         cuts: Room.
         count: How many cuts there are.
     """
     la, lb, height = at(pose, forms.UPPER_ARM), at(pose, forms.FOREARM_LENGTH), at(pose, HEIGHT)
-    if whole[1] < np.inf:
-        count = keep(cuts, count, subtract(constant(whole[1], 0.0), add(la, at(pose, RADII))))
-    if count != EXCLUDED and whole[2] > 0.0:
-        count = keep(cuts, count, subtract(lb, constant(whole[2], 0.0)))
-    if count != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= FOLD * whole[0]:
+    if cube_limits[1] < np.inf:
+        count = keep(cuts, count, subtract(constant(cube_limits[1], 0.0), add(la, at(pose, RADII))))
+    if count != EXCLUDED and cube_limits[2] > 0.0:
+        count = keep(cuts, count, subtract(lb, constant(cube_limits[2], 0.0)))
+    if count != EXCLUDED and max(abs(box[0, 2]), abs(box[1, 2])) <= FOLD * cube_limits[0]:
         count = keep(cuts, count, add(height, subtract(la, lb)))
         if count != EXCLUDED:
             count = keep(cuts, count, add(height, subtract(lb, la)))
@@ -88,10 +83,10 @@ def _contract(cuts, n, box):
 
 
 @compiled
-def _allowed(point, mask, points, count, numbers, whole, pose, work, cuts):
+def _allowed(point, mask, points, count, numbers, cube_limits, pose, work, cuts):
     """Decides whether no cutting point refuses a single design, a box of no size."""
     fill_lengths(point, pose)
-    if _design_cuts(pose, point, whole, cuts, 0) == EXCLUDED:
+    if _design_cuts(pose, point, cube_limits, cuts, 0) == EXCLUDED:
         return False
     for i in range(count):  # noqa: SIM110  (compiled code has no generators)
         if mask[i] and point_cuts(points, i, numbers, pose, work, cuts, 0) == EXCLUDED:
@@ -113,7 +108,7 @@ def _by_use(hits, count):
 
 
 @compiled
-def search(boxes, masks, flags, state, points, count, hits, numbers, whole, candidate, budget):
+def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits, candidate, budget):
     """Examines up to `budget` boxes, depth first.
 
     Args:
@@ -125,7 +120,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
         count: How many of them there are.
         hits: (POINTS,) how often each excluded a box.
         numbers: `cutting_points.numbers`.
-        whole: (3,) see `_design_cuts`.
+        cube_limits: (3,) see `_design_cuts`.
         candidate: (4,) filled with the design of a question.
         budget: Boxes.
 
@@ -135,7 +130,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
     cuts, spare, work = np.empty((CUTS, 6)), np.empty((MOST + 8, 6)), np.empty((24, 6))
     pose, other = np.empty((TABLE, 6)), np.empty((TABLE, 6))
     u, basis, weight = np.zeros(SYMBOLS), np.zeros(SIZE, dtype=np.int64), np.zeros(SIZE)
-    matrix, right = np.empty((SIZE, SIZE)), np.empty((SIZE, 1))
+    matrix, right = np.empty((SIZE, SIZE)), np.empty(SIZE)
     point = np.empty((2, SYMBOLS))
     order = _by_use(hits, count)
     box, mask = np.empty((2, SYMBOLS)), np.empty(POINTS, dtype=np.uint8)
@@ -148,7 +143,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
         for i in range(POINTS):
             mask[i] = masks[top, i]
         fill_lengths(box, pose)
-        n = _design_cuts(pose, box, whole, cuts, 0)
+        n = _design_cuts(pose, box, cube_limits, cuts, 0)
         for i in order:
             if n == EXCLUDED:
                 break
@@ -169,7 +164,7 @@ def search(boxes, masks, flags, state, points, count, hits, numbers, whole, cand
                 c, r = 0.5 * (box[0, j] + box[1, j]), 0.5 * (box[1, j] - box[0, j])
                 candidate[j] = min(max(c + r * u[j], box[0, j]), box[1, j])
                 point[0, j] = point[1, j] = candidate[j]
-            if _allowed(point, mask, points, count, numbers, whole, other, work, spare):
+            if _allowed(point, mask, points, count, numbers, cube_limits, other, work, spare):
                 return QUESTION
         share = _contract(cuts, n, box)
         if share == 0.0:

@@ -4,8 +4,6 @@ Each cut is an affine form in L_A, L_B, a = R - r and H that is >= 0 for every d
 that is negative in the whole box therefore excludes it. Cuts need not be sharp where a design is infeasible anyway, so
 w is taken as a root of what is not negative, and every unit vector may stand for an eigenvector. The limits' own files
 say what each cuts; README (5)-(9) beside this file has the derivations.
-
-Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -33,25 +31,23 @@ from delta_cad.mechanism.enclosure.table import EXCLUDED, INSIDE
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
+# Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H.
 HALF, DIFFERENCE, RADII, HEIGHT = range(forms.ROWS, forms.ROWS + 4)
-"""Rows behind those of a pose: 1 / (2 L_A), L_A^2 - L_B^2, a and H."""
 ROWS = forms.ROWS + 4
 
 _CUTTING = tuple(limit for limit in POSE_LIMITS if limit.cut is not None)
-START: dict[type[PoseLimit], int] = {}
-"""Place of a limit's numbers; the bits of those that are asked stand before them."""
+START: dict[type[PoseLimit], int] = {}  # place of a limit's numbers; the bits of those in play stand before them
 SIZE = 1
 for _limit in _CUTTING:
     START[_limit], SIZE = SIZE, SIZE + _limit.size
 BITS = {limit: 1 << n for n, limit in enumerate(_CUTTING)}
-MOST = sum(limit.cuts for limit in _CUTTING)
-"""Most cuts of one point."""
+MOST = sum(limit.cuts for limit in _CUTTING)  # most cuts of one point
 
 
 def _cutting(tier: int) -> Any:
     calls = [(limit.cut, BITS[limit], START[limit]) for limit in _CUTTING if limit.tier == tier]
-    line = "if asked & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
-    return in_turn("pose, k, asked, work, cuts, count", calls, line, "return count")
+    line = "if limits & {1}:\n        count = {0}(pose, k, {2}, work, cuts, count)\n        if count < 0: return count"
+    return in_turn("pose, k, limits, work, cuts, count", calls, line, "return count")
 
 
 _by_chains, _by_forearms = _cutting(forms.CHAINS), _cutting(forms.FOREARMS)
@@ -62,7 +58,7 @@ def numbers(limits: Limits) -> np.ndarray:
     """Gathers the numbers of limits for `point_cuts`.
 
     Args:
-        limits: The limits; one that a closed form says for the whole cube is left out.
+        limits: The limits; one that has a closed form over the cube is left out.
 
     Returns:
         (n,) numbers.
@@ -159,10 +155,10 @@ def point_cuts(points, n, k, pose, work, cuts, count):
     Returns:
         How many there are now, or `EXCLUDED`.
     """
-    asked = int(k[0])
+    limits = int(k[0])
     _fill_chains(points[n, 0], points[n, 1], points[n, 2], pose)
-    count = _by_chains(pose, k, asked, work, cuts, count)
-    if count == EXCLUDED or not asked & _FOREARMS:
+    count = _by_chains(pose, k, limits, work, cuts, count)
+    if count == EXCLUDED or not limits & _FOREARMS:
         return count
     forms.fill_forearms(pose)
-    return _by_forearms(pose, k, asked, work, cuts, count)
+    return _by_forearms(pose, k, limits, work, cuts, count)

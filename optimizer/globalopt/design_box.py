@@ -18,12 +18,12 @@ from optimizer.problem.step import SIDE, Problem
 
 
 class DesignBox(NamedTuple):
-    """Where designs are looked for.
+    """The box in which designs are searched.
 
     Attributes:
         box: (2, 4) lower and upper ends of L_A, L_B, a, H, m, rounded outwards.
         sum_max: Largest L_A + a, m, rounded up; infinite where nothing asks for it.
-        forearm_per_half_side_min: L_B is at least this times L; 0 where no lean is asked. Rounded down.
+        forearm_per_half_side_min: L_B is at least this times L; 0 without a limit of lean. Rounded down.
         reach_max_mm: Largest R + L_A, mm; infinite likewise.
         platform_min_mm: Least r, mm.
     """
@@ -36,14 +36,14 @@ class DesignBox(NamedTuple):
 
 
 def design_box(problem: Problem) -> DesignBox | None:
-    """The space of a problem; None if outline, clearance and bounds alone leave nothing.
+    """Computes the box of designs of a problem; None if outline, clearance and bounds alone leave nothing.
 
     Args:
         problem: The step.
     """
     (la, lb, R, r, H), high = problem.lower[:SIDE], problem.upper
-    asked = reduce(DesignBounds.both, (limit.design_bounds() for limit in problem.limits), DesignBounds())
-    reach, least = asked.reach_max_mm, max(r, asked.platform_radius_min_mm)
+    bounds = reduce(DesignBounds.both, (limit.design_bounds() for limit in problem.limits), DesignBounds())
+    reach, least = bounds.reach_max_mm, max(r, bounds.platform_radius_min_mm)
     la_high = min(high[0], (reach - R) * (1.0 + OUTWARDS))
     if la_high < la * (1.0 - OUTWARDS) or least > high[3]:
         return None
@@ -53,16 +53,16 @@ def design_box(problem: Problem) -> DesignBox | None:
     box = np.array([np.array(low) - sizes, np.array(top) + sizes]) / MM_PER_M
     if (box[0] > box[1]).any():
         return None
-    total = (reach - least) / MM_PER_M
-    return DesignBox(box, total + OUTWARDS * abs(reach), asked.forearm_per_half_side_min, reach, least)
+    total = (reach - least + OUTWARDS * abs(reach)) / MM_PER_M
+    return DesignBox(box, total, bounds.forearm_per_half_side_min, reach, least)
 
 
-def design_of(problem: Problem, space: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:
-    """A whole design for a point of the space: of the R that fit, the smallest.
+def design_of(problem: Problem, designs: DesignBox, point: np.ndarray, half_side_mm: float) -> np.ndarray:
+    """Completes a point of the design box to a design, with the smallest R that fits.
 
     Args:
         problem: The step.
-        space: Its space.
+        designs: Its design box.
         point: (4,) L_A, L_B, a, H, m.
         half_side_mm: L.
 
@@ -70,5 +70,5 @@ def design_of(problem: Problem, space: DesignBox, point: np.ndarray, half_side_m
         (6,) lengths in the order of `VARIABLES`, mm, within the bounds.
     """
     la, lb, a, height = np.asarray(point) * MM_PER_M
-    R = max(problem.lower[2], space.platform_min_mm + a)
+    R = max(problem.lower[2], designs.platform_min_mm + a)
     return np.clip([la, lb, R, R - a, height, half_side_mm], problem.lower, problem.upper)

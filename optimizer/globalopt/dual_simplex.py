@@ -3,10 +3,8 @@
 A cut is an affine form: what a design has to meet at one cutting point of the cube. No single cut may exclude a box
 around an optimum, where several are in balance; a sum with weights >= 0 does, to second order of the box's size. The
 weights come from a linear program over the box, `max t: c_k + e_k + s_k u >= t, -1 <= u <= 1`, solved by the dual
-simplex method in plain floating point; whatever they are, the sum of cuts with weights >= 0 is judged by itself, with
+simplex method in plain floating point; whatever they are, the sum of cuts with weights >= 0 is tested by itself, with
 every rounding counted, so that nothing is believed of the solver.
-
-Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -17,15 +15,13 @@ from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, UP
 
 SIZE = SYMBOLS + 1
-ITERATIONS = 60
-"""Exchanges of a row; 5 to 15 are usual."""
-LEAST = 1e-13
-"""Of cuts of magnitude 1: a smaller violation or step is a rounding of the elimination."""
+ITERATIONS = 60  # exchanges of a row; 5 to 15 are usual
+LEAST = 1e-13  # with cuts of magnitude 1, a smaller violation or step is a rounding of the elimination
 
 
 @compiled
 def _eliminate(matrix, right):
-    """Solves a system of 5 equations for several right sides in place, with row exchange; False where singular."""
+    """Solves a system of 5 equations in place, with row exchange; False where it is singular."""
     for k in range(SIZE):
         p = k
         for i in range(k + 1, SIZE):
@@ -36,27 +32,24 @@ def _eliminate(matrix, right):
         if p != k:
             for j in range(SIZE):
                 matrix[p, j], matrix[k, j] = matrix[k, j], matrix[p, j]
-            for j in range(right.shape[1]):
-                right[p, j], right[k, j] = right[k, j], right[p, j]
+            right[p], right[k] = right[k], right[p]
         for i in range(k + 1, SIZE):
             f = matrix[i, k] / matrix[k, k]
             if f != 0.0:
                 for j in range(k, SIZE):
                     matrix[i, j] -= f * matrix[k, j]
-                for j in range(right.shape[1]):
-                    right[i, j] -= f * right[k, j]
-    for c in range(right.shape[1]):
-        for i in range(SIZE - 1, -1, -1):
-            total = right[i, c]
-            for j in range(i + 1, SIZE):
-                total -= matrix[i, j] * right[j, c]
-            right[i, c] = total / matrix[i, i]
+                right[i] -= f * right[k]
+    for i in range(SIZE - 1, -1, -1):
+        total = right[i]
+        for j in range(i + 1, SIZE):
+            total -= matrix[i, j] * right[j]
+        right[i] = total / matrix[i, i]
     return True
 
 
 @compiled
 def _gradient(cuts, count, k, out):
-    """Gradient of constraint k in (u, t): a row's, or that of one of the 8 sides of the box."""
+    """Fills the gradient of constraint k in (u, t): that of a cut, or of one of the 8 sides of the box."""
     out[:] = 0.0
     if k < count:
         for j in range(SYMBOLS):
@@ -69,7 +62,7 @@ def _gradient(cuts, count, k, out):
 
 @compiled
 def excluded(cuts, count, basis, weight):
-    """Whether the sum of cuts with these weights is negative in the whole box, every rounding counted.
+    """Decides whether the sum of cuts with these weights is negative in the whole box, every rounding counted.
 
     Args:
         cuts: (n, 6) forms.
@@ -101,7 +94,7 @@ def solve(cuts, count, u, basis, weight, matrix, right):
         basis: (5,) room: the constraints in balance.
         weight: (5,) room: their weights.
         matrix: (5, 5) room.
-        right: (5, 1) room.
+        right: (5,) room.
 
     Returns:
         Whether a sum of cuts excludes the box; only `excluded` decides that.
@@ -119,25 +112,23 @@ def solve(cuts, count, u, basis, weight, matrix, right):
         # where all five are in balance
         for n in range(SIZE):
             k = basis[n]
-            _gradient(cuts, count, k, line)
-            for j in range(SIZE):
-                matrix[n, j] = line[j]
-            right[n, 0] = -(cuts[k, 0] + cuts[k, 5]) if k < count else -1.0
+            _gradient(cuts, count, k, matrix[n])
+            right[n] = -(cuts[k, 0] + cuts[k, 5]) if k < count else -1.0
         if not _eliminate(matrix, right):
             return False
         for j in range(SYMBOLS):
-            u[j] = right[j, 0]
-        t = right[SYMBOLS, 0]
+            u[j] = right[j]
+        t = right[SYMBOLS]
         # their weights
         for n in range(SIZE):
             _gradient(cuts, count, basis[n], line)
             for j in range(SIZE):
                 matrix[j, n] = line[j]
-            right[n, 0] = -1.0 if n == SYMBOLS else 0.0
+            right[n] = -1.0 if n == SYMBOLS else 0.0
         if not _eliminate(matrix, right):
             return False
         for n in range(SIZE):
-            weight[n] = right[n, 0]
+            weight[n] = right[n]
         if t < 0.0 and excluded(cuts, count, basis, weight):
             return True
         # the constraint that is violated most
@@ -154,9 +145,7 @@ def solve(cuts, count, u, basis, weight, matrix, right):
                 worst, p = value, count + 2 * j + (0 if u[j] > 0.0 else 1)
         if p < 0:
             break
-        _gradient(cuts, count, p, line)
-        for j in range(SIZE):
-            right[j, 0] = line[j]
+        _gradient(cuts, count, p, right)
         for n in range(SIZE):
             _gradient(cuts, count, basis[n], line)
             for j in range(SIZE):
@@ -165,8 +154,8 @@ def solve(cuts, count, u, basis, weight, matrix, right):
             return False
         leaving, least = -1, np.inf
         for n in range(SIZE):
-            if right[n, 0] > LEAST:
-                ratio = max(weight[n], 0.0) / right[n, 0]
+            if right[n] > LEAST:
+                ratio = max(weight[n], 0.0) / right[n]
                 if ratio < least:
                     leaving, least = n, ratio
         if leaving < 0:

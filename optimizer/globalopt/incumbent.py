@@ -9,17 +9,17 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
+from delta_cad.mechanism.proof.prove import prove
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem
 
 HEIGHT = VARIABLES.index("bottom_height")
+# Shares that are given up: nothing if possible, else the least of them that can be proved.
 YIELDS = (0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
-"""Shares that are given up: nothing if possible, else the least of them that can be proved."""
+# Boxes of one proof, 5 s at most, and of the first try. Along a fold a million are needed, else some thousands.
 BOXES, QUICK = 1_500_000, 50_000
-"""Of one proof, 5 s at most, and of the first. Along a fold a million are needed, else some thousands."""
-OWN_ROUNDING = 1e-15
-"""A closed-form margin this little below 0 is its own rounding: three operations on shares of 1."""
+OWN_ROUNDING = 1e-15  # a closed-form margin this little below 0 is its own rounding: three operations on shares of 1
 GRID = 33
 
 
@@ -45,25 +45,25 @@ def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Ce
     Args:
         problem: The step.
         design_mm: (6,) lengths in the order of `VARIABLES`, mm.
-        boxes: Of one proof at most.
+        boxes: Most boxes of one proof.
 
     Returns:
         The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
     """
     kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
-    found = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
-    if found is not None:
-        return found
+    best = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
+    if best is not None:
+        return best
     for share in reversed(YIELDS[1:]):  # what gives up less is harder to prove: the first failure ends it
         less = _proved(problem, design_mm, kappa, share, boxes)
         if less is None:
             break
-        found = less
-    return found
+        best = less
+    return best
 
 
 def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
-    """A design of step 3 whose constraints are proved over the whole cube, but whose condition number is sampled.
+    """Proves the constraints of a design of step 3 over the whole cube, but samples its condition number.
 
     Where the cube touches a fold the condition number rises too steeply to be proved, while the torque that holds it
     finite is not too steep.
@@ -76,14 +76,12 @@ def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
         The design with its sampled condition number; None if its constraints cannot be proved.
     """
     kappa = _largest_kappa(problem, design_mm)
-    found = _proved(problem, design_mm, None, YIELDS[0], BOXES)
-    return found._replace(objective=kappa) if found is not None and math.isfinite(kappa) else None
+    best = _proved(problem, design_mm, None, YIELDS[0], BOXES)
+    return best._replace(objective=kappa) if best is not None and math.isfinite(kappa) else None
 
 
 def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:
-    """The design with a share given up, if that can be proved."""
-    from delta_cad.mechanism.proof.prove import prove
-
+    """Proves the design with a share given up; None if it cannot be proved."""
     design = np.array(design_mm, dtype=float)
     level = None if kappa is None else kappa * (1.0 + share)
     if level == math.inf:  # a chain folds: no limit says that

@@ -4,8 +4,6 @@ Feasibility over a cube is monotone in its half side, for cubes on the same bott
 more than L" is "no design is feasible at L", and "none has a smaller worst kappa than K" is "none is feasible with the
 limit K": either way boxes of (L_A, L_B, R - r, H) are excluded one by one. The requested gap is tried at once; a
 proof that is too hard for that comes closer to the incumbent in decades. README (1)-(12) of this package.
-
-Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -32,36 +30,29 @@ from optimizer.search.sqp import EXCHANGE_GRID, Search
 
 GAP = 1e-5
 BOXES = 2_000_000
-CHUNK = 2_000
-"""Boxes between two looks at `stop`, some 50 ms."""
-STACK = 4_096
-"""Boxes that wait; depth first they are at most the halvings of all edges, a few hundred."""
-MOST = POINTS
-"""Cutting points at once; a further one takes the place of the least useful."""
-FIRST_GRID = 3
-"""Points along an edge of the cube's surface that are cutting points from the start."""
+CHUNK = 2_000  # boxes between two looks at `stop`, some 50 ms
+STACK = 4_096  # boxes that wait; depth first they are at most the halvings of all edges, a few hundred
+MOST = POINTS  # cutting points at once; a further one takes the place of the least useful
+FIRST_GRID = 3  # points along an edge of the cube's surface that are cutting points from the start
+# Boxes, some 10 s, in which the requested gap is tried at once: a quarter of the boxes of the way by decades.
 DIRECT = 200_000
-"""Boxes, some 10 s, in which the requested gap is tried at once: a quarter of the boxes of the way by decades."""
 FIRST_GAP = 0.1
 DECADE = 10.0
-STARTS = 3
-"""Of SQP: what they miss the search finds."""
+STARTS = 3  # starts of SQP; what they miss, the search finds
+# Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
+# takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that.
 VAIN = 8
-"""Designs in a row that look feasible on samples but are no better once proved; from then on none is tried, for a try
-takes some seconds. Only a step whose feasible designs are sharp, without room for a proof, comes to that."""
-IDLE = 500
-"""Questions in a row that gave neither a cutting point nor a better design; from then on none is looked into."""
+IDLE = 500  # questions in a row that gave neither a cutting point nor a better design; from then on none is looked into
+# Boxes of designs where kappa of the design of the step before cannot be proved: near a fold little can be excluded.
 STEEP_BOXES = 100_000
-"""Of designs, where kappa of the design of the step before cannot be proved: near a fold little can be excluded."""
-NEAR = 1e-7
-"""Share of L within which two of them are the same."""
+NEAR = 1e-7  # share of L within which two of them are the same
 
 Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
 Ending = Literal["excluded", "better", "open", "budget", "stopped"]
 
 
 class Now(NamedTuple):
-    """Where a proof is.
+    """The state of a proof.
 
     Attributes:
         boxes: Examined so far.
@@ -79,8 +70,8 @@ class Proven:
     """What was proved of a step.
 
     Attributes:
-        objective: Of the incumbent, certified: half side, mm, or a condition number that its cube nowhere exceeds; NaN
-            without one.
+        objective: Certified objective of the incumbent: half side, mm, or a condition number that its cube nowhere
+            exceeds; NaN without one.
         bound: No design within the bounds that meets the constraints is better: mm, or a condition number; NaN where
             none is feasible.
         gap: |objective - bound| / objective; NaN without an incumbent.
@@ -117,14 +108,14 @@ def prove_optimum(
 
     Args:
         problem: The step.
-        gap: Relative two-sided gap that is asked for.
+        gap: Relative two-sided gap that is requested.
         max_boxes: Boxes of designs after which the proof ends with the gap that it reached.
         incumbent_mm: (6,) a design to start from, in the order of `VARIABLES`, mm; need not be feasible.
         before_mm: (6,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
             be proved, even if its condition number is only sampled.
-        seed: Of the starts of SQP.
-        report: Told where the proof is, each `CHUNK` boxes.
-        stop: Asked as often; True ends it with what stands.
+        seed: Seed of the starts of SQP.
+        report: Called with the state of the proof, each `CHUNK` boxes.
+        stop: Called as often; True ends it with what stands.
 
     Returns:
         Incumbent, bound, gap.
@@ -224,7 +215,7 @@ class _Proof:
         return less if self.problem.step == 3 else one.objective > self.best.objective
 
     def _first(self, incumbent_mm: tuple[float, ...] | np.ndarray | None) -> None:
-        """An incumbent from SQP."""
+        """Finds an incumbent by SQP."""
         if incumbent_mm is not None:
             self._take(np.asarray(incumbent_mm, dtype=float))
             if self.best is not None:
@@ -235,38 +226,36 @@ class _Proof:
             self._descend(start)
 
     def _fall_back(self, design_mm: np.ndarray) -> None:
-        """The design of the step before; the effort is bounded where its condition number is too steep to be proved."""
+        """Takes the design of the step before, with less effort where its kappa is too steep to be proved."""
         design = np.clip(design_mm, self.problem.lower, self.problem.upper)
-        found = proved = certified(self.problem, design, QUICK)
-        if found is None:
+        incumbent = proved = certified(self.problem, design, QUICK)
+        if incumbent is None:
             self.certifying, self.max_boxes = QUICK, min(self.max_boxes, STEEP_BOXES)
-            found = uncertified(self.problem, design)
-        if found is not None:
-            self._keep(found, proved is not None)
+            incumbent = uncertified(self.problem, design)
+        if incumbent is not None:
+            self._keep(incumbent, proved is not None)
 
     def _take(self, design_mm: np.ndarray) -> None:
         """Certifies a design and keeps it if it is the best; then SQP goes on from it."""
-        found = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
-        if found is not None and self._better(found):
-            self._keep(found)
+        incumbent = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
+        if incumbent is not None and self._better(incumbent):
+            self._keep(incumbent)
         self._descend(self.problem.scaled(design_mm))
 
     def _descend(self, x: np.ndarray) -> None:
         ending = sqp.descend(self.problem, x, Search())
         if not ending.converged:
             return
-        design = self.problem.designs(np.array(ending.x)[None])[0] * MM_PER_M
-        # metres and back may leave a bound by a rounding
-        design = np.clip(design, self.problem.lower, self.problem.upper)
+        design = np.array(self.problem.lengths_mm(ending.x))
         if self.best is not None and self.problem.step != 3 and design[SIDE] <= self.best.objective:
             return
-        found = certified(self.problem, design, self.certifying)
-        if found is not None and self._better(found):
-            self._keep(found)
+        incumbent = certified(self.problem, design, self.certifying)
+        if incumbent is not None and self._better(incumbent):
+            self._keep(incumbent)
 
-    def _keep(self, found: Certified, proved: bool = True) -> None:
-        self.best, self.certified = found, proved
-        worst = design_worst(self.problem, np.array(found.design_mm) / MM_PER_M, EXCHANGE_GRID)
+    def _keep(self, incumbent: Certified, proved: bool = True) -> None:
+        self.best, self.certified = incumbent, proved
+        worst = design_worst(self.problem, np.array(incumbent.design_mm) / MM_PER_M, EXCHANGE_GRID)
         for w in worst.values():
             for point in w.points:
                 self._cut_at(point)
@@ -283,7 +272,7 @@ class _Proof:
         else:
             k = self.fixed + int(np.argmin(self.hits[self.fixed : self.count]))
         self.units[k] = point
-        self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # asked early, until it shows its worth
+        self.hits[k] = int(self.hits[: self.count].max(initial=0)) // 2  # tried early, until it shows its worth
         return k
 
     def _exclude(self, space: DesignBox, share: float | None) -> Ending:
@@ -311,17 +300,16 @@ class _Proof:
         boxes, masks = np.empty((STACK, 2, 4)), np.ones((STACK, POINTS), dtype=np.uint8)
         flags, state = np.zeros(STACK, dtype=np.uint8), np.array([1, 0], dtype=np.int64)
         boxes[0] = space.box
-        asked, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
-        whole = np.array([side, space.sum_max, space.forearm_per_half_side_min * side])
+        thresholds, candidate = numbers(self.problem.pose_limits(kappa)), np.empty(4)
+        cube_limits = np.array([side, space.sum_max, space.forearm_per_half_side_min * side])
         begun = self.boxes
         opened = False
         while state[0] > 0:
             budget = min(CHUNK - self.boxes % CHUNK, self.max_boxes - self.boxes)
             if budget <= 0:
                 return "budget"
-            ended = search(
-                boxes, masks, flags, state, self._points(side), self.count, self.hits, asked, whole, candidate, budget
-            )
+            points = self._points(side), self.count, self.hits
+            ended = search(boxes, masks, flags, state, *points, thresholds, cube_limits, candidate, budget)
             self.boxes = begun + int(state[1])
             top = int(state[0]) - 1
             if ended == QUESTION:
@@ -343,7 +331,7 @@ class _Proof:
         return "open" if opened else "excluded"
 
     def _points(self, side: float) -> np.ndarray:
-        """Cutting points in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
+        """Computes the cutting points in metres; |unit| <= 1, so that each lies in the cube also after rounding."""
         points = self.units * side
         points[:, 2] = (1.0 + self.units[:, 2]) * side
         return points
@@ -351,11 +339,11 @@ class _Proof:
     def _answer(
         self, space: DesignBox, candidate: np.ndarray, side: float, kappa: float, masks: np.ndarray, waiting: int
     ) -> Literal["refused", "better", "known"]:
-        """Looks at the whole cube of a design that all cutting points allow."""
+        """Searches the whole cube of a design that all cutting points allow."""
         design = design_of(self.problem, space, candidate, side * MM_PER_M)
-        found = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
-        quality = found.pop("quality", None)
-        points = [p for w in found.values() for p, v in zip(w.points, w.values, strict=True) if v < 0.0]
+        worst = design_worst(self.problem, design / MM_PER_M, EXCHANGE_GRID)
+        quality = worst.pop("quality", None)
+        points = [p for w in worst.values() for p, v in zip(w.points, w.values, strict=True) if v < 0.0]
         if quality is not None and kappa < math.inf:
             pairs = zip(quality.points, quality.values, strict=True)
             points += [p for p, v in pairs if v < 1.0 / kappa]
@@ -364,8 +352,8 @@ class _Proof:
             masks[:waiting, k] = 1
         if new:
             return "refused"
-        whole = self.problem.design_margins(design[None] / MM_PER_M)
-        if points or min((float(margin[0]) for margin in whole.values()), default=0.0) < -ROUNDING:
+        margins = self.problem.design_margins(design[None] / MM_PER_M)
+        if points or min((float(margin[0]) for margin in margins.values()), default=0.0) < -ROUNDING:
             return "known"
         if self.vain >= VAIN:
             return "known"
@@ -375,7 +363,7 @@ class _Proof:
         if self.best is None:
             return "known"
         target = kappa if self.problem.step == 3 else side * MM_PER_M
-        # at least half of what was asked for, or the search would begin anew for ever smaller steps
+        # at least half of what was aimed at, or the search would begin anew for ever smaller steps
         won = math.isnan(before) or abs(self.best.objective - before) >= 0.5 * abs(target - before)
         if not won:
             return "known"

@@ -1,4 +1,4 @@
-"""A published design by our equations: what it keeps, what it is worth, and what its own lengths allow."""
+"""Evaluates a published design by our equations: its faults, its figures, and what its own lengths allow."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import Problem, step_problem
 from optimizer.search.active_set import ROUNDING
-from optimizer.search.result import FINE_GRID, Result
+from optimizer.search.result import FINE_GRID, Result, finite
 
 GAP = 1e-5  # two-sided, of every optimum that is proved here
-ROOM_MM = 1e-3
-"""Beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search."""
+ROOM_MM = 1e-3  # beyond the upper bound of H: table 9 row 3 lies on it and on the fold, where nothing is left to search
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ class Shortfall:
     Attributes:
         name: The constraint, or the length that is out of its bounds.
         by: How much it lacks.
-        unit: Unit of that.
+        unit: Its unit.
     """
 
     name: str
@@ -65,9 +64,9 @@ def evaluate(problem: Problem, design_mm: Lengths, gap: float = GAP) -> Evaluati
     """Evaluates a design, whether it keeps its constraints or not.
 
     Args:
-        problem: Its step.
+        problem: The step that it was published for.
         design_mm: (6) lengths, mm.
-        gap: Relative, of the half side that its lengths allow.
+        gap: Relative gap of the proof of the half side that its lengths allow.
     """
     result = Result(problem, "published", design_mm, "sampled")
     kappa = finite(result.max_kappa)
@@ -81,14 +80,14 @@ def evaluate(problem: Problem, design_mm: Lengths, gap: float = GAP) -> Evaluati
 
 
 def largest_half_side(problem: Problem, design_mm: Lengths, gap: float = GAP) -> float | None:
-    """Largest half side that a design's L_A, L_B, R, r allow with the best H within the bounds, mm.
+    """Computes the largest half side that a design's L_A, L_B, R, r allow with the best H within the bounds, mm.
 
     H is left free because step 1's optima lie on the fold, where a rounding of the printed H decides over reach.
 
     Args:
         problem: The step.
         design_mm: (6) lengths, mm; H and L count for nothing.
-        gap: Relative, of the proof.
+        gap: Relative gap of the proof.
 
     Returns:
         The half side, certified; None if no cube is allowed.
@@ -102,7 +101,7 @@ def largest_half_side(problem: Problem, design_mm: Lengths, gap: float = GAP) ->
 
 
 def worst_frobenius(design_mm: Lengths) -> float:
-    """Largest |J| |J^-1| in Frobenius's norm over a cube without singularity; at least 3.
+    """Computes the largest |J| |J^-1| in Frobenius's norm over a cube without singularity; at least 3.
 
     Args:
         design_mm: (6) lengths, mm.
@@ -116,19 +115,14 @@ def worst_frobenius(design_mm: Lengths) -> float:
     return -float(worst_points(values, FINE_GRID)["frobenius"].values[0])
 
 
-def finite(value: float) -> float | None:
-    """A number, or None where it is infinite or none at all: JSON knows neither."""
-    return value if math.isfinite(value) else None
-
-
 def mechanism_of(design_mm: Lengths) -> tuple[DeltaGeometry, Cube]:
-    """The mechanism and the cube of (6) lengths in mm."""
+    """Makes the mechanism and the cube of (6) lengths in mm."""
     L_A, L_B, R, r, H, L = (x / MM_PER_M for x in design_mm)
     return DeltaGeometry(base_radius=R, platform_radius=r, upper_arm_length=L_A, forearm_length=L_B), Cube(H, L)
 
 
 def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.ndarray]:
-    """The mechanism of six lengths, and points (..., 3) in the coordinates of its cube as positions in m."""
+    """Makes the mechanism of six lengths, and positions, m, of (..., 3) points of its cube."""
     g, cube = mechanism_of(design_mm)
     return g, cube.half_side * points + np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 
@@ -136,21 +130,21 @@ def _placed(design_mm: Lengths, points: np.ndarray) -> tuple[DeltaGeometry, np.n
 def _shortfalls(problem: Problem, result: Result) -> tuple[Shortfall, ...]:
     """Constraints and bounds that a result does not keep, in units that can be measured."""
     broken = {name for name, by in result.violations.items() if by > ROUNDING}
-    design, found = result.design_mm, []
+    design, faults = result.design_mm, []
 
     def worst(name: str) -> tuple[DeltaGeometry, np.ndarray]:
         return _placed(design, design_worst(problem, np.array(design) / MM_PER_M, FINE_GRID)[name].points)
 
     if "outline" in broken:
         limit = problem.requirements.limits.outline_radius_max_mm or math.inf
-        found.append(Shortfall("outline", design[0] + design[2] - limit, "mm"))
+        faults.append(Shortfall("outline", design[0] + design[2] - limit, "mm"))
     if "reach" in broken:
-        found.append(Shortfall("reach", float(np.max(reach_excess(*worst("reach")))) * MM_PER_M, "mm"))
+        faults.append(Shortfall("reach", float(np.max(reach_excess(*worst("reach")))) * MM_PER_M, "mm"))
     if "torque" in broken and math.isfinite(result.max_torque):
-        found.append(Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
+        faults.append(Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
     elif "torque" in broken and "reach" not in broken:
-        found.append(Shortfall("singularity", -float(np.min(direct_margin(*worst("torque")))), ""))
+        faults.append(Shortfall("singularity", -float(np.min(direct_margin(*worst("torque")))), ""))
     for letter, value, low, high in zip(LETTERS, design, problem.lower, problem.upper, strict=True):
         if not low <= value <= high:
-            found.append(Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
-    return tuple(found)
+            faults.append(Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))
+    return tuple(faults)

@@ -6,12 +6,12 @@ import importlib.metadata
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from optimizer.paper.evaluation import finite
 from optimizer.paper.published import LETTERS, STEP_OF_TABLE, numbers
 from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun, Reproduction
 from optimizer.paper.statements import NOTES, VERDICT, Runs, percent, signed, statements, summary
 from optimizer.problem.step import SIDE
 from optimizer.search import genetic
+from optimizer.search.result import finite
 
 SCHEMA = "delta-reproduction/1"
 AIMS = {
@@ -23,7 +23,7 @@ NONE = "-"
 
 
 def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
-    """All facts as plain data for JSON: no number in it is infinite.
+    """Gathers all facts as plain data for JSON: no number in it is infinite.
 
     Args:
         runs: The recomputed runs.
@@ -50,7 +50,7 @@ def record(runs: Runs, made: Reproduction) -> dict[str, Any]:
 
 
 def _parameters(made: Reproduction) -> list[dict[str, Any]]:
-    """Table 2: the paper's GA and ours."""
+    """Gathers table 2: the parameters of the paper's GA and of ours."""
     paper = numbers()["table_2_ga_parameters"]
     ours = [genetic.POPULATIONS[step] if made.population is None else made.population for step in (1, 2, 3)]
     return [
@@ -63,7 +63,7 @@ def _parameters(made: Reproduction) -> list[dict[str, Any]]:
 
 
 def page(runs: Runs, made: Reproduction) -> str:
-    """The page in Markdown; arguments as of `record`."""
+    """Writes the page in Markdown; it takes the arguments of `record`."""
     facts = record(runs, made)
     parts = [
         "# The published tables, recomputed",
@@ -96,7 +96,7 @@ def page(runs: Runs, made: Reproduction) -> str:
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Writes a table in Markdown."""
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))
 
 
@@ -117,7 +117,7 @@ def _of_published(name: str) -> Callable[[ReproducedRun], str]:
 
 
 def _of_method(name: str) -> Callable[[ReproducedRun], str]:
-    return lambda r: _number(r.found[name].objective)
+    return lambda r: _number(r.attempts[name].objective)
 
 
 def _lengths(r: ReproducedRun) -> str:
@@ -125,7 +125,7 @@ def _lengths(r: ReproducedRun) -> str:
 
 
 def _bounds(r: ReproducedRun) -> str:
-    """The bounds of the lengths that are free."""
+    """Writes the bounds of the lengths that are free."""
     bounds = zip(LETTERS[:SIDE], r.run.lower, r.run.upper, strict=False)
     return ", ".join(f"{letter} {low:g} to {high:g}" for letter, low, high in bounds if low != high)
 
@@ -134,6 +134,7 @@ def _faults(r: ReproducedRun) -> str:
     return "no results" if r.published is None else ", ".join(map(str, r.published.faults)) or "yes"
 
 
+# Heading and cell of each column.
 COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
     ("row", lambda r: str(r.run.row)),
     ("method", lambda r: r.run.method),
@@ -149,18 +150,17 @@ COLUMNS: tuple[tuple[str, Callable[[ReproducedRun], str]], ...] = (
     ("kappa", _of_published("max_kappa")),
     ("kappa, Frobenius", _of_published("max_kappa_frobenius")),
     *((f"our {name.upper()}", _of_method(name)) for name in METHODS),
-    ("its kappa", lambda r: _number(finite(r.found["ga+sqp"].result.max_kappa))),
+    ("its kappa", lambda r: _number(finite(r.attempts["ga+sqp"].result.max_kappa))),
     ("proven", lambda r: _number(r.proven.bound, 5)),
     ("gap", lambda r: NONE if r.gap is None else percent(r.gap)),
 )
-"""Heading and cell of each column."""
 
 
 def _remarks(runs: Runs) -> list[str]:
-    """What must be known of runs beside their numbers; each text once, with the rows that it is about."""
+    """Lists what must be known of runs beside their numbers, each remark once, with its rows."""
     about: dict[str, list[str]] = {}
     for r in runs:
-        proven, sqp = r.proven, r.found["sqp"]
+        proven, sqp = r.proven, r.attempts["sqp"]
         texts = [r.run.note, *r.changed]
         if proven.status != "proved":
             gap = f", gap {proven.gap:.1e}" if proven.gap == proven.gap else ""

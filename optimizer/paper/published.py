@@ -21,8 +21,7 @@ LETTERS = ("L_A", "L_B", "R", "r", "H", "L")  # the paper's, in the order of `VA
 STEP_OF_TABLE = {4: 1, 6: 1, 7: 2, 8: 3, 9: 1, 10: 2, 11: 3, 12: 3}
 STEP_3_HALF_SIDE_MM = 35.0  # the paper prints no L for step 3; its prototype has a cube of 70 mm
 SHORTEST_MM = 1.0  # what our requirements take as the smallest length; the paper has lower bounds of 0
-EXCHANGED_H = ((9, 1), (9, 2))
-"""Table and row of two results whose H look exchanged in print."""
+EXCHANGED_H = ((9, 1), (9, 2))  # table and row of two results whose H look exchanged in print
 Lengths = tuple[float, ...]
 
 
@@ -56,18 +55,18 @@ class PublishedRun:
 
     @property
     def name(self) -> str:
-        """Table and row in words."""
+        """Table and row, such as "table 4 row 1"."""
         return f"table {self.table} row {self.row}"
 
 
 @cache
 def numbers() -> dict[str, Any]:
-    """The content of `paper.json`."""
+    """Reads the content of `paper.json`."""
     return json.loads(FILE.read_text(encoding="utf-8"))
 
 
 def published_runs(tables: tuple[int, ...] = tuple(STEP_OF_TABLE)) -> tuple[PublishedRun, ...]:
-    """The published runs of some tables, of `STEP_OF_TABLE`, in the order of print."""
+    """Reads the published runs of some tables, of `STEP_OF_TABLE`, in the order of print."""
     data = numbers()
     printed = {
         4: ("GA", [data["table_3_step1_ga_bounds"] | {"result": row} for row in data["table_4_step1_ga_results"]]),
@@ -98,7 +97,7 @@ def _run(table: int, number: int, method: str, row: dict[str, Any]) -> Published
 
 
 def _lengths(row: list[float] | None, step: int) -> Lengths | None:
-    """Six lengths; of step 3 L_B, r and H alone are printed."""
+    """Completes a row to six lengths; of step 3 L_B, r and H alone are printed."""
     if row is None or step != 3:
         return None if row is None else tuple(map(float, row))
     fixed, (L_B, r, H) = numbers()["constraints"], map(float, row)
@@ -112,7 +111,7 @@ def problem_of(run: PublishedRun) -> tuple[Problem, tuple[str, ...]]:
         run: The published run.
 
     Returns:
-        The problem; what had to be changed, in words.
+        The problem; what had to be changed.
     """
     fixed = numbers()["constraints"]
     bounds, changed = list(zip(run.lower, run.upper, strict=True)), []
@@ -150,7 +149,7 @@ def start_within(run: PublishedRun, problem: Problem) -> tuple[Lengths | None, t
         problem: As `problem_of` gives it.
 
     Returns:
-        (6) lengths, mm, or None where the paper has no start; what was moved, in words.
+        (6) lengths, mm, or None where the paper has no start; what was moved.
     """
     if run.start is None:
         return None, ()

@@ -8,22 +8,19 @@ from dataclasses import asdict, dataclass, field
 from decimal import Decimal
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from delta_cad.common.units import MM_PER_M
 from optimizer.globalopt.optimum import Proven, prove_optimum
-from optimizer.paper.evaluation import GAP, Evaluation, evaluate, finite
+from optimizer.paper.evaluation import GAP, Evaluation, evaluate
 from optimizer.paper.published import EXCHANGED_H, Lengths, PublishedRun, problem_of, start_within
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import Problem
 from optimizer.search.genetic import GENERATIONS
-from optimizer.search.result import Result
+from optimizer.search.result import Result, finite
 from optimizer.search.sqp import Search, descend
 from optimizer.synthesis.three_step import Run
 
+# Largest difference between a printed objective and what the printed lengths give: 0.3 %, stated bare and with half the
+# last printed digit added.
 AGREEMENT = 3e-3
-"""Between a printed objective and what follows from the printed lengths: 0.3 %, told bare and with half the last
-printed digit added."""
 METHODS = ("ga", "sqp", "ga+sqp")
 
 
@@ -46,7 +43,7 @@ class Attempt(NamedTuple):
         return finite(self.result.objective) if self.result.feasible else None
 
     def record(self) -> dict[str, Any]:
-        """The facts as plain data for JSON."""
+        """Gathers the facts as plain data for JSON."""
         facts = self.result.record()
         names = ("variables", "max_kappa", "max_torque_N_m", "evaluations")
         own = {"start": self.start, "objective": self.objective, "ending": self.ending}
@@ -59,10 +56,10 @@ class ReproducedRun:
 
     Attributes:
         run: As printed.
-        changed: What of its bounds and start had to be changed, in words.
+        changed: Changes to its bounds and start.
         published: Its result by our equations; None where it has "no results".
         exchanged: The same with the H of the other row, where print looks exchanged.
-        found: Method of `METHODS` -> what it came to.
+        attempts: Method of `METHODS` -> its attempt.
         proven: The proven optimum under the same bounds.
     """
 
@@ -70,7 +67,7 @@ class ReproducedRun:
     changed: tuple[str, ...]
     published: Evaluation | None
     exchanged: Evaluation | None
-    found: dict[str, Attempt]
+    attempts: dict[str, Attempt]
     proven: Proven
 
     @property
@@ -114,7 +111,7 @@ class ReproducedRun:
         return 1.0 - self.run.objective / self.proven.bound
 
     def record(self) -> dict[str, Any]:
-        """The facts as plain data for JSON."""
+        """Gathers the facts as plain data for JSON."""
         run, proven = self.run, self.proven
         return {
             "row": run.row,
@@ -133,7 +130,7 @@ class ReproducedRun:
             "within_agreement": self.within,
             "within_beside_half_last_digit": self.agrees,
             "gap": self.gap,
-            "found": {name: attempt.record() for name, attempt in self.found.items()},
+            "found": {name: attempt.record() for name, attempt in self.attempts.items()},
             "proven": {
                 **{name: finite(getattr(proven, name)) for name in ("objective", "bound", "gap")},
                 "status": proven.status,
@@ -147,8 +144,8 @@ def _named(design: Lengths | None) -> dict[str, float] | None:
     return None if design is None else {f"{name}_mm": value for name, value in zip(VARIABLES, design, strict=True)}
 
 
-def _evaluated(found: Evaluation | None) -> dict[str, Any] | None:
-    return None if found is None else {"keeps_its_constraints": not found.faults, **asdict(found)}
+def _evaluated(evaluation: Evaluation | None) -> dict[str, Any] | None:
+    return None if evaluation is None else {"keeps_its_constraints": not evaluation.faults, **asdict(evaluation)}
 
 
 @dataclass
@@ -159,8 +156,8 @@ class Reproduction:
         seed: Seed of everything random.
         population: Individuals of the GA; None for the paper's.
         generations: Generations of the GA.
-        gap: Gap that the proofs are asked for.
-        report: Called with what is being done, in words.
+        gap: Gap at which the proofs end.
+        report: Called with a line that says what is being done.
     """
 
     seed: int = 0
@@ -184,18 +181,18 @@ class Reproduction:
     def _one(self, run: PublishedRun, runs: tuple[PublishedRun, ...], name: str) -> ReproducedRun:
         problem, changed = problem_of(run)
         start, moved = start_within(run, problem)
-        found = {}
+        attempts = {}
         for method in METHODS:
             self.report(f"{name}: {method}")
-            found[method] = self._found(problem, method, start if method == "sqp" else None)
+            attempts[method] = self._attempt(problem, method, start if method == "sqp" else None)
         self.report(f"{name}: proof of the optimum")
-        proven = self._proven(problem, found)
+        proven = self._proven(problem, attempts)
         self.report(f"{name}: the published design")
         designs = (run.result, _exchanged(run, runs))
         published, exchanged = (None if d is None else evaluate(problem, d, self.gap) for d in designs)
-        return ReproducedRun(run, (*changed, *moved), published, exchanged, found, proven)
+        return ReproducedRun(run, (*changed, *moved), published, exchanged, attempts, proven)
 
-    def _found(self, problem: Problem, method: str, start: Lengths | None) -> Attempt:
+    def _attempt(self, problem: Problem, method: str, start: Lengths | None) -> Attempt:
         def solve() -> Attempt:
             if start is not None:
                 return _descended(problem, start)
@@ -205,9 +202,9 @@ class Reproduction:
 
         return self._once((problem.step, problem.lower, problem.upper, method, start), solve)
 
-    def _proven(self, problem: Problem, found: dict[str, Attempt]) -> Proven:
+    def _proven(self, problem: Problem, attempts: dict[str, Attempt]) -> Proven:
         sign = 1.0 if problem.step == 3 else -1.0
-        best = min(found.values(), key=lambda f: math.inf if f.objective is None else sign * f.objective)
+        best = min(attempts.values(), key=lambda f: math.inf if f.objective is None else sign * f.objective)
         known = best.result.design_mm
         return self._once(
             (problem.step, problem.lower, problem.upper),
@@ -221,17 +218,17 @@ class Reproduction:
 
 
 def _descended(problem: Problem, start: Lengths) -> Attempt:
-    """SQP from one start alone, as the paper did."""
+    """Runs SQP from one start alone, as the paper did."""
     count = Search()
-    ending = descend(problem, problem.scaled(np.array(start)), count)
-    mm = problem.designs(np.array(ending.x)[None])[0] * MM_PER_M
-    design = tuple(float(v) for v in np.clip(mm, problem.lower, problem.upper))
+    ending = descend(problem, problem.scaled(start), count)
     status = "converged" if ending.converged else "not improved"
-    return Attempt(Result(problem, "sqp", design, status, count.evaluations), "paper", ending.reason)
+    return Attempt(
+        Result(problem, "sqp", problem.lengths_mm(ending.x), status, count.evaluations), "paper", ending.reason
+    )
 
 
 def _exchanged(run: PublishedRun, runs: tuple[PublishedRun, ...]) -> Lengths | None:
-    """The design with the H of the other of two rows, where print looks exchanged."""
+    """Gives the design with the H of the other of two rows, where print looks exchanged."""
     if (run.table, run.row) not in EXCHANGED_H or run.result is None:
         return None
     other = next(o.result for o in runs if (o.table, o.row) in EXCHANGED_H and o.row != run.row)

@@ -1,4 +1,4 @@
-"""What the recomputed tables say: numbers computed from the runs, and sentences that are written once around them."""
+"""The sentences about the recomputed tables, and the numbers in them, computed from the runs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from optimizer.paper.evaluation import Evaluation, finite
+from optimizer.paper.evaluation import Evaluation
 from optimizer.paper.published import EXCHANGED_H, STEP_3_HALF_SIDE_MM, numbers
 from optimizer.paper.reproduction import AGREEMENT, METHODS, ReproducedRun
+from optimizer.search.result import finite
 
 Runs = list[ReproducedRun]
 LONGER_FOREARM = ("table 7 row 1", "table 7 row 2")  # their bounds differ in the largest L_B alone
-SMALL = 1e-5  # shares below it are told as powers of ten
+SMALL = 1e-5  # shares below it are written as powers of ten
 VERDICT = (
     "Step 1 {step_1}: the {count} printed half sides differ by at most {off:.2f} % from those that the printed L_B, R "
     "and r allow (worst {worst}); they are at most {below:.2f} % below the proven optimum under the same bounds.",
@@ -24,6 +25,7 @@ VERDICT = (
     "(2-norm; {frobenius:.3f} in Frobenius's), and the proven optimum is {best_kappas:.3f}: the published designs are "
     "{above:.1f} % above it.",
 )
+# A sentence whose numbers are not there, because no run gives them, is left out.
 NOTES = (
     "Outside {agreement:.1f} %, and within it only with half of the last printed digit added, which shows nothing but "
     "that print is no finer. {rounded}.",
@@ -43,7 +45,6 @@ NOTES = (
     "mm. Cubes on the same bottom face contain each other, so that a larger L gives no smaller condition number, "
     "neither for the published design nor for the optimum.",
 )
-"""A sentence whose numbers are not there, because no run gives them, is left out."""
 
 
 class Span(NamedTuple):
@@ -57,17 +58,17 @@ class Span(NamedTuple):
 
 
 def percent(share: float, digits: int = 2) -> str:
-    """A share as a percentage."""
+    """Writes a share as a percentage."""
     return f"{100.0 * share:.{digits}f} %"
 
 
 def signed(share: float | None) -> str:
-    """A share as a percentage with its sign."""
+    """Writes a share as a percentage with its sign."""
     return f"{100.0 * (share or 0.0):+.2f} %"
 
 
 def summary(runs: Runs) -> str:
-    """The verdict in one line."""
+    """Writes the verdict in one line."""
     parts = []
     for step in (1, 2, 3):
         if mine := _compared(runs, step):
@@ -78,18 +79,18 @@ def summary(runs: Runs) -> str:
 
 
 def statements(runs: Runs, sentences: tuple[str, ...]) -> list[str]:
-    """The sentences of `VERDICT` or `NOTES` that the runs give the numbers for."""
-    known, told = figures(runs), []
+    """Fills in the sentences of `VERDICT` or `NOTES` that the runs give the numbers for."""
+    known, complete = figures(runs), []
     for sentence in sentences:
         try:
-            told.append(sentence.format(**known))
+            complete.append(sentence.format(**known))
         except KeyError:
             continue
-    return told
+    return complete
 
 
 def figures(runs: Runs) -> dict[str, Any]:
-    """The numbers of the sentences by name; shares in per cent; only those that the runs give."""
+    """Computes the numbers of the sentences by name; shares in per cent; only those that the runs give."""
     known: dict[str, Any] = {"agreement": 100.0 * AGREEMENT, **_differences(runs), **_of_our_methods(runs)}
     if designs := [r.proven.design_mm for r in runs if r.run.step == 1 and r.proven.design_mm]:
         kappas = [_kappa(r) for r in runs if r.run.step == 1]
@@ -111,7 +112,7 @@ def figures(runs: Runs) -> dict[str, Any]:
 
 
 def _differences(runs: Runs) -> dict[str, Any]:
-    """What print is against what follows from it and against the proven optima, step by step."""
+    """Compares print with what follows from it and with the proven optima, step by step."""
     known: dict[str, Any] = {}
     one, two, three = (_compared(runs, step) for step in (1, 2, 3))
     if one:
@@ -131,23 +132,23 @@ def _differences(runs: Runs) -> dict[str, Any]:
         known |= {"above": _span(100.0 * (r.gap or 0.0) for r in three)}
     about: dict[str, list[str]] = {}
     for r in _rounded(runs):
-        words = f"{r.run.objective:g} is printed where the lengths give {r.follows:.3f}, {signed(r.difference)}"
-        words += f" ({r.run.note})" if r.run.note else ""
+        remark = f"{r.run.objective:g} is printed where the lengths give {r.follows:.3f}, {signed(r.difference)}"
+        remark += f" ({r.run.note})" if r.run.note else ""
         best, gap = r.proven.objective, r.proven.gap  # the same as far as it is proved
         same = [o for o in _compared(runs, r.run.step) if math.isclose(o.proven.objective, best, rel_tol=gap)]
         if others := [o.run.objective for o in same if o.within]:
-            words += f", and the {len(others)} other rows with this proven optimum print {_span(others):g}"
-        about.setdefault(words, []).append(r.run.name)
+            remark += f", and the {len(others)} other rows with this proven optimum print {_span(others):g}"
+        about.setdefault(remark, []).append(r.run.name)
     if about:
-        known["rounded"] = "; ".join(f"{', '.join(names)}: {words}" for words, names in about.items())
+        known["rounded"] = "; ".join(f"{', '.join(names)}: {remark}" for remark, names in about.items())
     return known
 
 
 def _of_our_methods(runs: Runs) -> dict[str, Any]:
-    """What our methods come to: where the paper has no result, along step 2's ridge, after the GA, from the proof."""
+    """Evaluates our methods: where the paper has no result, along step 2's ridge, after the GA, from the proof."""
     known: dict[str, Any] = {}
     if unsolved := [r for r in runs if r.run.result is None]:
-        ends = [(r.run.name, r.found["sqp"].objective, r.found["sqp"].ending) for r in unsolved]
+        ends = [(r.run.name, r.attempts["sqp"].objective, r.attempts["sqp"].ending) for r in unsolved]
         reached = [(name, "ends infeasible" if L is None else f"reaches {L:.3f} mm", why) for name, L, why in ends]
         known |= {"unsolved": len(unsolved), "solved": "; ".join(f"{n} {L} ({why})" for n, L, why in reached)}
         known |= {"feasible": sum(math.isfinite(r.proven.objective) for r in unsolved)}
@@ -171,26 +172,26 @@ def _of_our_methods(runs: Runs) -> dict[str, Any]:
 
 
 def _gains(a: ReproducedRun, b: ReproducedRun) -> str:
-    """What SQP takes off the condition number of the GA, of two rows of table 12."""
-    ours = (b.found["ga+sqp"].objective, b.found["ga"].objective)
+    """Says how much SQP lowers the condition number of the GA in two rows of table 12."""
+    ours = (b.attempts["ga+sqp"].objective, b.attempts["ga"].objective)
     pairs = ((b.run.objective, a.run.objective), (b.follows, a.follows), ours)
-    printed, follows, found = (1.0 - (after or math.nan) / (before or math.nan) for after, before in pairs)
+    printed, follows, ours_gain = (1.0 - (after or math.nan) / (before or math.nan) for after, before in pairs)
     return (
         f"rows {a.run.row} and {b.run.row}: {percent(printed)} as printed, {percent(follows)} by our equations; ours "
-        f"from GA to GA+SQP {_small(found)} under the bounds of row {b.run.row}"
+        f"from GA to GA+SQP {_small(ours_gain)} under the bounds of row {b.run.row}"
     )
 
 
 def _distance(runs: Runs, name: str) -> str:
-    """How far one of our methods ends from the certified optimum at most."""
-    pairs = [(r.found[name].objective, r.proven.objective) for r in runs]
+    """Says how far one of our methods ends from the certified optimum at most."""
+    pairs = [(r.attempts[name].objective, r.proven.objective) for r in runs]
     known = [abs(objective / best - 1.0) for objective, best in pairs if objective is not None]
     lost = f" ({len(pairs) - len(known)} rows without result)" if len(known) < len(pairs) else ""
     return f"{f'at most {_small(max(known))}' if known else 'none'}{lost}"
 
 
 def _reproduces(runs: Runs) -> str:
-    """Whether a step reproduces, from its runs; names those that are outside the bare agreement."""
+    """Says whether the runs of a step reproduce; names those that are outside the bare agreement."""
     if not any(r.agrees for r in runs):
         return "does not reproduce"
     bare, rounded = sum(bool(r.within) for r in runs), _rounded(runs)
@@ -201,12 +202,12 @@ def _reproduces(runs: Runs) -> str:
 
 
 def _compared(runs: Runs, step: int) -> Runs:
-    """The runs of a step whose print can be held against what follows from it."""
+    """Selects the runs of a step whose print can be compared with what follows from it."""
     return [r for r in runs if r.run.step == step and r.difference is not None]
 
 
 def _rounded(runs: Runs) -> Runs:
-    """The runs that agree with half of their last printed digit added, and not without."""
+    """Selects the runs that agree with half of their last printed digit added, and not without."""
     return [r for r in runs if r.agrees and not r.within]
 
 
@@ -220,11 +221,11 @@ def _span(values: Iterable[float | None]) -> Span:
 
 
 def _kappa(r: ReproducedRun) -> float | None:
-    return finite(r.found["ga+sqp"].result.max_kappa)
+    return finite(r.attempts["ga+sqp"].result.max_kappa)
 
 
-def _missed(found: Evaluation) -> str:
-    return ", ".join(f"{f.name} by {f.by:.2f} {f.unit}".strip() for f in found.faults) or "nothing"
+def _missed(evaluation: Evaluation) -> str:
+    return ", ".join(f"{f.name} by {f.by:.2f} {f.unit}".strip() for f in evaluation.faults) or "nothing"
 
 
 def _small(share: float) -> str:

@@ -17,18 +17,15 @@ from optimizer.atlas.atlas import AtlasRow
 from optimizer.atlas.file import objective_column
 from optimizer.atlas.grid import Axis, Grid
 
-CELLS_MAX = 150
-"""Cells up to which each shows its number."""
+CELLS_MAX = 150  # cells up to which each shows its number
 TITLES = {"half_side": "largest half side, mm", "kappa": "smallest worst condition number"}
 COLOURS = ("viridis", "viridis_r")  # bright is good: a large half side, a small condition number
-SPAN_MIN = 1e-3
-"""Share of a value by which the colours of a map differ at least: roundings are not painted."""
-TICKS = 12
-"""Labels of an axis at most."""
+SPAN_MIN = 1e-3  # share of a value by which the colours of a map differ at least: roundings are not painted
+TICKS = 12  # labels of an axis at most
 
 
 def png(grid: Grid, rows: Sequence[AtlasRow]) -> bytes:
-    """The map as a PNG file; arguments as of `atlas_map`."""
+    """Draws the map as a PNG file; it takes the arguments of `atlas_map`."""
     picture = io.BytesIO()
     with rc_context(RC):
         atlas_map(grid, rows).savefig(picture, format="png", dpi=DPI, metadata={"Software": None})
@@ -40,7 +37,7 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
     """Draws the map: one panel a step, the first axis upwards.
 
     Args:
-        grid: That can be `mapped`.
+        grid: A grid that can be `mapped`.
         rows: One for each set.
 
     Returns:
@@ -60,10 +57,10 @@ def atlas_map(grid: Grid, rows: Sequence[AtlasRow]) -> Figure:
 
 
 def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
-    """Best objective of each pair of values, over the seeds.
+    """Finds the best objective of each pair of values, over the seeds.
 
     Args:
-        grid: Of two axes.
+        grid: A grid of two axes.
         rows: One for each set.
         column: As `objective_column` names it.
 
@@ -74,10 +71,12 @@ def cells(grid: Grid, rows: Sequence[AtlasRow], column: str) -> np.ndarray:
     best = np.full((len(first.values), len(second.values)), np.nan)
     smaller = column.endswith("kappa")
     for row in rows:
-        found = [step["objective"] for step in row["steps"] if objective_column(step) == column and step["feasible"]]
-        if found and found[0] is not None:
+        objectives = [
+            step["objective"] for step in row["steps"] if objective_column(step) == column and step["feasible"]
+        ]
+        if objectives and objectives[0] is not None:
             at = first.values.index(row["inputs"][first.field]), second.values.index(row["inputs"][second.field])
-            best[at] = (np.fmin if smaller else np.fmax)(best[at], found[0])
+            best[at] = (np.fmin if smaller else np.fmax)(best[at], objectives[0])
     return best
 
 

@@ -16,11 +16,12 @@ from optimizer.front.front import Curve, FrontPoint
 from optimizer.front.published import PublishedDesign
 from optimizer.pictures.style import kappa_scale, pretty
 
+# Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top.
 MARKERS = {7: ("s", ORANGE, 8), 8: ("^", GREEN, 14), 10: ("D", PURPLE, 8), 11: ("v", SKY, 12), 12: ("P", VERMILLION, 6)}
-"""Table of the paper -> how its designs are drawn: later tables repeat earlier designs, and are smaller on top."""
 BINDING = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILLION, GREY, BLUE)
-NEAR_LIMIT = 1.5
-"""A limit up to so many times the largest value is drawn as a line, a farther one told in words."""
+# Around the design that the other pictures show.
+RING: Any = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "markersize": 10}
+NEAR_LIMIT = 1.5  # a limit up to so many times the largest value is drawn as a line, a farther one is written
 
 
 @styled
@@ -46,17 +47,10 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
         )
         if chosen is not None:
             ax.plot(
-                [2.0 * chosen.half_side],
-                [getattr(chosen, name)],
-                "o",
-                color="none",
-                markeredgecolor=BLACK,
-                markersize=10,
-                markeredgewidth=1.4,
-                zorder=4,
+                [2.0 * chosen.half_side], [getattr(chosen, name)], color="none", **RING, markeredgewidth=1.4, zorder=4
             )
-        for found in published:
-            _published(ax, found, name)
+        for design in published:
+            _published(ax, design, name)
     kappa_scale(quality, [point.kappa for point in curve.points])
     limits, task = curve.given.limits, curve.given.requirements
     _limit(quality, limits.kappa_max, "limits.kappa_max = {:g}")
@@ -71,19 +65,11 @@ def front(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint
     return figure
 
 
-def _published(ax: Axes, found: PublishedDesign, name: str) -> None:
-    mark, colour, size = MARKERS[found.table]
-    face, edge, width = ("white", colour, 1.4) if found.misses else (colour, BLACK, 0.6)
-    ax.plot(
-        [2.0 * found.half_side],
-        [getattr(found, name)],
-        mark,
-        color=face,
-        markeredgecolor=edge,
-        markeredgewidth=width,
-        markersize=size,
-        zorder=5,
-    )
+def _published(ax: Axes, design: PublishedDesign, name: str) -> None:
+    mark, colour, size = MARKERS[design.table]
+    face, edge, width = ("white", colour, 1.4) if design.misses else (colour, BLACK, 0.6)
+    style = {"color": face, "markeredgecolor": edge, "markeredgewidth": width, "markersize": size}
+    ax.plot([2.0 * design.half_side], [getattr(design, name)], mark, **style, zorder=5)
 
 
 def _impossible(ax: Axes, curve: Curve) -> None:
@@ -103,32 +89,24 @@ def _impossible(ax: Axes, curve: Curve) -> None:
     ax.set(xlim=(left, right), ylim=(low, high))
 
 
-def _limit(ax: Axes, limit: float | None, words: str) -> None:
-    """A limit as a line if it is near, in words if it is far above."""
+def _limit(ax: Axes, limit: float | None, form: str) -> None:
+    """Draws a limit as a line if it is near, and writes it if it is far above."""
     if limit is None:
         return
     low, high = ax.get_ylim()
-    text = words.format(limit)
+    text = form.format(limit)
     if limit <= NEAR_LIMIT * high:
         ax.axhline(limit, color=BLACK, linewidth=1.0, linestyle=(0, (5, 2)))
         ax.set_ylim(low, max(high, limit + 0.05 * (limit - low)))
-        ax.annotate(
-            text,
-            (0.01, limit),
-            xycoords=("axes fraction", "data"),
-            xytext=(0, -3),
-            textcoords="offset points",
-            va="top",
-            fontsize=8.5,
-        )
+        beside = {"xycoords": ("axes fraction", "data"), "xytext": (0, -3), "textcoords": "offset points"}
+        ax.annotate(text, (0.01, limit), **beside, va="top", fontsize=8.5)
     else:
-        ax.text(
-            0.995, 0.05, f"{text}: far above the picture", transform=ax.transAxes, ha="right", va="bottom", fontsize=8.5
-        )
+        text = f"{text}: far above the picture"
+        ax.text(0.995, 0.05, text, transform=ax.transAxes, ha="right", va="bottom", fontsize=8.5)
 
 
 def _binding(ax: Axes, points: Sequence[FrontPoint]) -> None:
-    """A strip that tells which constraints bind where; what binds everywhere is left out."""
+    """Draws a strip of the constraints that bind; what binds everywhere is left out."""
     always = set.intersection(*(set(p.active) for p in points)) if points else set()
     sets = [tuple(name for name in p.active if name not in always) for p in points]
     kinds = [kind for kind in dict.fromkeys(sets) if kind]
@@ -141,10 +119,7 @@ def _binding(ax: Axes, points: Sequence[FrontPoint]) -> None:
     ax.grid(False)
     ax.spines["left"].set_visible(False)
     ax.set_ylabel("binds", rotation=0, ha="right", va="center")
-    handles = [
-        Patch(color=BINDING[k % len(BINDING)], label=pretty(" + ".join(kind)))
-        for k, kind in enumerate(kinds[: len(BINDING)])
-    ]
+    handles = [Patch(color=c, label=pretty(" + ".join(kind))) for c, kind in zip(BINDING, kinds, strict=False)]
     if always:
         handles.append(Patch(color="none", label=pretty("everywhere: " + ", ".join(sorted(always)))))
     if handles:
@@ -152,55 +127,22 @@ def _binding(ax: Axes, points: Sequence[FrontPoint]) -> None:
 
 
 def _legend(curve: Curve, published: Sequence[PublishedDesign], chosen: FrontPoint | None) -> list[Any]:
-    handles: list[Any] = [
-        Line2D(
-            [], [], color=BLUE, marker="o", markersize=3.2, linewidth=1.4, label=f"front, {len(curve.points)} designs"
-        )
-    ]
+    label = f"front, {len(curve.points)} designs"
+    handles: list[Any] = [Line2D([], [], color=BLUE, marker="o", markersize=3.2, linewidth=1.4, label=label)]
     gaps = [1.0 - point.bound / point.kappa for point in curve.points if point.bound is not None]
     if gaps:
-        words = f"proved impossible; front within {100.0 * max(gaps):.2g} %"
-        handles.append(Patch(color=GREY, alpha=0.16, linewidth=0.0, label=words))
+        label = f"proved impossible; front within {100.0 * max(gaps):.2g} %"
+        handles.append(Patch(color=GREY, alpha=0.16, linewidth=0.0, label=label))
     if chosen is not None:
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color="none",
-                marker="o",
-                markeredgecolor=BLACK,
-                markersize=10,
-                label="design of the other pictures",
-            )
-        )
-    for table in sorted({found.table for found in published}):
+        handles.append(Line2D([], [], color="none", **RING, label="design of the other pictures"))
+    for table in sorted({design.table for design in published}):
         mark, colour, _ = MARKERS[table]
-        methods = ", ".join(dict.fromkeys(found.method for found in published if found.table == table))
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=colour,
-                marker=mark,
-                markersize=7.5,
-                markeredgecolor=BLACK,
-                markeredgewidth=0.6,
-                linestyle="none",
-                label=f"published, table {table} ({methods})",
-            )
-        )
-    if any(found.misses for found in published):
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color="white",
-                marker="s",
-                markersize=7.5,
-                markeredgecolor=GREY,
-                markeredgewidth=1.4,
-                linestyle="none",
-                label="white: misses a limit of the requirements",
-            )
-        )
+        methods = ", ".join(dict.fromkeys(design.method for design in published if design.table == table))
+        label = f"published, table {table} ({methods})"
+        style = {"markeredgecolor": BLACK, "markeredgewidth": 0.6, "linestyle": "none"}
+        handles.append(Line2D([], [], color=colour, marker=mark, markersize=7.5, **style, label=label))
+    if any(design.misses for design in published):
+        label = "white: misses a limit of the requirements"
+        style = {"markeredgecolor": GREY, "markeredgewidth": 1.4, "linestyle": "none"}
+        handles.append(Line2D([], [], color="white", marker="s", markersize=7.5, **style, label=label))
     return handles

@@ -15,7 +15,7 @@ WIDE = 10.0
 
 
 def pretty(text: str) -> str:
-    """Text with the paper's indices and signs as they are set in print."""
+    """Sets text with the paper's indices and signs as they are set in print."""
     return (
         text.replace("L_A", "$L_A$")
         .replace("L_B", "$L_B$")
@@ -25,7 +25,7 @@ def pretty(text: str) -> str:
 
 
 def kappa_scale(ax: Axes, kappas: Sequence[float]) -> None:
-    """A logarithmic scale with plain numbers where condition numbers differ by more than `WIDE`."""
+    """Sets a logarithmic scale with plain numbers where condition numbers differ by more than `WIDE`."""
     if max(kappas) > WIDE * min(kappas):
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter("{x:g}")
@@ -37,7 +37,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[str]:
     Args:
         figure: The figure.
         folder: Where to.
-        name: Of the files, without ending.
+        name: Name of the files, without ending.
 
     Returns:
         The files' names.

@@ -16,11 +16,11 @@ STYLES = ((GREEN, (0, (1, 1)), "s"), (VERMILLION, (0, (5, 1.5)), "D"))
 
 
 @styled
-def trade(found: Trade, title: str) -> Figure:
+def trade(fronts: Trade, title: str) -> Figure:
     """Draws both families over the front as required, one picture each.
 
     Args:
-        found: The fronts.
+        fronts: The fronts.
         title: Name of the requirements.
 
     Returns:
@@ -29,23 +29,23 @@ def trade(found: Trade, title: str) -> Figure:
     figure = Figure(figsize=(11.0, 5.4), layout="constrained")
     figure.suptitle(pretty(title), fontsize=12)
     left, right = figure.subplots(1, 2, sharey=True)
-    width, depth = found.main.points[-1].outline
-    reach = found.main.points[-1].reach
+    width, depth = fronts.main.points[-1].outline
+    reach = fronts.main.points[-1].reach
     _family(
-        left, found.main, found.outlines, f"as required: R + L_A {reach:.4g} mm, outline {width:.0f} x {depth:.0f} mm"
+        left, fronts.main, fronts.outlines, f"as required: R + L_A {reach:.4g} mm, outline {width:.0f} x {depth:.0f} mm"
     )
     left.set(title="other outlines", ylabel="worst condition number in the cube")
-    _family(right, found.main, found.torques, f"as required; it needs up to {found.torque_needed:.3f} N m")
+    _family(right, fronts.main, fronts.torques, f"as required; it needs up to {fronts.torque_needed:.3f} N m")
     right.set(title="less torque for the force")
-    kappa_scale(left, [point.kappa for curve in found.curves for point in curve.points])
+    kappa_scale(left, [point.kappa for curve in fronts.curves for point in curve.points])
     return figure
 
 
-def _family(ax: Axes, main: Curve, others: Sequence[Curve], words: str) -> None:
-    _line(ax, main, words, BLUE, "-", "o")
+def _family(ax: Axes, main: Curve, others: Sequence[Curve], label: str) -> None:
+    _line(ax, main, label, BLUE, "-", "o")
     for curve, (colour, line, mark) in zip(others, STYLES, strict=False):
         if curve.points:
-            _line(ax, curve, _told(curve), colour, line, mark)
+            _line(ax, curve, _label(curve), colour, line, mark)
         else:
             ax.plot([], [], color=GREY, label=pretty(f"{curve.words}: no design"))
     ax.set_xlabel("side of the cube, 2 L (mm)")
@@ -60,7 +60,7 @@ def _line(ax: Axes, curve: Curve, label: str, colour: str, line: object, mark: s
     )
 
 
-def _told(curve: Curve) -> str:
+def _label(curve: Curve) -> str:
     last = curve.points[-1]
     if curve.name.startswith("outline"):
         width, depth = last.outline

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from delta_cad.common.picture_style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, styled
@@ -20,12 +21,9 @@ from delta_cad.mechanism.workspace import Cube
 from optimizer.front.reachable import contours_at_height, contours_in_mirror_plane, shell
 from optimizer.pictures.style import pretty
 
-VIEW = (22.0, -62.0)
-"""Elevation and azimuth of the eye, degrees."""
-CUT_AWAY = 75.0
-"""Half the angle of the sector that is left out towards the eye, degrees."""
-GRID = 401
-"""Points along an edge of the section's raster, for its fill and the singular line."""
+VIEW = (22.0, -62.0)  # elevation and azimuth of the eye, degrees
+CUT_AWAY = 75.0  # half the angle of the sector that is left out towards the eye, degrees
+GRID = 401  # points along an edge of the section's raster, for its fill and the singular line
 SHELL_ALPHA = 0.28
 
 
@@ -77,7 +75,7 @@ def _shell(ax: Any, g: DeltaGeometry, cube: Cube) -> None:
     ax.view_init(*VIEW)
     ax.set_aspect("equal")
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(_steps(100.0))
+        axis.set_major_locator(MultipleLocator(100.0))
     ax.tick_params(pad=0)
 
 
@@ -89,9 +87,9 @@ def _from_above(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
         (high, "top", ORANGE, (0, (5, 2))),
     )
     for z, name, colour, line in levels:
-        for k, piece in enumerate(contours_at_height(g, z)):
+        for k, arc in enumerate(contours_at_height(g, z)):
             label = f"{name}, z = {z * MM:.1f} mm" if k == 0 else None
-            ax.plot(*piece[:, :2].T * MM, color=colour, linestyle=line, linewidth=1.4, label=label)
+            ax.plot(*arc[:, :2].T * MM, color=colour, linestyle=line, linewidth=1.4, label=label)
     ax.add_patch(_square(-L, -L, L, L))
     base = RADIAL * g.base_radius * MM
     ax.plot(*base[:, :2].T, "^", color=BLACK, markersize=6, label="shoulders")
@@ -101,15 +99,15 @@ def _from_above(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
 
 
 def _mirror_plane(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
-    pieces = [piece * MM for piece in contours_in_mirror_plane(g)]
-    every = np.concatenate(pieces)
+    arcs = [arc * MM for arc in contours_in_mirror_plane(g)]
+    every = np.concatenate(arcs)
     x = np.linspace(every[:, 0].min(), every[:, 0].max(), GRID)
     z = np.linspace(0.0, every[:, 2].max(), GRID)
     p = np.stack(np.broadcast_arrays(x[None, :], 0.0, z[:, None]), axis=-1) / MM
     inside = closure_margin(g, p).min(axis=-1)
     ax.contourf(x, z, inside, levels=[0.0, np.inf], colors=[SKY], alpha=SHELL_ALPHA)
-    for k, piece in enumerate(pieces):
-        ax.plot(piece[:, 0], piece[:, 2], color=BLUE, linewidth=1.4, label="limit of reach, h = 0" if k == 0 else None)
+    for k, arc in enumerate(arcs):
+        ax.plot(arc[:, 0], arc[:, 2], color=BLUE, linewidth=1.4, label="limit of reach, h = 0" if k == 0 else None)
     with np.errstate(invalid="ignore"):
         determinant = np.ma.masked_invalid(np.where(inside >= 0.0, direct_margin(g, p), np.nan))
     if determinant.min() < 0.0 < determinant.max():
@@ -125,19 +123,5 @@ def _mirror_plane(ax: Axes, g: DeltaGeometry, cube: Cube) -> None:
 
 
 def _square(left: float, lower: float, right: float, upper: float) -> Rectangle:
-    return Rectangle(
-        (left, lower),
-        right - left,
-        upper - lower,
-        facecolor=VERMILLION,
-        alpha=0.55,
-        edgecolor=VERMILLION,
-        linewidth=1.6,
-        label="cube",
-    )
-
-
-def _steps(step: float) -> Any:
-    from matplotlib.ticker import MultipleLocator
-
-    return MultipleLocator(step)
+    style = {"facecolor": VERMILLION, "edgecolor": VERMILLION, "alpha": 0.55, "linewidth": 1.6, "label": "cube"}
+    return Rectangle((left, lower), right - left, upper - lower, **style)

@@ -1,8 +1,8 @@
 """The figures of many designs compiled: the same numbers as `evaluator.figures_numpy`, some hundred times as fast.
 
-Importing this module loads numba and, once on a machine, compiles for some seconds. The condition number is that of the
-mechanism's kernel; the chains are continued beyond the reach as in the evaluator. The loops have no branches, so that
-the processor takes several points at a time.
+The condition number is that of the mechanism's kernel; the chains are continued beyond the reach as in the evaluator.
+The loops have no branches, so that the processor takes several points at a time. The first call loads numba and, once
+on a machine, compiles for some seconds.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from delta_cad.common.jit import compiled, expanded
+from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.kernel import _kappa
 
@@ -30,44 +30,42 @@ def figures_compiled(
         angles: Whether the shoulder angles are wanted; zeros without.
         out: (D, 6, K) filled.
     """
-    designs, places = np.ascontiguousarray(designs), np.ascontiguousarray(points.transpose(0, 2, 1))
-    if conditioning:
-        _fill_all(designs, places, out)
-    else:
-        _fill(designs, places, out)
+    if not conditioning:
         out[:, 3] = 1.0
-    if angles:
-        _fill_angles(designs, places, out)
-    else:
+    if not angles:
         out[:, 4:] = 0.0
+    places = np.ascontiguousarray(points.transpose(0, 2, 1))
+    _fill(np.ascontiguousarray(designs), places, conditioning, angles, out)
 
 
-@expanded
-def _chain(q, t, z, la, lb):
-    """w^2 / L_B^2, w / L_B and the unit forearm along the radius and along z; w as 0 beyond the reach."""
+@inlined
+def _closed(q, t, z, la, lb):
+    """Closes a chain in its own plane: w^2, w, cosine and sine of the shoulder angle; w is 0 beyond the reach."""
     rho2 = q * q + z * z
     rho2 = rho2 if rho2 > TINY else TINY
     m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
     w2 = rho2 - m * m
     w = math.sqrt(w2 if w2 > 0.0 else 0.0)
-    cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
+    return w2, w, (q * m + z * w) / rho2, (z * m - q * w) / rho2
+
+
+@inlined
+def _chain(q, t, z, la, lb):
+    """Computes w^2 / L_B^2, w / L_B and the unit forearm along the radius and along z."""
+    w2, w, cos, sin = _closed(q, t, z, la, lb)
     return w2 / (lb * lb), w / lb, (q - la * cos) / lb, (z - la * sin) / lb
 
 
-@expanded
+@inlined
 def _angle(q, t, z, la, lb):
-    """Shoulder angle, w as 0 beyond the reach."""
-    rho2 = q * q + z * z
-    rho2 = rho2 if rho2 > TINY else TINY
-    m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
-    w2 = rho2 - m * m
-    w = math.sqrt(w2 if w2 > 0.0 else 0.0)
-    return math.atan2((z * m - q * w) / rho2, (q * m + z * w) / rho2)
+    """Computes the shoulder angle."""
+    _, _, cos, sin = _closed(q, t, z, la, lb)
+    return math.atan2(sin, cos)
 
 
-@expanded
+@inlined
 def _point(x, y, z, a, la, lb):
-    """Closure, determinant, moment / L_A, elbow arms, forearms' products and squares of a point."""
+    """Computes closure, determinant, moment / L_A, elbow arms, products and squares of the forearms at a point."""
     xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
     t2, t3 = yc - xs, yc + xs
     c1, w1, r1, z1 = _chain(x - a, y, z, la, lb)
@@ -96,52 +94,34 @@ def _point(x, y, z, a, la, lb):
 
 
 @compiled
-def _fill(designs, places, out):
-    """Closure, determinant and moment."""
-    for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a = designs[d, 2] - designs[d, 3]
-        row = d if len(places) > 1 else 0
-        px, py, pz = places[row, 0], places[row, 1], places[row, 2]
-        closures, determinants, moments = out[d, 0], out[d, 1], out[d, 2]
-        for k in range(len(px)):
-            found = _point(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
-            closures[k], determinants[k], moments[k] = found[0], found[1], la * found[2]
-
-
-@compiled
-def _fill_all(designs, places, out):
-    """Closure, determinant, moment and quality."""
+def _fill(designs, places, conditioning, angles, out):
+    """Fills closure, determinant and moment, and what is wanted beside them."""
     for d in range(len(designs)):
         la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
         a = designs[d, 2] - designs[d, 3]
         row = d if len(places) > 1 else 0
         px, py, pz = places[row, 0], places[row, 1], places[row, 2]
         closures, determinants, moments, qualities = out[d, 0], out[d, 1], out[d, 2], out[d, 3]
-        for k in range(len(px)):
-            closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3 = _point(
-                side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb
-            )
-            closures[k], determinants[k], moments[k] = closure, det, la * moment
-            inverse = 1.0 / _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
-            inverse = inverse if det > 0.0 else -inverse
-            beyond = closure if closure < 0.0 else 0.0
-            qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse
-
-
-@compiled
-def _fill_angles(designs, places, out):
-    """Smallest and largest shoulder angle."""
-    for d in range(len(designs)):
-        la, lb, height, side = designs[d, 0], designs[d, 1], designs[d, 4], designs[d, 5]
-        a = designs[d, 2] - designs[d, 3]
-        row = d if len(places) > 1 else 0
-        for k in range(places.shape[2]):
-            x, y = side * places[row, 0, k], side * places[row, 1, k]
-            z = height + side * (1.0 + places[row, 2, k])
-            xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
-            th1 = _angle(x - a, y, z, la, lb)
-            th2 = _angle(xc + ys - a, yc - xs, z, la, lb)
-            th3 = _angle(xc - ys - a, yc + xs, z, la, lb)
-            out[d, 4, k] = min(th1, th2, th3)
-            out[d, 5, k] = max(th1, th2, th3)
+        if conditioning:
+            for k in range(len(px)):
+                closure, det, moment, w1, w2, w3, g12, g13, g23, n1, n2, n3 = _point(
+                    side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb
+                )
+                closures[k], determinants[k], moments[k] = closure, det, la * moment
+                inverse = 1.0 / _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, 1.0)
+                inverse = inverse if det > 0.0 else -inverse
+                beyond = closure if closure < 0.0 else 0.0
+                qualities[k] = beyond if closure <= 0.0 or det == 0.0 else inverse
+        else:
+            for k in range(len(px)):
+                figures = _point(side * px[k], side * py[k], height + side * (1.0 + pz[k]), a, la, lb)
+                closures[k], determinants[k], moments[k] = figures[0], figures[1], la * figures[2]
+        if angles:
+            for k in range(len(px)):
+                x, y, z = side * px[k], side * py[k], height + side * (1.0 + pz[k])
+                xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
+                th1 = _angle(x - a, y, z, la, lb)
+                th2 = _angle(xc + ys - a, yc - xs, z, la, lb)
+                th3 = _angle(xc - ys - a, yc + xs, z, la, lb)
+                out[d, 4, k] = min(th1, th2, th3)
+                out[d, 5, k] = max(th1, th2, th3)

@@ -16,6 +16,7 @@ import numpy as np
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.limits import HandleInertia
 
+# Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L.
 VARIABLES = (
     "upper_arm_length",
     "forearm_length",
@@ -24,10 +25,9 @@ VARIABLES = (
     "bottom_height",
     "half_side",
 )
-"""Names of the six numbers of a design, in the paper's order L_A, L_B, R, r, H, L."""
 
+# (1, 3) the cube's centre: a determinant of another sign there than on the surface hides a singularity.
 CENTRE = np.zeros((1, 3))
-"""(1, 3) the cube's centre: a determinant of another sign there than on the surface hides a singularity."""
 
 
 class Figures(NamedTuple):
@@ -42,10 +42,10 @@ class Figures(NamedTuple):
         quality: 1 / kappa with the sign of the determinant; 0 on both singularities, the closure where negative.
         shoulder_min: Smallest shoulder angle of the chains, rad.
         shoulder_max: Largest shoulder angle of the chains, rad.
-        designs: (D, 6) what they are the figures of, for figures that are computed when they are asked for.
+        designs: (D, 6) the designs, from which further figures are computed when they are needed.
         points: (K, 3) or (D, K, 3) likewise.
 
-    What was not asked for holds a constant: 1 as `quality`, 0 as angles.
+    What was not wanted holds a constant: 1 as `quality`, 0 as angles.
     """
 
     closure: np.ndarray
@@ -67,7 +67,7 @@ class Figures(NamedTuple):
             (D, K) 0 at a fold; the closure where that is negative.
         """
         L_A, L_B = (self.designs[:, k, None] for k in (0, 1))
-        chains = chains_of(self.designs, self.points)
+        chains = _chains(self.designs, self.points)
         n = chains.forearms / np.maximum(chains.arms / L_B[..., None], TINY)[..., None]
         mixed = np.einsum("...ia,...ib->...ab", n, chains.elbows)
         at_elbow = (inertia.elbow_mass + inertia.joint_inertia / L_A**2)[..., None, None]
@@ -85,8 +85,8 @@ class Chains(NamedTuple):
         arms: (D, K, 3) w, m.
         forearms: (D, K, 3, 3) unit vectors from elbow to wrist; shorter or longer beyond the reach.
         elbows: (D, K, 3, 3) unit vectors along which the elbows move.
-        cos: (D, K, 3) of the shoulder angle.
-        sin: (D, K, 3) of the shoulder angle.
+        cos: (D, K, 3) cosine of the shoulder angle.
+        sin: (D, K, 3) sine of the shoulder angle.
     """
 
     closure: np.ndarray
@@ -97,12 +97,11 @@ class Chains(NamedTuple):
     sin: np.ndarray
 
 
-TINY = 1e-75
-"""Least w / L_B that is divided by: the fourth power of what comes out is still a number."""
+TINY = 1e-75  # least w / L_B that is divided by: the fourth power of what comes out is still a number
 
 
 def figures(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
-    """The figures of every design at every point, compiled where numba is installed.
+    """Computes the figures of every design at every point, compiled where numba is installed.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
@@ -133,7 +132,7 @@ def _compiled() -> Callable[[np.ndarray, np.ndarray, bool, bool, np.ndarray], No
 
 
 def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True) -> Figures:
-    """The figures in NumPy: the formulas to read, and what the compiled ones are tested against.
+    """Computes the figures in NumPy: the formulas to read, and what the compiled ones are tested against.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.
@@ -145,7 +144,7 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
         The figures, each (D, K).
     """
     L_A, L_B = designs[:, 0, None, None], designs[:, 1, None, None]
-    chains = chains_of(designs, points)
+    chains = _chains(designs, points)
     s, w = chains.forearms, chains.arms
     faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
     determinant = (s[..., 0, :] * faces[..., 0, :]).sum(axis=-1)
@@ -156,13 +155,8 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
     return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1), designs, points)
 
 
-def chains_of(designs: np.ndarray, points: np.ndarray) -> Chains:
-    """Computes the chains of every design at every point.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        points: (K, 3) or (D, K, 3) points in the coordinates of the cube, each in [-1, 1].
-    """
+def _chains(designs: np.ndarray, points: np.ndarray) -> Chains:
+    """Computes the chains of every design at every point; designs and points are those of `figures`."""
     L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
     x, y, z = L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
     p = np.stack(np.broadcast_arrays(x, y, z), axis=-1)  # (D, K, 3)
@@ -190,7 +184,7 @@ def _cross(s: np.ndarray, i: int, j: int) -> np.ndarray:
 
 
 def _quality(s: np.ndarray, w: np.ndarray, determinant: np.ndarray, closure: np.ndarray) -> np.ndarray:
-    """Signed 1 / kappa from the rows s_i / w_i of the inverse Jacobian, multiplied by w_1 w_2 w_3: no division."""
+    """Computes the signed 1 / kappa from the rows s_i / w_i of the inverse Jacobian times w_1 w_2 w_3: no division."""
     others = np.stack([w[..., 1] * w[..., 2], w[..., 2] * w[..., 0], w[..., 0] * w[..., 1]], axis=-1)
     rows = s * others[..., None]
     values = np.linalg.eigvalsh(rows @ np.swapaxes(rows, -1, -2))
@@ -201,7 +195,7 @@ def _quality(s: np.ndarray, w: np.ndarray, determinant: np.ndarray, closure: np.
 
 @lru_cache(maxsize=16)
 def half_surface(n: int) -> np.ndarray:
-    """Points of an even grid on the faces of the cube with y >= 0; the mechanism mirrors the other half.
+    """Gives an even grid on the faces of the cube with y >= 0; the mechanism mirrors the other half.
 
     Args:
         n: Points along an edge, at least 2.
@@ -218,7 +212,7 @@ def half_surface(n: int) -> np.ndarray:
 
 @lru_cache(maxsize=16)
 def shared_points(n: int) -> np.ndarray:
-    """The surface grid and the centre: what of `sample_points` is the same for every design.
+    """Gives the surface grid and the centre, which every design shares.
 
     Args:
         n: Grid points along an edge.
@@ -231,25 +225,12 @@ def shared_points(n: int) -> np.ndarray:
     return points
 
 
-def sample_points(designs: np.ndarray, n: int) -> np.ndarray:
-    """The surface grid, the centre, and the points of the bottom face nearest to the shoulder axes.
-
-    With these the reach of a cube over the base plane is exact: a chain is too short first in a corner, because what
-    it reaches is convex, and folds first right above its shoulder, README (21) of the mechanism.
-
-    Args:
-        designs: (D, 6) lengths in the order of `VARIABLES`, m.
-        n: Grid points along an edge.
-
-    Returns:
-        (D, K, 3) points in the coordinates of each cube.
-    """
-    fixed = shared_points(n)
-    return np.concatenate([np.broadcast_to(fixed, (len(designs), *fixed.shape)), fold_points(designs)], axis=1)
-
-
 def fold_points(designs: np.ndarray) -> np.ndarray:
-    """Where chain 0 and chain 1, or its mirror, come nearest to their shoulder axes: bottom face, u = R - r or nearest.
+    """Computes where chain 0 and chain 1, or its mirror, come nearest to their shoulder axes on the bottom face.
+
+    With the surface grid and the centre, these points make the reach of a cube over the base plane exact: a chain is
+    too short first in a corner, because what it reaches is convex, and folds first right above its shoulder, at
+    u = R - r or as near to that as the cube comes, README (21) of the mechanism.
 
     Args:
         designs: (D, 6) lengths in the order of `VARIABLES`, m.

@@ -10,11 +10,11 @@ import numpy as np
 from optimizer.problem.evaluator import CENTRE, fold_points, half_surface
 from optimizer.problem.step import Problem
 
+# Halvings of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square.
 REFINEMENTS = 20
-"""Of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square."""
 STEPS = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], dtype=float)
+# Axis and side of the faces that the mirror plane y = 0 leaves.
 FACES = ((0, -1.0), (0, 1.0), (1, 1.0), (2, -1.0), (2, 1.0))
-"""Axis and side of the faces that the mirror plane y = 0 leaves."""
 
 Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 
@@ -32,7 +32,7 @@ class Worst(NamedTuple):
 
 
 def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict[str, Worst]:
-    """The smallest values of every margin: one on each face, the sixth being the mirror of another, and one anywhere.
+    """Finds the smallest values of every margin: one on each face that is no mirror image, and one anywhere.
 
     Args:
         margins: (K, 3) points in the coordinates of the cube -> name -> (K,) values.
@@ -77,7 +77,7 @@ def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict
 
 
 def design_worst(problem: Problem, design: np.ndarray, n: int) -> dict[str, Worst]:
-    """The worst points of every pointwise margin of a problem, and of `quality` where it asks for it.
+    """Finds the worst points of every pointwise margin of a problem, and of `quality` where it asks for it.
 
     Args:
         problem: The step.

@@ -11,7 +11,7 @@ import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
@@ -29,7 +29,7 @@ class RequirementsError(RefusedError):
     """Requirements that are refused."""
 
 
-class _Record(BaseModel):
+class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
@@ -47,7 +47,7 @@ Component = Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)]
 Gravity = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
-class Task(_Record):
+class Task(_Table):
     """What the customer asks for: table `[requirements]`."""
 
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
@@ -56,7 +56,7 @@ class Task(_Record):
     joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint can give, gravity's share included")
 
 
-class Bounds(_Record):
+class Bounds(_Table):
     """Range of each design variable, mm; equal bounds fix it: table `[bounds_mm]`."""
 
     upper_arm_length: Length = Field(description="L_A: shoulder to elbow")
@@ -67,14 +67,13 @@ class Bounds(_Record):
     half_side: HalfSide = Field(description="L: half the side of the cube")
 
 
-class _Hardware(_Record):
+class _Hardware(_Table):
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
     parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
 
 
-_SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")
-"""In this file they are the two numbers of `shoulder_deg`."""
+_SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in this file they are the two numbers of `shoulder_deg`
 _Limited: Any = create_model(
     "_Limited",
     __base__=_Hardware,
@@ -92,7 +91,7 @@ class LimitTable(_Limited):
     gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
 
 
-class InertiaTable(_Record):
+class InertiaTable(_Table):
     """What moves, as the effective mass at the handle sees it: table `[inertia]`."""
 
     carried_mass_kg: float = Field(gt=0, le=1000, description="platform and the rods' share that moves with it")
@@ -101,13 +100,13 @@ class InertiaTable(_Record):
     joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")
 
 
-class Step3(_Record):
+class Step3(_Table):
     """The third step: table `[step_3]`."""
 
     half_side_mm: float | None = Field(default=None, gt=0, le=LENGTH_MAX_MM, description="L; else what step 2 reached")
 
 
-class Requirements(_Record):
+class Requirements(_Table):
     """One task for the optimiser."""
 
     name: str = Field(pattern=NAME_PATTERN, description="name of the design")
@@ -152,18 +151,31 @@ def load_requirements(path: str | Path) -> Requirements:
         RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` refuses.
     """
     path = Path(path)
+    return requirements_from_dict(read_toml(path, path.name), path.name)
+
+
+def read_toml(path: Path, name: str, refused: type[RequirementsError] = RequirementsError) -> dict[str, Any]:
+    """Reads a TOML file.
+
+    Args:
+        path: The file, UTF-8.
+        name: What error messages call it.
+        refused: The error to raise.
+
+    Returns:
+        Its tables as plain data.
+
+    Raises:
+        RequirementsError: Unreadable, not UTF-8, or not TOML.
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise RequirementsError(path.name, "", "", f"cannot be read: {error.strerror or error}") from None
+        raise refused(name, "", "", f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        allowed = f"is not UTF-8 text: {error.reason} at byte {error.start}"
-        raise RequirementsError(path.name, "", "", allowed) from None
-    try:
-        data = tomllib.loads(text)
+        raise refused(name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
     except (ValueError, RecursionError) as error:  # also a number of thousands of digits; lists nested too deep
-        raise RequirementsError(path.name, "", "", f"is not TOML we can read: {error}") from None
-    return requirements_from_dict(data, path.name)
+        raise refused(name, "", "", f"is not TOML we can read: {error}") from None
 
 
 def requirements_from_dict(data: object, file: str = "requirements") -> Requirements:
@@ -196,9 +208,9 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
 
 
 def requirements_hash(given: Requirements) -> str:
-    """SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out, no null.
+    """Computes the SHA-256, 64 hex digits, of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out.
 
-    So a limit that the file does not know yet changes no hash.
+    What is not stated is left out, so that a limit that the file does not know yet changes no hash.
     """
     text = json.dumps(
         given.model_dump(mode="json", exclude_none=True), sort_keys=True, separators=(",", ":"), allow_nan=False
@@ -236,33 +248,25 @@ def _check_order(given: Requirements, file: str) -> None:
         raise RequirementsError(file, "step_3.half_side_mm", short(side), allowed)
 
 
-PAIRS = {
-    **dict.fromkeys(("upper_arm_length", "forearm_length", "base_radius", "platform_radius"), (1.0, LENGTH_MAX_MM)),
-    "bottom_height": (1.0, 2.0 * LENGTH_MAX_MM),
-    "half_side": (0.0, LENGTH_MAX_MM),
-    "outline_overhead_mm": (0.0, LENGTH_MAX_MM),
-    "shoulder_deg": (-180.0, 180.0),
-}
-"""Field that holds two numbers -> what each may be."""
-
-
 def _allowed(loc: tuple[int | str, ...]) -> str:
-    """What a field may hold, from its declaration."""
+    """Says what a field may hold, from its declaration."""
     if len(loc) == 1:
         return NAME_RULE if loc[0] == "name" else "must be a table"
     table, name = str(loc[0]), str(loc[1])
     unit = "mm" if table == "bounds_mm" else next((u for end, u in UNITS.items() if name.endswith(end)), "")
-    if name == "gravity_m_s2":
-        return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
-    if name in PAIRS:
-        low, high = PAIRS[name]
-        kind = "[along W, along D]" if name == "outline_overhead_mm" else "[lower, upper]"
-        return f"must be {kind}, two numbers, each >= {low:g} and <= {high:g} {unit}"
-    return f"must be a number {bounds_of(_TABLES[table].model_fields[name].metadata)} {unit}".rstrip()
+    info = _TABLES[table].model_fields[name]
+    numbers = next(
+        (get_args(one) for one in (info.annotation, *get_args(info.annotation)) if get_origin(one) is tuple), ()
+    )
+    if numbers:
+        kind = {"outline_overhead_mm": "[along W, along D], two", "gravity_m_s2": "a list of 3"}
+        bounds = bounds_of(get_args(numbers[0])[1].metadata)
+        return f"must be {kind.get(name, '[lower, upper], two')} numbers, each {bounds} {unit}"
+    return f"must be a number {bounds_of(info.metadata)} {unit}".rstrip()
 
 
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) -> RequirementsError:
-    """The first finding of the validator as our error."""
+    """Turns the first finding of the validator into our error."""
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
         model = _TABLES.get(str(loc[0]), Requirements) if len(loc) > 1 else Requirements

@@ -12,17 +12,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import LIMITS, AssemblyMode, Kappa, Limit, Limits, Outline, PoseLimit
 from optimizer.problem.evaluator import VARIABLES, Figures, figures
 from optimizer.problem.requirements import Requirements
 
+# All constraints, in the order in which reports name them.
 CONSTRAINTS = (*(limit.name for limit in LIMITS), "half_side")
-"""All there are, in the order in which reports name them."""
 SIDE = VARIABLES.index("half_side")
-TINY_MM = 1e-3
-"""A half side below this is no cube: lengths are given in whole micrometres."""
+TINY_MM = 1e-3  # a half side below this is no cube: lengths are given in whole micrometres
 
 
 class ProblemError(ValueError):
@@ -38,7 +38,7 @@ class Problem:
         step: 1, 2 or 3.
         lower: (6,) lower bounds in the order of `VARIABLES`, mm.
         upper: (6,) upper bounds, mm.
-        constraints: Names of the constraints that are asked, in the order of `CONSTRAINTS`.
+        constraints: Names of the constraints, in the order of `CONSTRAINTS`.
     """
 
     requirements: Requirements
@@ -54,7 +54,7 @@ class Problem:
 
     @property
     def free_index(self) -> tuple[int, ...]:
-        """Their places among the six."""
+        """Places of the free variables among the six."""
         return tuple(k for k in range(len(VARIABLES)) if self.lower[k] < self.upper[k])
 
     @property
@@ -70,7 +70,7 @@ class Problem:
         return tuple(limit for limit in stated if limit is not None)
 
     def pose_limits(self, kappa: float = math.inf) -> Limits:
-        """The limits on every position of the cube that a proof takes.
+        """Gathers the limits on every position of the cube that a proof takes.
 
         Args:
             kappa: Largest condition number to ask for beside the limit.
@@ -94,7 +94,7 @@ class Problem:
         return self.requirements.requirements.joint_torque_N_m - self.requirements.limits.gravity_torque_N_m
 
     def designs(self, x: np.ndarray) -> np.ndarray:
-        """Scaled variables to designs.
+        """Computes designs from scaled variables.
 
         Args:
             x: (D, number of free variables), 0 at the lower bound and 1 at the upper.
@@ -110,8 +110,20 @@ class Problem:
         full[:, index] = np.where(x == 1.0, upper[index], full[:, index])
         return full / MM_PER_M
 
-    def scaled(self, design_mm: np.ndarray) -> np.ndarray:
-        """The free variables of a design between 0 and 1; what is out of bounds is moved to the nearer bound.
+    def lengths_mm(self, x: ArrayLike) -> tuple[float, ...]:
+        """Computes the lengths of one design from its scaled variables, within the bounds to the last bit.
+
+        Args:
+            x: (number of free variables) scaled.
+
+        Returns:
+            (6) lengths in the order of `VARIABLES`, mm.
+        """
+        mm = self.designs(np.asarray(x)[None])[0] * MM_PER_M  # metres and back may leave a bound by a rounding
+        return tuple(float(v) for v in np.clip(mm, self.lower, self.upper))
+
+    def scaled(self, design_mm: ArrayLike) -> np.ndarray:
+        """Scales the free variables of a design to 0 to 1; what is out of bounds is moved to the nearer bound.
 
         Args:
             design_mm: (6,) lengths in the order of `VARIABLES`, mm.
@@ -124,12 +136,12 @@ class Problem:
         return np.clip((np.asarray(design_mm)[index] - lower[index]) / (upper - lower)[index], 0.0, 1.0)
 
     def figures(self, designs: np.ndarray, points: np.ndarray) -> Figures:
-        """The figures this step needs; `quality` and the angles are left out where nothing asks for them."""
+        """Computes the figures that this step needs; `quality` and the angles only where a limit evaluates them."""
         evaluated = {name for limit in self.limits for name in limit.evaluates}
         return figures(designs, points, self.step == 3 or "quality" in evaluated, "angles" in evaluated)
 
     def point_margins(self, f: Figures) -> dict[str, np.ndarray]:
-        """Margins that hold in a point of the cube.
+        """Computes the margins that hold in a point of the cube.
 
         Args:
             f: Figures of D designs at K points.
@@ -140,7 +152,7 @@ class Problem:
         return {one.name: one.margin(f) for one in self.limits if isinstance(one, PoseLimit) and one.cut is not None}
 
     def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
-        """Margins in closed form, the same in the whole cube.
+        """Computes the margins in closed form, the same in the whole cube.
 
         Args:
             designs: (D, 6) lengths in the order of `VARIABLES`, m.
@@ -153,7 +165,7 @@ class Problem:
         return {name: margin for name, margin in found.items() if margin is not None}
 
     def describe(self, name: str) -> str:
-        """A constraint in words, with the field of the requirements file that asks for it."""
+        """Describes a constraint, with the field of the requirements file that states it."""
         if name == "half_side":
             half = self.requirements.step_3.half_side_mm
             if self.step == 3:
@@ -165,14 +177,14 @@ class Problem:
 
 
 def outline_of(given: Requirements) -> Outline:
-    """The outline that requirements allow."""
+    """Gives the outline that requirements allow."""
     return Outline.stated(given.values)
 
 
 def step_problem(
     given: Requirements, step: int, reached_mm: float | None = None, without: frozenset[str] = frozenset()
 ) -> Problem:
-    """One of the three steps.
+    """Poses one of the three steps.
 
     Args:
         given: What the customer gave.
@@ -206,8 +218,8 @@ def step_problem(
         high = min(high, max(low, reached_mm))
     bounds[SIDE] = (0.0 if "half_side" in without else low, high)
     values = given.values
-    asked = {"half_side": step == 3 or low > 0.0}
+    stated = {"half_side": step == 3 or low > 0.0}
     for limit in LIMITS:
-        asked[limit.name] = (step > 1 or limit.first_step) and limit.stated(values) is not None
-    names = tuple(name for name in CONSTRAINTS if asked.get(name) and name not in without)
+        stated[limit.name] = (step > 1 or limit.first_step) and limit.stated(values) is not None
+    names = tuple(name for name in CONSTRAINTS if stated.get(name) and name not in without)
     return Problem(given, step, tuple(b[0] for b in bounds), tuple(b[1] for b in bounds), names)

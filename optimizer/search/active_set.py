@@ -17,21 +17,20 @@ import numpy as np
 from optimizer.problem.evaluator import figures, fold_points
 from optimizer.problem.step import Problem
 
+# Step of the central differences in the scaled variables: truncation 2e-11 of the third derivative, rounding 1e-11 of
+# the margin. Gradients agree with a fourth-order formula to 1e-6 where two singular values nearly meet, else to 1e-9.
 DIFFERENCE = 1e-5
-"""Step of the central differences in the scaled variables: truncation 2e-11 of the third derivative, rounding 1e-11 of
-the margin. Gradients agree with a fourth-order formula to 1e-6 where two singular values nearly meet, else to 1e-9."""
+# What every margin keeps at the optimum, so that what the solver leaves open (1e-10) still is no violation.
 SLACK = 1e-8
-"""What every margin keeps at the optimum, so that what the solver leaves open (1e-10) still is no violation."""
+# Margins this little below 0 still are met: lengths pass from mm to m and back (1e-16), sums of them 1e-14.
 ROUNDING = 1e-9
-"""Margins this little below 0 still are met: lengths pass from mm to m and back (1e-16), sums of them 1e-14."""
+# Distance, as a share of L, within which a margin differs by 1e-6 of its second derivative: the polish moved it.
 NEAR = 1e-3
-"""Distance, as a share of L, within which a margin differs by 1e-6 of its second derivative: the polish moved it."""
-LEVEL_MAX = 1e-3
-"""Feasibility is shown once every margin is this large; a higher level would only cost iterations."""
+LEVEL_MAX = 1e-3  # feasibility is shown once every margin is this large; a higher level would only cost iterations
 
 
 class Active(NamedTuple):
-    """One margin asked at one point of the cube."""
+    """One margin at one point of the cube."""
 
     name: str
     point: tuple[float, float, float]
@@ -45,39 +44,30 @@ class Program:
     Attributes:
         problem: The step.
         kind: `half_side`, `quality` or `feasibility`.
-        active: Pointwise margins that are asked.
+        active: Pointwise margins that are constraints.
         evaluations: How many designs were evaluated.
+        has_level: Whether the last unknown is a level of its own.
+        level_index: Place of what is maximised among the unknowns; None where L is fixed and only feasibility counts.
+        level_min: Lower bound of that unknown.
     """
 
     def __init__(self, problem: Problem, kind: str) -> None:
         self.problem, self.kind = problem, kind
         self.active: list[Active] = []
         self.evaluations = 0
+        self.has_level = kind != "half_side"
+        self.level_min = -np.inf if self.has_level else 0.0
+        self.level_index: int | None = None
+        if self.has_level or "half_side" in problem.free:
+            self.level_index = len(problem.free) if self.has_level else problem.free.index("half_side")
         self._kept: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
-    @property
-    def has_level(self) -> bool:
-        """Whether the last unknown is a level of its own."""
-        return self.kind != "half_side"
+    def add(self, active: list[Active]) -> int:
+        """Takes in margins that are not yet active and returns how many were new.
 
-    @property
-    def level_index(self) -> int | None:
-        """Place of what is maximised among the unknowns; None where L is fixed and only feasibility counts."""
-        if self.has_level:
-            return len(self.problem.free)
-        return self.problem.free.index("half_side") if "half_side" in self.problem.free else None
-
-    @property
-    def level_min(self) -> float:
-        """Lower bound of that unknown."""
-        return -np.inf if self.has_level else 0.0
-
-    def add(self, found: list[Active]) -> int:
-        """Takes in margins that are not yet asked and returns how many were new.
-
-        A point very near to one that is asked takes its place: two almost equal rows make SLSQP's subproblem singular.
+        A point very near to an active one takes its place: two almost equal rows make SLSQP's subproblem singular.
         """
-        new = [item for item in dict.fromkeys(found) if item not in self.active]
+        new = [item for item in dict.fromkeys(active) if item not in self.active]
         for item in new:
             near = (other for other in self.active if other.name == item.name)
             gone = [k for k in near if max(abs(a - b) for a, b in zip(k.point, item.point, strict=True)) < NEAR]
@@ -86,23 +76,23 @@ class Program:
         return len(new)
 
     def bounds(self) -> list[tuple[float, float]]:
-        """(lower, upper) of every unknown."""
+        """Gives (lower, upper) of every unknown."""
         box = [(0.0, 1.0)] * len(self.problem.free)
         return box + ([(-np.inf, LEVEL_MAX if self.kind == "feasibility" else 1.0)] if self.has_level else [])
 
     def objective(self, unknowns: np.ndarray) -> tuple[float, np.ndarray]:
-        """What is minimised, and its gradient: minus the level, or minus L scaled."""
+        """Computes what is minimised, and its gradient: minus the level, or minus L scaled."""
         gradient = np.zeros(len(unknowns))
         if self.level_index is not None:
             gradient[self.level_index] = -1.0
         return float(gradient @ unknowns), gradient
 
-    def rows(self, unknowns: np.ndarray) -> np.ndarray:
-        """Left sides of all constraints, each >= 0 where it is met."""
+    def constraints(self, unknowns: np.ndarray) -> np.ndarray:
+        """Computes the left sides of all constraints, each >= 0 where it is met."""
         return self._both(unknowns)[0]
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
-        """(rows, unknowns) their gradients."""
+        """Computes the (rows, unknowns) gradients of the constraints."""
         return self._both(unknowns)[1]
 
     def _both(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +108,7 @@ class Program:
         )
         table, weights = self.margins(x)  # (1 + 2 n, rows), (rows,)
         gradient = (table[1 : n + 1] - table[n + 1 :]).T / (2.0 * DIFFERENCE)
-        # a margin that no free variable moves can keep no slack: it is asked to a rounding
+        # a margin that no free variable moves can keep no slack: it is met to a rounding
         value = table[0] - np.where((gradient != 0.0).any(axis=1), SLACK, -ROUNDING)
         if self.has_level:
             value = value - weights * unknowns[-1]
@@ -126,7 +116,7 @@ class Program:
         return value, gradient
 
     def margins(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The margins that are asked, without level and slack.
+        """Computes the margins at the active points, without level and slack.
 
         Args:
             x: (D, number of free variables) scaled variables.
@@ -141,17 +131,17 @@ class Program:
         if self.active:
             points = np.array([item.point for item in self.active])
             f = self.problem.figures(designs, points)
-            found = self.problem.point_margins(f) | {"quality": f.quality}
+            values = self.problem.point_margins(f) | {"quality": f.quality}
             for k, item in enumerate(self.active):
-                columns.append(found[item.name][:, k])
+                columns.append(values[item.name][:, k])
                 weights.append(1.0 if self.kind == "feasibility" or item.name == "quality" else 0.0)
-        for margin in self._whole(designs):
+        for margin in self._cube_margins(designs):
             columns.append(margin)
             weights.append(1.0 if self.kind == "feasibility" else 0.0)
         return np.column_stack(columns) if columns else np.ones((len(x), 0)), np.array(weights)
 
-    def _whole(self, designs: np.ndarray) -> list[np.ndarray]:
-        """Margins of whole designs: (D,) each.
+    def _cube_margins(self, designs: np.ndarray) -> list[np.ndarray]:
+        """Computes the (D,) margins that each hold for the whole design.
 
         The point of the bottom face where a chain folds first moves with R - r: exchanged for ever newer points it is
         met in the limit only, followed as it moves it is one smooth row.

@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm on whole arrays: the same designs to the last bit, without an object for each of them.
+"""pymoo's genetic algorithm on arrays: the same designs to the last bit, without an object for each of them.
 
 Binary tournament, simulated binary crossover, polynomial mutation, no design twice, the best survive: pymoo's `GA` with
 its defaults. Its crossover and mutation are called as they are; what stands around them there in loops over
@@ -19,14 +19,12 @@ from scipy.spatial.distance import cdist
 
 CROSSOVER_ETA, CROSSOVER_VARIABLE, CROSSOVER_EXCHANGE = 15, 0.5, 0.5
 MUTATION, MUTATION_ETA, MUTATION_VARIABLE = 0.9, 20, 0.5
-SAME = 1e-16
-"""Distance of two designs up to which they are the same one."""
-MATINGS = 100
-"""Attempts to fill a generation with designs that are not there already."""
+SAME = 1e-16  # distance of two designs up to which they are the same one
+MATINGS = 100  # attempts to fill a generation with designs that are not there already
 
 
 class Breeder:
-    """A population that asks for its next generation and is told what it is worth.
+    """A population that gives its next generation and takes in its objectives and margins.
 
     Attributes:
         x: (population, free variables) scaled to [0, 1].
@@ -40,7 +38,7 @@ class Breeder:
 
         Args:
             first: (population, free variables) scaled to [0, 1].
-            seed: Of everything random from here on.
+            seed: Seed of everything random from here on.
             crossover: Share of the pairs that are crossed.
         """
         self.x, self.objective, self.violation = first[:0], np.empty(0), np.empty(0)
@@ -49,22 +47,22 @@ class Breeder:
         self._random = np.random.default_rng(seed)
 
     def ask(self) -> np.ndarray:
-        """(up to population, free variables) designs to be evaluated; none where mating finds nothing new."""
+        """Gives (up to population, free variables) designs to be evaluated; none where mating finds nothing new."""
         if not len(self.x):
             return self._first[~_twice(self._first)]
-        found = self._first[:0]
+        fresh = self._first[:0]
         for _ in range(MATINGS):
-            new = self._mate(self._size - len(found))
+            new = self._mate(self._size - len(fresh))
             new = new[~_twice(new)]
             new = new[~_among(new, self.x)]
-            new = new[~_among(new, found)]
-            found = np.concatenate([found, new[: self._size - len(found)]])
-            if len(found) >= self._size:
+            new = new[~_among(new, fresh)]
+            fresh = np.concatenate([fresh, new[: self._size - len(fresh)]])
+            if len(fresh) >= self._size:
                 break
-        return found
+        return fresh
 
     def tell(self, x: np.ndarray, objective: np.ndarray, margins: np.ndarray) -> None:
-        """Takes in what was asked for; the best of both generations survive.
+        """Takes in the objectives and margins of a generation; the best of both generations survive.
 
         Args:
             x: (N, free variables) what `ask` gave.
@@ -81,7 +79,7 @@ class Breeder:
         self.x, self.objective, self.margins, self.violation = x[best], objective[best], margins[best], violation[best]
 
     def _mate(self, wanted: int) -> np.ndarray:
-        """Offspring of the present population: a pair for each two that are wanted."""
+        """Breeds offspring of the present population: a pair for each two that are wanted."""
         random, n = self._random, self.x.shape[1]
         pairs = math.ceil(wanted / 2)
         parents = np.swapaxes(self.x[self._tournaments(2 * pairs).reshape(pairs, 2)], 0, 1)  # (2, pairs, n)
@@ -102,7 +100,7 @@ class Breeder:
         return np.where((random.random(len(children)) <= MUTATION)[:, None], mutated, children)
 
     def _tournaments(self, wanted: int) -> np.ndarray:
-        """(wanted,) winners of two: the smaller violation, among feasible ones the smaller objective, else by lot."""
+        """Selects (wanted,) winners of two: the smaller violation, then the smaller objective, else by lot."""
         size = len(self.x)
         drawn = np.concatenate([self._random.permutation(size) for _ in range(math.ceil(2 * wanted / size))])
         a, b = drawn[: 2 * wanted].reshape(wanted, 2).T
@@ -116,10 +114,10 @@ class Breeder:
 
 
 def _twice(x: np.ndarray) -> np.ndarray:
-    """(N,) whether a row was there before."""
+    """Tells of each row, (N,), whether it was there before."""
     return np.any(np.tril(cdist(x, x) <= SAME, -1), axis=1)
 
 
 def _among(x: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """(N,) whether a row is one of the others."""
+    """Tells of each row, (N,), whether it is one of the others."""
     return np.any(cdist(x, others) <= SAME, axis=1)

@@ -1,4 +1,4 @@
-"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, asked and told by generations.
+"""pymoo's genetic algorithm (on arrays: breeding.py) over a fixed sample of the surface, generation by generation.
 
 [RCIM2018] table 2: population 100, 220, 220 in the three steps, crossover fraction 0.8, 100 generations. Its migration
 fraction of 0.2 moves individuals between islands; there is one island here. Designs that meet all constraints beat
@@ -7,7 +7,7 @@ those that do not; among the latter the smaller sum of violations wins.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,8 +19,8 @@ from optimizer.search.sqp import sampled
 POPULATIONS = {1: 100, 2: 220, 3: 220}
 GENERATIONS = 100
 CROSSOVER = 0.8
+# Points along an edge of the fixed sample: between them kappa of the published design rises by 0.1 % at most.
 SEARCH_GRID = 9
-"""Points along an edge of the fixed sample: between them kappa of the published design rises by 0.1 % at most."""
 
 
 class Generation(NamedTuple):
@@ -36,7 +36,7 @@ class Generation(NamedTuple):
 
 
 class GeneticError(ValueError):
-    """A search that cannot be run or taken up again as asked."""
+    """A search that cannot be run, or cannot be taken up again."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class Population:
     evaluations: int
 
 
+# Called after each generation with its number, how many there are, and the best objective so far.
 GenerationReport = Callable[[int, int, float], None]
-"""Called after each generation with its number, how many there are, and the best objective so far."""
 
 
 def evolve(
@@ -77,14 +77,14 @@ def evolve(
 
     Args:
         problem: The step; at least one variable must be free.
-        seed: Of everything random.
+        seed: Seed of everything random.
         population: Individuals of a generation; left out, the paper's for the step.
         generations: How many, the first one included.
         known: (K, free variables) designs that the first generation contains.
-        record: Generations of an earlier run with the same arguments; they are told, not evaluated again.
+        record: Generations of an earlier run with the same arguments; they are not evaluated again.
         keep: Given each generation after it was evaluated.
         report: Called after each generation.
-        stop: Asked after each generation; True ends the search there.
+        stop: Called after each generation; True ends the search there.
 
     Returns:
         The last generation.
@@ -105,24 +105,24 @@ def evolve(
     count = sampled(problem, first[:1], SEARCH_GRID)[1].shape[1]
     breeder = Breeder(first, seed, CROSSOVER)
     history, evaluations, best = [], 0, np.nan
-    records = _records(record, count)
+    earlier = iter(record)
     for number in range(generations):
         x = breeder.ask()
         if len(x) == 0:  # no offspring that is not there already: the population has converged
             break
-        told = next(records, None)
-        fresh = told is None
-        if told is None:
-            told = Generation(*sampled(problem, x, SEARCH_GRID))
-        if told.objective.shape != (len(x),) or told.margins.shape != (len(x), count):
+        current = next(earlier, None)
+        fresh = current is None
+        if current is None:
+            current = Generation(*sampled(problem, x, SEARCH_GRID))
+        if current.objective.shape != (len(x),) or current.margins.shape != (len(x), count):
             raise GeneticError(f"generation {number + 1} of the record is not of this search")
-        breeder.tell(x, told.objective, told.margins)
+        breeder.tell(x, current.objective, current.margins)
         evaluations += len(x)
-        good = told.objective[(told.margins >= 0.0).all(axis=1)]
+        good = current.objective[(current.margins >= 0.0).all(axis=1)]
         best = float(np.fmin(best, good.min())) if len(good) else best
         history.append(best)
         if fresh and keep is not None:
-            keep(told)
+            keep(current)
         if report is not None:
             report(number + 1, generations, best)
         if stop():
@@ -130,10 +130,3 @@ def evolve(
     violation = np.maximum(0.0, -breeder.margins).sum(axis=1)
     order = np.lexsort((breeder.objective, violation))
     return Population(breeder.x[order], breeder.objective[order], violation[order], tuple(history), evaluations)
-
-
-def _records(record: Sequence[Generation], count: int) -> Iterator[Generation]:
-    for told in record:
-        yield Generation(
-            np.asarray(told.objective, dtype=float), np.asarray(told.margins, dtype=float).reshape(-1, count)
-        )

@@ -1,4 +1,4 @@
-"""What a step came to: a record that recomputes its own violations on a fine surface of the cube."""
+"""The result of a step: a record that recomputes its own violations on a fine surface of the cube."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
 from optimizer.problem.evaluator import VARIABLES, figures, fold_points
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
 from optimizer.search.active_set import ROUNDING
 from optimizer.search.sqp import Ending
 
+# Endings of which only a bound tells how far they are from the best there is.
 GUESSES = ("converged", "sampled", "not improved")
-"""Endings of which only a bound tells how far they are from the best there is."""
-CLOSE = 1e-3
-"""Relative gap below which nothing is left to be gained that could be built."""
+CLOSE = 1e-3  # relative gap below which nothing is left to be gained that could be built
+# Points along an edge of the surface on which a result checks itself, before each face's worst point is polished.
 FINE_GRID = 41
-"""Points along an edge of the surface on which a result checks itself, before each face's worst point is polished."""
 
+# How a result can end -> what to do about it.
 ADVICE = {
     "converged": "a local optimum of this start; other seeds or `proven` tell whether it is the best there is",
     "sampled": "the best of the last generation; `ga+sqp` takes it to the optimum",
@@ -34,15 +35,14 @@ ADVICE = {
     "undecided": "no design was found and none was proved to be impossible: raise `--boxes`",
     "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
 }
-"""How a result can end -> what to do about it."""
 STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
 NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
 FULL_SIDE = (
     "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
     "set step_3.half_side_mm below it"
 )
+# What the step before took from this one.
 CAPPED = "its half side is all that the search of step 1 reached: `--method proven`, or more of that search, gives room"
-"""What the step before took from this one."""
 
 
 class Bound(NamedTuple):
@@ -91,15 +91,15 @@ class Result:
         gap = None if self.proof is None else self.proof.gap
         if self.status in GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
-        words = ADVICE[self.status]
+        text = ADVICE[self.status]
         if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
-            words = STEEP
+            text = STEEP
         if self.status in GUESSES and gap is not None:
-            words = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
-        return words if gap is not None and gap <= CLOSE else words + self._narrowed()
+            text = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
+        return text if gap is not None and gap <= CLOSE else text + self._narrowed()
 
     def _narrowed(self) -> str:
-        """What the step before left of room, in words; empty where it took none."""
+        """Says what the step before left of room; empty where it took none."""
         given, step = self.problem.requirements, self.problem.step
         most = self.problem.upper[SIDE]
         if step == 3 and given.step_3.half_side_mm is None and self.status in NOTHING_GAINED:
@@ -116,11 +116,13 @@ class Result:
     @cached_property
     def violations(self) -> dict[str, float]:
         """Name of each constraint -> how far its worst margin is below 0, without unit; 0 where it is met."""
-        row = np.array(self.design_mm)[None] / 1000.0
-        found = design_worst(self.problem, row[0], FINE_GRID)
-        lowest = {name: float(worst.values[0]) for name, worst in found.items() if name != "quality"}
+        row = self._row
+        worst_of = design_worst(self.problem, row[0], FINE_GRID)
+        lowest = {name: float(worst.values[0]) for name, worst in worst_of.items() if name != "quality"}
         lowest |= {name: float(margin[0]) for name, margin in self.problem.design_margins(row).items()}
-        lowest |= {"half_side": self._side_margin()} if "half_side" in self.problem.constraints else {}
+        if "half_side" in self.problem.constraints:
+            low = self.problem.lower[SIDE]
+            lowest["half_side"] = (self.design_mm[SIDE] - low) / low
         return {name: max(0.0, -lowest[name]) for name in self.problem.constraints}
 
     @property
@@ -154,7 +156,7 @@ class Result:
         inertia = self.problem.requirements.values["inertia"]
         if inertia is None:
             return None
-        row = np.array(self.design_mm)[None] / 1000.0
+        row = self._row
 
         def lightness(points: np.ndarray) -> dict[str, np.ndarray]:
             return {"lightness": figures(row, points, False, False).lightness(inertia)[0]}
@@ -162,9 +164,14 @@ class Result:
         least = float(worst_points(lightness, FINE_GRID)["lightness"].values[0])
         return inertia.carried_mass / least if least > 0.0 else math.inf
 
+    @property
+    def _row(self) -> np.ndarray:
+        """(1, 6) lengths, m."""
+        return np.array(self.design_mm)[None] / MM_PER_M
+
     @cached_property
     def _extremes(self) -> dict[str, float]:
-        row = np.array(self.design_mm)[None] / 1000.0
+        row = self._row
 
         def values(points: np.ndarray) -> dict[str, np.ndarray]:
             f = figures(row, points, angles=False)
@@ -176,15 +183,11 @@ class Result:
                 "torque": -f.moment[0] / floor,
             }
 
-        found = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
-        return {name: float(worst.values[0]) for name, worst in found.items()}
-
-    def _side_margin(self) -> float:
-        low = self.problem.lower[SIDE]
-        return (self.design_mm[SIDE] - low) / low
+        worst_of = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
+        return {name: float(worst.values[0]) for name, worst in worst_of.items()}
 
     def better_than(self, other: Result) -> bool:
-        """Whether this one is feasible and the other is not, or its objective is better, or it violates less."""
+        """Tells whether this one is feasible and the other is not, or its objective is better, or it violates less."""
         if self.feasible != other.feasible:
             return self.feasible
         if not self.feasible:
@@ -194,20 +197,21 @@ class Result:
         return self.objective > other.objective
 
     def record(self) -> dict[str, Any]:
-        """The facts as plain data for JSON; what is infinite is None."""
+        """Gathers the facts as plain data for JSON; what is infinite is None."""
         L_A, R = self.design_mm[0], self.design_mm[2]
+        _, bound, gap, boxes = (None,) * 4 if self.proof is None else self.proof
         turned = bool(outline_of(self.problem.requirements).room(np.array(R + L_A))[1])
         return {
             "step": self.problem.step,
             "method": self.method,
-            "objective": _finite(self.objective),
+            "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
-            "max_torque_N_m": _finite(self.max_torque),
-            "max_kappa": _finite(self.max_kappa),
-            "proven_bound": None if self.proof is None else self.proof.bound,
-            "gap": None if self.proof is None else self.proof.gap,
-            "boxes": None if self.proof is None else self.proof.boxes,
+            "max_torque_N_m": finite(self.max_torque),
+            "max_kappa": finite(self.max_kappa),
+            "proven_bound": bound,
+            "gap": gap,
+            "boxes": boxes,
             "status": self.status,
             "advice": self.advice,
             "feasible": self.feasible,
@@ -221,5 +225,6 @@ class Result:
         }
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """Gives a number, or None where it is infinite or not a number, for which JSON has no sign."""
     return value if math.isfinite(value) else None

@@ -16,20 +16,18 @@ from optimizer.problem.extremes import Worst, design_worst
 from optimizer.problem.step import Problem
 from optimizer.search.active_set import ROUNDING, SLACK, Active, Program
 
-EXCHANGE_GRID = 17
-"""Points along an edge where worse points are looked for, before they are polished."""
-CONFIRMING_GRID = 41
-"""The same before an ending is believed; what a result checks itself on."""
+EXCHANGE_GRID = 17  # points along an edge where worse points are looked for, before they are polished
+CONFIRMING_GRID = 41  # the same before an ending is believed; a result checks itself on this grid
 START_GRID = 5
-ROUNDS = 15
-"""Exchanges; 3 to 8 are usual."""
+ROUNDS = 15  # exchanges; 3 to 8 are usual
 ITERATIONS = 100
-PRECISION = 1e-12
-"""Of SLSQP: change of the scaled objective at which it ends; a millionth of a micrometre."""
+PRECISION = 1e-12  # SLSQP ends at this change of the scaled objective, a millionth of a micrometre
+# Part of the level given up before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its
+# merit.
 STEP_BACK = 1e-3
-"""Of the level before each exchange: from a point that is 1e-8 outside SLSQP finds no descent of its merit."""
 SAMPLES = 128
 STARTS = 6
+# Exit modes of SLSQP.
 SLSQP_ENDS = {
     0: "converged",
     3: "a subproblem took too many iterations",
@@ -40,7 +38,6 @@ SLSQP_ENDS = {
     8: "no direction downhill is left",
     9: "the iteration limit was reached",
 }
-"""SLSQP's exit modes in words."""
 
 
 class Ending(NamedTuple):
@@ -85,13 +82,8 @@ class Search:
         return max(good, key=lambda ending: ending.level) if good else None
 
 
+# Called after each start with its number, how many there are, and the best level so far.
 Report = Callable[[int, int, float], None]
-"""Called after each start with its number, how many there are, and the best level so far."""
-
-
-def main_kind(problem: Problem) -> str:
-    """Kind of program whose level is the objective of the step."""
-    return "quality" if problem.step == 3 else "half_side"
 
 
 def search(
@@ -102,25 +94,25 @@ def search(
     Args:
         problem: The step.
         starts: (S, free variables) scaled.
-        report: Told of each start that ended.
-        stop: Asked after each start; True leaves out the others.
+        report: Called after each start.
+        stop: Called after each start; True leaves out the others.
 
     Returns:
         All endings.
     """
-    found = Search()
+    outcome = Search()
     for k, start in enumerate(starts):
         with threadpool_limits(1):  # with more, the last digits depend on how the threads share the sums
-            found.endings.append(descend(problem, start, found))
+            outcome.endings.append(descend(problem, start, outcome))
         if report is not None:
-            report(k + 1, len(starts), found.best.level if found.best else -np.inf)
+            report(k + 1, len(starts), outcome.best.level if outcome.best else -np.inf)
         if stop():
             break
-    return found
+    return outcome
 
 
 def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
-    """One start: towards feasibility if it is not feasible, then to the optimum.
+    """Follows one start: towards feasibility if it is not feasible, then to the optimum.
 
     Args:
         problem: The step.
@@ -134,7 +126,8 @@ def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
     if ready.level < -SLACK:
         reason = f"no feasible design near this start: the worst margin stays at {ready.level:.3g} ({ready.reason})"
         return ready._replace(converged=False, reason=reason)
-    return exchange(problem, main_kind(problem), np.array(ready.x), count)._replace(start=ready.start)
+    kind = "quality" if problem.step == 3 else "half_side"
+    return exchange(problem, kind, np.array(ready.x), count)._replace(start=ready.start)
 
 
 def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> Ending:
@@ -142,7 +135,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
 
     Args:
         problem: The step.
-        kind: Of the program: `half_side`, `quality` or `feasibility`.
+        kind: Kind of the program: `half_side`, `quality` or `feasibility`.
         start: (free variables) scaled.
         count: Its `evaluations` are added to.
 
@@ -156,7 +149,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
     if kind == "feasibility" and level >= 0.0:
         return Ending(_plain(start), _plain(x), level, True, "feasible from the start", (level,))
     reason = "nothing to vary: every variable's bounds are equal"
-    asked, again = level, False
+    wanted, again = level, False
     for _ in range(ROUNDS):
         if len(x):
             unknowns = np.append(x, level) if program.has_level else x.copy()
@@ -169,17 +162,17 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
                 jac=True,
                 method="SLSQP",
                 bounds=program.bounds(),
-                constraints={"type": "ineq", "fun": program.rows, "jac": program.jacobian},
+                constraints={"type": "ineq", "fun": program.constraints, "jac": program.jacobian},
                 options={"maxiter": ITERATIONS, "ftol": PRECISION},
             )
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
-            asked = float(answer.x[-1])
+            wanted = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
         worst = _worst(program, x)
-        new = program.add(_violated(program, worst, asked))
+        new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
             worst = _worst(program, x, CONFIRMING_GRID)
-            new = program.add(_violated(program, worst, asked))
+            new = program.add(_violated(program, worst, wanted))
         level = _own_level(program, x, worst)
         history.append(level)
         if kind != "feasibility":
@@ -202,7 +195,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
 
 
 def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float:
-    """How far the worst constraint is below 0, without unit; 0 where all are met.
+    """Computes how far the worst constraint is below 0, without unit; 0 where all are met.
 
     Args:
         problem: The step.
@@ -218,12 +211,12 @@ def violation(problem: Problem, x: np.ndarray, worst: dict[str, Worst]) -> float
 
 
 def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarray:
-    """The middle of the bounds, then the most promising of a Latin hypercube: the feasible best, or the least violated.
+    """Gives the middle of the bounds, then the best feasible or least violated designs of a Latin hypercube.
 
     Args:
         problem: The step.
-        seed: Of the hypercube.
-        starts: How many in all.
+        seed: Seed of the hypercube.
+        starts: Number of starts in all.
 
     Returns:
         (starts, free variables) scaled; one row where nothing is free.
@@ -239,7 +232,7 @@ def start_points(problem: Problem, seed: int, starts: int = STARTS) -> np.ndarra
 
 
 def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Objective and margins of many designs on a fixed grid of the cube's surface.
+    """Computes objective and margins of many designs on a fixed grid of the cube's surface.
 
     Args:
         problem: The step.
@@ -264,25 +257,25 @@ def sampled(problem: Problem, x: np.ndarray, n: int) -> tuple[np.ndarray, np.nda
     return objective, np.stack(columns, axis=1) if columns else np.zeros((len(x), 1))
 
 
-def _violated(program: Program, worst: dict[str, Worst], asked: float) -> list[Active]:
-    """The worst points at which a margin is less than the program asks."""
+def _violated(program: Program, worst: dict[str, Worst], wanted: float) -> list[Active]:
+    """Selects the worst points at which a margin is less than the program asks."""
     return [
         Active(name, _key(point))
         for name, w in worst.items()
         for point, value in zip(w.points, w.values, strict=True)
-        if value - (asked if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
+        if value - (wanted if program.kind == "feasibility" or name == "quality" else 0.0) < SLACK / 2.0
     ]
 
 
 def _worst(program: Program, x: np.ndarray, n: int = EXCHANGE_GRID) -> dict[str, Worst]:
-    found = design_worst(program.problem, program.problem.designs(x[None])[0], n)
+    worst = design_worst(program.problem, program.problem.designs(x[None])[0], n)
     if program.kind != "quality":
-        found.pop("quality", None)
-    return found
+        worst.pop("quality", None)
+    return worst
 
 
 def _own_level(program: Program, x: np.ndarray, worst: dict[str, Worst]) -> float:
-    """The level that a design reaches by itself, on the polished surface."""
+    """Computes the level that a design reaches by itself, on the polished surface."""
     if program.kind == "quality":
         return float(worst["quality"].values[0])
     if program.kind == "half_side":

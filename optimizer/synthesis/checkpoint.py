@@ -107,7 +107,7 @@ class Checkpoint(Records):
                 self._kept.setdefault(record["phase"], []).append(Generation(**arrays))
 
     def finished(self, phase: str) -> dict[str, Any] | None:
-        """The result of a finished phase; None where it is not finished."""
+        """Gives the result of a finished phase; None where it is not finished."""
         return self._done.get(phase)
 
     def finish(self, phase: str, data: dict[str, Any]) -> None:
@@ -116,7 +116,7 @@ class Checkpoint(Records):
         self.append({"phase": phase, "result": data})
 
     def generations(self, phase: str) -> Sequence[Generation]:
-        """The generations of a phase that were kept."""
+        """Gives the generations of a phase that were kept."""
         return list(self._kept.get(phase, []))
 
     def keep(self, phase: str, generation: Generation) -> None:

@@ -12,8 +12,8 @@ from optimizer.problem.step import CONSTRAINTS, Problem, step_problem
 from optimizer.search.active_set import SLACK
 from optimizer.search.sqp import Search, exchange, start_points
 
+# Starts of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more.
 STARTS = 4
-"""Of each feasibility search; a contradiction shows from any of them, only what is barely possible wants more."""
 
 
 class InfeasibleError(ValueError):
@@ -22,7 +22,7 @@ class InfeasibleError(ValueError):
     Attributes:
         step: 1, 2 or 3.
         conflict: Names of constraints, of `CONSTRAINTS`: the smallest set that cannot be met together.
-        words: The same in words.
+        words: The same, described.
         shortfall: How far the best design found stays below the worst margin of all constraints, without unit.
         proved: Whether it is proved that no design within the bounds meets all constraints of the step.
     """
@@ -39,16 +39,16 @@ class InfeasibleError(ValueError):
         )
 
     def as_proved(self) -> InfeasibleError:
-        """The same, with a proof behind it."""
+        """Gives the same error, with a proof behind it."""
         return InfeasibleError(self.step, self.conflict, self.words, self.shortfall, True)
 
 
 def best_level(problem: Problem, seed: int) -> float:
-    """The largest worst margin that a search from several starts reaches; it ends once that shows feasibility.
+    """Searches from several starts for the largest worst margin, until that shows feasibility.
 
     Args:
         problem: The step.
-        seed: Of the starts.
+        seed: Seed of the starts.
 
     Returns:
         The level, without unit; >= 0, to `SLACK`, where all constraints are met.
@@ -62,7 +62,7 @@ def best_level(problem: Problem, seed: int) -> float:
 
 
 def explain(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError | None:
-    """The smallest set of constraints that cannot be met together.
+    """Finds the smallest set of constraints that cannot be met together.
 
     Single constraints are tried first. Then a deletion filter finds a set none of whose members can be left out, and
     all smaller sets are tried, so that no contradiction has fewer members. Sets of the same size are told apart by the
@@ -73,7 +73,7 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
         given: What the customer gave.
         problem: The step that failed.
         reached_mm: Half side that the step before reached, as `step_problem` takes it.
-        seed: Of the starts.
+        seed: Seed of the starts.
 
     Returns:
         The error that names the contradiction; None if the step is feasible after all.
@@ -83,16 +83,16 @@ def explain(given: Requirements, problem: Problem, reached_mm: float | None, see
         return None
     every = frozenset(problem.constraints)
 
-    def impossible(asked: frozenset[str]) -> bool:
-        return best_level(step_problem(given, problem.step, reached_mm, every - asked), seed) < -SLACK
+    def impossible(members: frozenset[str]) -> bool:
+        return best_level(step_problem(given, problem.step, reached_mm, every - members), seed) < -SLACK
 
-    asked = _smallest(problem.constraints, impossible)
-    conflict = tuple(name for name in CONSTRAINTS if name in asked)
+    smallest = _smallest(problem.constraints, impossible)
+    conflict = tuple(name for name in CONSTRAINTS if name in smallest)
     return InfeasibleError(problem.step, conflict, tuple(problem.describe(name) for name in conflict), -shortfall)
 
 
 def _smallest(names: tuple[str, ...], impossible: Callable[[frozenset[str]], bool]) -> frozenset[str]:
-    """The smallest impossible set of constraints, all of which together are impossible.
+    """Finds the smallest impossible set of constraints, all of which together are impossible.
 
     What lies inside a set that can be met can be met too, and is not tried.
     """
@@ -109,32 +109,32 @@ def _smallest(names: tuple[str, ...], impossible: Callable[[frozenset[str]], boo
     for name in names:
         if fails(frozenset({name})):
             return frozenset({name})
-    found = frozenset(names)
+    smallest = frozenset(names)
     for name in names:
-        if fails(found - {name}):
-            found -= {name}
-    for size in range(2, len(found)):
+        if fails(smallest - {name}):
+            smallest -= {name}
+    for size in range(2, len(smallest)):
         for members in combinations(names, size):
             if fails(frozenset(members)):
                 return frozenset(members)
-    return found
+    return smallest
 
 
 def explain_proved(given: Requirements, problem: Problem, reached_mm: float | None, seed: int) -> InfeasibleError:
-    """The same for a step that is proved to be infeasible.
+    """Finds that set for a step that is proved to be infeasible.
 
     Args:
         given: What the customer gave.
         problem: The step.
         reached_mm: Half side that the step before reached, as `step_problem` takes it.
-        seed: Of the starts.
+        seed: Seed of the starts.
 
     Returns:
         The error, marked as proved. It names the smallest contradiction, or all constraints where the local searches
         see none: then no more than a rounding is lacking.
     """
-    found = explain(given, problem, reached_mm, seed)
-    if found is not None:
-        return found.as_proved()
-    words = tuple(problem.describe(name) for name in problem.constraints)
-    return InfeasibleError(problem.step, problem.constraints, words, max(0.0, -best_level(problem, seed)), True)
+    error = explain(given, problem, reached_mm, seed)
+    if error is not None:
+        return error.as_proved()
+    described = tuple(problem.describe(name) for name in problem.constraints)
+    return InfeasibleError(problem.step, problem.constraints, described, max(0.0, -best_level(problem, seed)), True)

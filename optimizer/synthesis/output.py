@@ -16,30 +16,25 @@ from optimizer.problem.requirements import Requirements, requirements_hash
 from optimizer.problem.step import SIDE, step_problem
 from optimizer.search.result import Result
 
-DECIMALS = 3
-"""Of a length in mm: one micrometre, finer than anything is machined to."""
-SAME_UM = 1e-3
-"""A half side this close below a whole micrometre counts as that: metres and back cost 1e-11."""
-DIGITS = 8
-"""Of the figures in the provenance; solvers end within 1e-9."""
-GAP_DIGITS = 3
-"""Of a gap, which is itself a small difference of two such figures."""
-GIVEN_UP_UM = 5
-"""Of the half side: a micrometre of the other lengths is worth less than one or two."""
+DECIMALS = 3  # decimals of a length in mm: one micrometre, finer than anything is machined to
+SAME_UM = 1e-3  # a half side this close below a whole micrometre counts as that: metres and back cost 1e-11
+DIGITS = 8  # digits of the figures in the provenance; solvers end within 1e-9
+GAP_DIGITS = 3  # digits of a gap, which is itself a small difference of two such figures
+GIVEN_UP_UM = 5  # most micrometres that the half side gives up: one of the other lengths is worth less than one or two
 
 
 def design_of(
     given: Requirements, results: list[Result], method: str, seed: int, file: str, command: str | None = None
 ) -> Design:
-    """The last result as a design.
+    """Makes a design of the last result.
 
     Args:
         given: What the customer gave; its limits become the design's requirements.
         results: One for each step, the last of them wanted.
-        method: That found them.
-        seed: That they were found with.
+        method: Method that found them.
+        seed: Seed of that method.
         file: Name that error messages start with.
-        command: That makes the file again, for its provenance; None leaves it out.
+        command: Command that makes the file again, for its provenance; None leaves it out.
 
     Returns:
         The design, its provenance filled in.
@@ -49,13 +44,13 @@ def design_of(
     """
     lengths = dict(zip(VARIABLES, presentable(results[-1]), strict=True))
     limits, task = given.limits, given.requirements
-    asked: dict[str, Any] = task.model_dump()
-    asked |= {
+    task_fields: dict[str, Any] = task.model_dump()
+    task_fields |= {
         f.name: given.values[f.name] for limit in LIMITS for f in limit.fields_ if given.values[f.name] is not None
     }
     if limits.clearance_min_mm is not None:
-        asked["clearance_min_mm"] = limits.clearance_min_mm
-    asked["gravity_m_s2"] = list(limits.gravity_m_s2)
+        task_fields["clearance_min_mm"] = limits.clearance_min_mm
+    task_fields["gravity_m_s2"] = list(limits.gravity_m_s2)
     data = {
         "schema": "delta-design/1",
         "name": given.name,
@@ -64,7 +59,7 @@ def design_of(
             "parallelogram_width_mm": limits.parallelogram_width_mm,
         },
         "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
-        "requirements": asked,
+        "requirements": task_fields,
         "provenance": {
             "program": "optimizer synthesize",
             "version": importlib.metadata.version("delta-haptics"),
@@ -79,7 +74,7 @@ def design_of(
 
 
 def presentable(result: Result) -> tuple[float, ...]:
-    """The lengths of a result in whole micrometres, as a machinist is to be given them.
+    """Rounds the lengths of a result to whole micrometres, as a machinist is to be given them.
 
     Each is rounded up or down and the half side down: the choice nearest to what was found that the result's own check
     on the surface of the cube lets pass. The half side gives way by a micrometre more where none does. The lengths
@@ -91,11 +86,11 @@ def presentable(result: Result) -> tuple[float, ...]:
     Returns:
         (6) lengths in the order of `VARIABLES`, mm.
     """
-    found, problem = result.design_mm, result.problem
+    lengths_mm, problem = result.design_mm, result.problem
     if not result.feasible:
-        return found
-    choices = [_rounded(v) for v in found]
-    floor = math.floor(found[SIDE] * 10**DECIMALS + SAME_UM)
+        return lengths_mm
+    choices = [_rounded(v) for v in lengths_mm]
+    floor = math.floor(lengths_mm[SIDE] * 10**DECIMALS + SAME_UM)
     for um in range(GIVEN_UP_UM + 1):
         side = (floor - um) / 10**DECIMALS
         if side <= 0.0:  # no cube is left
@@ -104,15 +99,15 @@ def presentable(result: Result) -> tuple[float, ...]:
         ranges = list(zip(smaller.lower, smaller.upper, strict=True))
         choices[SIDE] = [side]
         kept = [[v for v in c if low <= v <= high] for c, (low, high) in zip(choices, ranges, strict=True)]
-        nearest_first = sorted(product(*kept), key=lambda lengths: math.dist(lengths, found))
+        nearest_first = sorted(product(*kept), key=lambda lengths: math.dist(lengths, lengths_mm))
         for lengths in nearest_first:
             if Result(smaller, result.method, lengths, result.status).feasible:
                 return lengths
-    return found
+    return lengths_mm
 
 
 def _rounded(length: float) -> list[float]:
-    """A length rounded down and up, the nearer one first."""
+    """Rounds a length down and up; the nearer one comes first."""
     scaled = length * 10**DECIMALS
     return sorted({math.floor(scaled) / 10**DECIMALS, math.ceil(scaled) / 10**DECIMALS}, key=lambda v: abs(v - length))
 
@@ -129,5 +124,5 @@ def _step(result: Result) -> dict[str, Any]:
 
 
 def _settled(value: Any, digits: int) -> Any:
-    """A figure without the digits that differ from one machine's arithmetic to another's."""
+    """Rounds away the digits of a figure that differ from one machine's arithmetic to another's."""
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value

@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from optimizer.globalopt import bound as proving
 from optimizer.globalopt.bound import Effort
+from optimizer.globalopt.optimum import Now
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, ProblemError, step_problem
@@ -23,16 +24,13 @@ from optimizer.search.sqp import Ending
 from optimizer.synthesis.infeasible import explain, explain_proved
 
 METHODS = ("ga", "sqp", "ga+sqp", "proven")
-CANDIDATES = 10
-"""Of the last generation that are looked at between the samples."""
-HALVINGS = 24
-"""Of the part by which a cube is made smaller: to 1e-9 of L."""
-SHRINK = 0.05
-"""Largest part; more would be another design."""
+CANDIDATES = 10  # designs of the last generation that are looked at between the samples
+HALVINGS = 24  # halvings of the part by which a cube is made smaller: to 1e-9 of L
+SHRINK = 0.05  # largest part; more would be another design
 
 
 class Progress(NamedTuple):
-    """Where a run is.
+    """The progress of a run.
 
     Attributes:
         step: 1, 2 or 3.
@@ -55,7 +53,7 @@ class Store(Protocol):
     """What keeps the phases of a run."""
 
     def finished(self, phase: str) -> dict[str, Any] | None:
-        """What a finished phase came to, as plain data."""
+        """Gives what a finished phase came to, as plain data."""
         ...
 
     def finish(self, phase: str, data: dict[str, Any]) -> None:
@@ -63,12 +61,34 @@ class Store(Protocol):
         ...
 
     def generations(self, phase: str) -> Sequence[Generation]:
-        """The generations of a phase that were kept."""
+        """Gives the generations of a phase that were kept."""
         ...
 
     def keep(self, phase: str, generation: Generation) -> None:
         """Keeps one more."""
         ...
+
+
+Facts = TypeVar("Facts", dict[str, Any], dict[str, Any] | None)
+
+
+def remembered(store: Store | None, phase: str, solve: Callable[[], Facts]) -> dict[str, Any] | Facts:
+    """Takes what a phase came to from a store, or solves the phase and keeps that.
+
+    Args:
+        store: Keeps phases; None keeps nothing.
+        phase: Name of the phase.
+        solve: Solves it; None where it was stopped, which is not kept.
+
+    Returns:
+        Plain data, or None.
+    """
+    kept = store.finished(phase) if store else None
+    if kept is None:
+        kept = solve()
+        if store is not None and kept is not None:
+            store.finish(phase, kept)
+    return kept
 
 
 @dataclass
@@ -78,14 +98,14 @@ class Run:
     Attributes:
         given: What the customer gave.
         method: One of `METHODS`.
-        seed: Of everything random.
+        seed: Seed of everything random.
         steps: Which of the three, in order.
         population: Individuals of the GA; None for the paper's.
-        generations: Of the GA.
+        generations: Generations of the GA.
         effort: How far proofs go.
         prove: Whether the other methods' results get a bound, and contradictions a proof, too, if numba is installed.
-        report: Told where the run is.
-        stop: Asked after each generation and each start; True ends the run with the best so far.
+        report: Called with the progress of the run.
+        stop: Called after each generation and each start; True ends the run with the best so far.
         store: Keeps the phases; None keeps nothing.
     """
 
@@ -117,9 +137,9 @@ class Run:
             raise ProblemError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
         if not self.steps or list(self.steps) != sorted(set(self.steps)):
             raise ProblemError(f"steps are {list(self.steps)}; each of 1, 2, 3 once at most, in order")
-        found: list[Result] = []
+        results: list[Result] = []
         for step in self.steps:
-            before = found[-1] if found else None
+            before = results[-1] if results else None
             reached = before.design_mm[SIDE] if before and before.feasible else None
             if step == 3 and 2 not in self.steps:
                 reached = None  # what step 1 reached is no half side that the torque allows
@@ -128,68 +148,68 @@ class Run:
             if step == 2 and self.method == "proven":
                 reached = _bound(before)
             result = self._solve(step_problem(self.given, step, reached), reached, before)
-            found.append(result)
+            results.append(result)
             if result.status == "interrupted" or result.tiny:
                 break
-        return found
+        return results
 
     def _solve(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
         if self.method == "proven":
-            return self._proven(problem, reached, before)
+            return self._phase(problem, "proven", lambda: self._proven(problem, reached, before))
         proves = self.prove and proving.available()
         known = np.empty((0, len(problem.free)))
         if before is not None:  # what the step before found, its cube cut down to what this step allows
-            known = problem.scaled(np.array(before.design_mm))[None]
+            known = problem.scaled(before.design_mm)[None]
         result: Result | None = None
         if "ga" in self.method and problem.free:
-            result = self._genetic(problem, known)
+            result = self._phase(problem, "ga", lambda: self._genetic(problem, known))
         if result is None or (self.method != "ga" and result.status != "interrupted"):
-            result = self._sqp(problem, known, result)
+            start = result
+            result = self._phase(problem, "sqp", lambda: self._sqp(problem, known, start))
         if not result.feasible and result.status != "interrupted":
             error = explain(self.given, problem, reached, self.seed)
             if error is not None:
-                raise error.as_proved() if proves and self._impossible(problem) else error
+                raise error.as_proved() if proves and self._optimum(problem).status == "infeasible" else error
         if proves and result.feasible and not result.tiny and result.status != "interrupted":
             # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
             within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
-            result = self._bounded(within, result)
+            unbounded = result
+            result = self._phase(problem, "bound", lambda: self._bounded(within, unbounded))
+        return result
+
+    def _phase(self, problem: Problem, name: str, solve: Callable[[], Result]) -> Result:
+        """Takes the result of a phase from the store, or solves it and keeps it, unless the run was stopped."""
+        phase = f"{problem.step}/{name}"
+        kept = self.store.finished(phase) if self.store else None
+        if kept is not None:
+            return _result(problem, self.method, kept)
+        result = solve()
+        if self.stop():
+            return replace(result, status="interrupted")
+        if self.store is not None:
+            self.store.finish(phase, _kept(result))
         return result
 
     def _proven(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
-        phase = f"{problem.step}/proven"
-        kept = self.store.finished(phase) if self.store else None
-        if kept is not None:
-            return _result(problem, self.method, kept)
         known = before.design_mm if before is not None and before.feasible else None
-        result, impossible = proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop, known)
-        if impossible:
+        result = self._optimum(problem, known)
+        if result.status == "infeasible":
             raise explain_proved(self.given, problem, reached, self.seed)
-        return self._finish(phase, result)
+        return result
+
+    def _optimum(self, problem: Problem, before_mm: tuple[float, ...] | None = None) -> Result:
+        return proving.solve(problem, self.seed, self.effort, partial(self._tell_proof, problem), self.stop, before_mm)
 
     def _bounded(self, within: Problem, result: Result) -> Result:
-        phase = f"{within.step}/bound"
-        kept = self.store.finished(phase) if self.store else None
-        if kept is not None:
-            return _result(result.problem, self.method, kept)
-        tell = self._teller(within)
-        return self._finish(phase, proving.with_bound(result, self.seed, self.effort, tell, self.stop, within))
+        tell = partial(self._tell_proof, within)
+        return proving.with_bound(result, self.seed, self.effort, tell, self.stop, within)
 
-    def _impossible(self, problem: Problem) -> bool:
-        """Whether no design is feasible, proved."""
-        return proving.solve(problem, self.seed, self.effort, self._teller(problem), self.stop)[1]
-
-    def _teller(self, problem: Problem) -> proving.Report:
-        def tell(done: int, total: int, best: float, bound: float) -> None:
-            if self.report is not None:
-                self.report(Progress(problem.step, "proof", done, total, best, bound))
-
-        return tell
+    def _tell_proof(self, problem: Problem, now: Now) -> None:
+        if self.report is not None:
+            self.report(Progress(problem.step, "proof", now.boxes, self.effort.boxes, now.best, now.bound))
 
     def _genetic(self, problem: Problem, known: np.ndarray) -> Result:
         phase = f"{problem.step}/ga"
-        kept = self.store.finished(phase) if self.store else None
-        if kept is not None:
-            return _result(problem, self.method, kept)
 
         def report(done: int, total: int, best: float) -> None:
             self._tell(problem, "ga", done, total, -best)
@@ -205,48 +225,37 @@ class Run:
             report,
             self.stop,
         )
-        x = presentable(problem, last)
+        x = best_holding(problem, last)
         history = tuple(_objective(problem, -value) for value in last.history)
-        result = Result(problem, self.method, _mm(problem, x), "sampled", last.evaluations, {"ga": history})
+        result = Result(problem, self.method, problem.lengths_mm(x), "sampled", last.evaluations, {"ga": history})
         if not result.feasible:
             result = replace(result, status="between the samples" if last.violation[0] == 0 else "no feasible design")
-        return self._finish(phase, result)
+        return result
 
     def _sqp(self, problem: Problem, known: np.ndarray, start: Result | None) -> Result:
-        phase = f"{problem.step}/sqp"
-        kept = self.store.finished(phase) if self.store else None
-        if kept is not None:
-            return _result(problem, self.method, kept)
         if start is not None:
-            starts = np.concatenate([problem.scaled(np.array(start.design_mm))[None], known])
+            starts = np.concatenate([problem.scaled(start.design_mm)[None], known])
         else:
             starts = np.concatenate([known, sqp.start_points(problem, self.seed)])
 
         def report(done: int, total: int, best: float) -> None:
             self._tell(problem, "sqp", done, total, best)
 
-        found = sqp.search(problem, starts, report, self.stop)
-        evaluations, history = found.evaluations, {}
+        outcome = sqp.search(problem, starts, report, self.stop)
+        evaluations, history = outcome.evaluations, {}
         if start is not None:
             evaluations, history = evaluations + start.evaluations, dict(start.history)
-        best = found.best
+        best = outcome.best
         status = "not improved" if best is None else "converged"
-        ending = best or max(found.endings, key=lambda e: e.level)
+        ending = best or max(outcome.endings, key=lambda e: e.level)
         history["sqp"] = tuple(_objective(problem, level) for level in ending.history)
-        x = np.array(ending.x)
-        result = Result(problem, self.method, _mm(problem, x), status, evaluations, history, tuple(found.endings))
+        design = problem.lengths_mm(ending.x)
+        result = Result(problem, self.method, design, status, evaluations, history, tuple(outcome.endings))
         if start is not None and not result.better_than(start):
             result = replace(result, design_mm=start.design_mm, status="not improved")
         for x in known:  # the design of the step before may hold where SQP ends a rounding short of it
-            as_it_is = replace(result, design_mm=_mm(problem, x), status="not improved")
+            as_it_is = replace(result, design_mm=problem.lengths_mm(x), status="not improved")
             result = as_it_is if as_it_is.feasible and not result.feasible else result
-        return self._finish(phase, result)
-
-    def _finish(self, phase: str, result: Result) -> Result:
-        if self.stop():
-            return replace(result, status="interrupted")
-        if self.store is not None:
-            self.store.finish(phase, _kept(result))
         return result
 
     def _tell(self, problem: Problem, phase: str, done: int, total: int, level: float) -> None:
@@ -254,8 +263,8 @@ class Run:
             self.report(Progress(problem.step, phase, done, total, _objective(problem, level)))
 
 
-def presentable(problem: Problem, last: genetic.Population) -> np.ndarray:
-    """The best of the last generation that also holds between the samples.
+def best_holding(problem: Problem, last: genetic.Population) -> np.ndarray:
+    """Finds the best of the last generation that also holds between the samples.
 
     A cube of steps 1 and 2 that does not is made smaller, about the middle of its bottom face, until it does: it then
     lies inside the old one, so that no margin gets worse.
@@ -278,7 +287,7 @@ def presentable(problem: Problem, last: genetic.Population) -> np.ndarray:
 
 
 def _shrunk(problem: Problem, x: np.ndarray) -> np.ndarray | None:
-    """The design with the largest cube within 5 % of its own that holds on the polished surface; None without one."""
+    """Shrinks a design's cube by up to 5 % until it holds on the polished surface; None where it does not."""
     if _holds(problem, x):
         return x
     if "half_side" not in problem.free:
@@ -300,7 +309,7 @@ def _holds(problem: Problem, x: np.ndarray) -> bool:
 
 
 def _bound(one: Result | None) -> float | None:
-    """The half side that no design of step 1, and so none of step 2, exceeds, proved; None where it is unknown."""
+    """Gives the half side that provably no design of steps 1 and 2 exceeds; None where it is unknown."""
     return None if one is None or one.proof is None else one.proof.bound
 
 
@@ -312,16 +321,11 @@ def _level(problem: Problem, x: np.ndarray) -> float:
 
 
 def _objective(problem: Problem, level: float) -> float:
-    """Half side in mm from L scaled between its bounds, or kappa from 1 / kappa; NaN where there is none."""
+    """Computes the half side in mm from L scaled between its bounds, or kappa from its inverse; NaN for none."""
     if problem.step == 3:
         return 1.0 / level if level > 0.0 else np.nan
     low, high = problem.lower[SIDE], problem.upper[SIDE]
     return low + level * (high - low) if np.isfinite(level) else np.nan
-
-
-def _mm(problem: Problem, x: np.ndarray) -> tuple[float, ...]:
-    # metres and back may leave a bound by a rounding
-    return tuple(float(v) for v in np.clip(problem.designs(x[None])[0] * 1000.0, problem.lower, problem.upper))
 
 
 def _kept(result: Result) -> dict[str, Any]:

@@ -28,7 +28,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{GLOBALOPT}/design_box.py", "the space is rounded inwards",
          "np.array(low) - sizes", "np.array(low) + sizes"),
         (f"{GLOBALOPT}/design_box.py", "the outline is rounded down",
-         "total + OUTWARDS * abs(reach)", "total - OUTWARDS"),
+         "least + OUTWARDS * abs(reach))", "least - OUTWARDS * abs(reach))"),
     ),
     "tests/optimizer/certify": (
         (f"{CERTIFY}/tiling.py", "a box beside the cube is a tile", "not 0 <= i < 2**k", "not 0 <= i <= 2**k"),

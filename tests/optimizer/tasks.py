@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from optimizer.problem.evaluator import fold_points, shared_points
 from optimizer.problem.requirements import Requirements, requirements_from_dict
 from optimizer.search.genetic import Generation
 
@@ -74,3 +75,9 @@ class Memory:
     def keep(self, phase: str, generation: Generation) -> None:
         lists = [generation.objective.tolist(), generation.margins.tolist()]
         self.kept.setdefault(phase, []).append(json.dumps(lists, allow_nan=False))
+
+
+def sample_points(designs: np.ndarray, n: int) -> np.ndarray:
+    """(D, K, 3) surface grid, centre and fold points of each design."""
+    fixed = shared_points(n)
+    return np.concatenate([np.broadcast_to(fixed, (len(designs), *fixed.shape)), fold_points(designs)], axis=1)

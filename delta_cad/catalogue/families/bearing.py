@@ -16,14 +16,12 @@ class Bearing(CatalogueRow):
     Attributes:
         bore_mm: Bore of the inner ring.
         outer_mm: Outside diameter.
-        width_mm: Width.
         inner_ring_outer_mm: Outside diameter of the inner ring's shoulder: a washer that touches only the inner ring
             stays below it.
         outer_ring_inner_mm: Inside diameter of the outer ring's shoulder.
         shaft_shoulder_min_mm: Smallest diameter of the shaft's abutment.
         housing_shoulder_max_mm: Largest bore of the housing's abutment.
         fillet_max_mm: Largest fillet of shaft and housing at the seat.
-        mass_g: Mass.
         static_load_N: Basic static load rating C0.
         dynamic_load_N: Basic dynamic load rating C.
     """

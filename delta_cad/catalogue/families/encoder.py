@@ -20,13 +20,11 @@ class Encoder(CatalogueRow):
         hole_diameter_mm: Mounting hole.
         hole_spacing_length_mm: Hole pattern along the longer side.
         hole_spacing_width_mm: Hole pattern along the shorter side.
-        hole_count: Number of mounting holes.
         magnet: Id of the magnet it is meant for.
         air_gap_min_mm: Smallest distance from chip to magnet.
         air_gap_max_mm: Largest distance.
         centring_mm: Largest offset of the magnet's axis from the chip's centre.
         counts_per_turn: Resolution.
-        mass_g: Mass.
     """
 
     board_length_mm: float

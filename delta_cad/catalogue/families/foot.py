@@ -18,7 +18,6 @@ class Foot(CatalogueRow):
         thread: Thread of the stud, or of the screw through its hole ("M4").
         stud_length_mm: Length of the stud; None when it has a hole.
         hole_diameter_mm: Through hole; None when it has a stud.
-        mass_g: Mass.
     """
 
     diameter_mm: float

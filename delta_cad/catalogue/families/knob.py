@@ -18,7 +18,6 @@ class Knob(CatalogueRow):
         foot_diameter_mm: Diameter of the flat foot.
         thread: Thread of the hole ("M6").
         thread_depth_mm: Usable depth of the thread.
-        mass_g: Mass.
     """
 
     diameter_mm: float

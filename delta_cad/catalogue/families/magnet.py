@@ -10,13 +10,7 @@ from delta_cad.catalogue.row import CatalogueRow
 
 @dataclass(frozen=True)
 class Magnet(CatalogueRow):
-    """A diametrically magnetised disc for a shaft encoder.
-
-    Attributes:
-        diameter_mm: Diameter.
-        thickness_mm: Thickness.
-        mass_g: Mass.
-    """
+    """A diametrically magnetised disc for a shaft encoder."""
 
     diameter_mm: float
     thickness_mm: float

@@ -13,10 +13,7 @@ class MaterialData(CatalogueRow):
     """A material.
 
     Attributes:
-        density_kg_m3: Density.
-        red: Display colour, sRGB 0..1.
-        green: Display colour, sRGB 0..1.
-        blue: Display colour, sRGB 0..1.
+        red: Display colour with green and blue, sRGB 0..1.
         youngs_modulus_Pa: Young's modulus (along the fibre for CFRP).
         yield_strength_Pa: Yield or 0.2 % proof strength; strength for materials that do not yield; None when it has no
             use in design (magnets, electronics).

@@ -17,27 +17,21 @@ class Motor(CatalogueRow):
         commutation: "brushed" or "brushless".
         diameter_mm: Body diameter.
         length_mm: Body length behind the mounting face.
-        shaft_diameter_mm: Shaft diameter.
         shaft_length_mm: Shaft length in front of the mounting face.
         pilot_diameter_mm: Centring spigot diameter.
         pilot_height_mm: Centring spigot height.
         mount_thread: Thread of the mounting holes ("M3"), a size of the screws family.
         mount_circle_mm: Pitch circle diameter of the mounting holes.
         mount_count: Number of mounting holes, equally spaced.
-        mass_g: Mass.
         nominal_voltage_V: Voltage of the stall and no-load figures.
         nominal_torque_N_m: Torque it can hold for ever at 25 C ambient (thermal limit).
         stall_torque_N_m: Torque at standstill on the nominal voltage; seconds only.
         peak_torque_N_m: Torque we allow for a short time; see `peak_reason`.
         peak_time_s: How long the peak may last.
         peak_reason: Why the peak is allowed.
-        rotor_inertia_kg_m2: Rotor inertia.
         torque_constant_N_m_A: Torque per ampere (between phases for brushless motors).
         resistance_ohm: Terminal resistance (between phases for brushless motors) at 25 C.
-        thermal_resistance_winding_housing_K_W: Or None when unknown.
-        thermal_resistance_housing_ambient_K_W: Or None when unknown.
-        thermal_time_constant_winding_s: Or None when unknown.
-        max_winding_temperature_C: Or None when unknown.
+        thermal_resistance_winding_housing_K_W: As all that follows, None when unknown.
     """
 
     drives: tuple[str, ...]

@@ -16,7 +16,6 @@ class Screw(CatalogueRow):
         diameter_mm: Thread diameter.
         pitch_mm: Coarse pitch.
         head_diameter_mm: Plain head, nominal (largest of a plain head).
-        head_height_mm: Head height.
         socket_mm: Key size across flats.
         socket_depth_mm: Least depth of the socket.
         clearance_hole_mm: ISO 273 medium.
@@ -41,16 +40,7 @@ class Screw(CatalogueRow):
 
 @dataclass(frozen=True)
 class HexScrew(CatalogueRow):
-    """A hexagon head screw threaded to the head.
-
-    Attributes:
-        diameter_mm: Thread diameter.
-        pitch_mm: Coarse pitch.
-        across_flats_mm: Width across flats of the head.
-        head_height_mm: Head height.
-        tap_drill_mm: Drill for the thread.
-        lengths_mm: Stock lengths, ascending.
-    """
+    """A hexagon head screw threaded to the head; fields as for `Screw`, `across_flats_mm` is the head's."""
 
     diameter_mm: float
     pitch_mm: float
@@ -62,14 +52,7 @@ class HexScrew(CatalogueRow):
 
 @dataclass(frozen=True)
 class HexNut(CatalogueRow):
-    """A hexagon nut.
-
-    Attributes:
-        diameter_mm: Thread diameter.
-        across_flats_mm: Width across flats.
-        height_mm: Height.
-        tap_drill_mm: Core diameter of its thread.
-    """
+    """A hexagon nut; `diameter_mm` is its thread's, `tap_drill_mm` the core of it."""
 
     diameter_mm: float
     across_flats_mm: float

@@ -9,10 +9,15 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
+from delta_cad.checks.links import turn_about_x
 from delta_cad.solids.part import Occurrence
 
 REVOLUTION_SIDES = 48  # circumscribed polygon: 0.2 % of the radius too large, never too small
 REVOLUTION_SLABS = 64  # more steps along an axis than any pinion has
+ROUND = 0.97  # least by most reach off an axis: 0.985 for the 18 facets of a tube, 0.5 for a socket's ring
+ROUND_DIRECTIONS = 36  # in which the reach off an axis is compared: every 10 degrees
+TURN_STEPS = 12  # a step of 5 degrees: 0.1 % of the radius too large
+X_TO_Y = np.eye(4)[[2, 0, 1, 3]]  # rotation that takes the x axis to the y axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,10 @@ class CollisionBody:
     def lever(self, point: np.ndarray) -> float:
         """Largest distance of the exact surface from a point of the link's frame, mm."""
         return float(np.linalg.norm(self.vertices - point, axis=1).max()) + self.mesh.deviation_mm
+
+    def lever_about_x(self) -> float:
+        """Largest distance of the exact surface from the x axis of the link's frame, mm."""
+        return float(np.hypot(*self.vertices[:, 1:].T).max()) + self.mesh.deviation_mm
 
     def lever_about_y(self) -> float:
         """Largest distance of the exact surface from the y axis of the link's frame, mm."""
@@ -155,6 +164,45 @@ def revolved_about_y(mesh: Mesh, placement: np.ndarray) -> Mesh:
     last = (rings - 1) * n
     faces.append(np.stack([np.full(n, rings * n + 1), last + following, last + k], axis=1))
     return Mesh(vertices, np.concatenate(faces), mesh.deviation_mm)
+
+
+def is_round(b: CollisionBody) -> bool:
+    """Whether a body reaches about as far from the x axis of its link's frame in every direction square to it."""
+    angle = np.arange(ROUND_DIRECTIONS) * 2.0 * np.pi / ROUND_DIRECTIONS
+    reach = (b.vertices[:, 1:] @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
+    return bool(reach.min() >= ROUND * reach.max())
+
+
+def spun(b: CollisionBody) -> CollisionBody:
+    """The body of revolution about the x axis of its link's frame that holds a body however it turns about it."""
+    mesh = revolved_about_y(b.mesh, X_TO_Y @ b.placement)
+    where = np.round(b.placement, 7).tolist()
+    return body(b.name, f"{b.key} spun in {where}", b.link, mesh, X_TO_Y.T)
+
+
+def turned_hull(b: CollisionBody, turn_rad: float) -> CollisionBody:
+    """A convex body that holds a body while it turns about the x axis of its link's frame.
+
+    Between two turns an arc lies within the chord of its ends and the chord of the points farther out by
+    `1 / cos(step / 2)`, so these span a hull that holds it.
+
+    Args:
+        b: The body.
+        turn_rad: Largest turn either way.
+
+    Returns:
+        The body, with the deviation of the given one.
+    """
+    from scipy.spatial import ConvexHull
+
+    angles = np.linspace(-turn_rad, turn_rad, TURN_STEPS + 1)
+    outer = b.hull * [1.0, *(2 * [1.0 / np.cos(turn_rad / TURN_STEPS)])]
+    turns = turn_about_x(angles)[:, None, :3, :3]
+    points = (turns @ np.concatenate([b.hull, outer])[..., None])[..., 0].reshape(-1, 3)
+    used, faces = np.unique(ConvexHull(points).simplices, return_inverse=True)
+    mesh = Mesh(points[used], faces.reshape(-1, 3), b.mesh.deviation_mm)
+    where = np.round(b.placement, 7).tolist()
+    return body(b.name, f"{b.key} turned by {turn_rad:.9f} in {where}", b.link, mesh, np.eye(4))
 
 
 class DistanceEngine:

@@ -1,4 +1,4 @@
-"""Clearance of bodies on different links over the whole cube: sampled, proven, and measured on the exact solids."""
+"""Clearance of bodies on different links over the whole cube: proven, found where it is smallest, measured exactly."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -13,14 +13,15 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine
 from delta_cad.checks.clearance.containment import holds
-from delta_cad.checks.clearance.continuum import CALLS_MAX, prove
+from delta_cad.checks.clearance.continuum import CALLS_MAX, ClearanceProof, prove
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import PairSample, Sampler
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import swept_links
+from delta_cad.checks.links import free_tilt, swept_links
 from delta_cad.checks.report import CheckResult
 
+NEAREST = 16  # pairs in which the smallest distance is looked for: those of all three chains, five kinds
 EXACT_SAMPLES = 8  # kinds of pairs re-measured on the exact solids, 10-100 ms each
 EXACT_MM = 1e-4  # BRepExtrema stops at 1e-7 mm on analytic surfaces and at about this on trimmed ones
 
@@ -42,27 +43,56 @@ def check_clearance(
         calls_max: Distance calls that the proof may spend on one space of variables.
 
     Returns:
-        `clearance` (smallest sampled distance), one `running gap a / b` for each such fit, `containment`,
-        `clearance exact` (the closest samples on the exact solids) and `clearance proof`.
+        `clearance` (smallest sampled distance: of the pairs that the proof measured closest, or of all where the proof
+        fails), one `running gap a / b` for each such fit, `containment`, `clearance exact` (the closest samples on the
+        exact solids) and `clearance proof`.
     """
-    pairs = held_apart(assembly, limits, meshes)
+    pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
+    progress("clearance: proof over the cube")
+    proofs, refusal = _proofs(assembly, limits, pairs, tilt, calls_max)
+    proven = not refusal and not any(p.undecided for p in proofs)
     engine = DistanceEngine()
-    progress("clearance: sampling")
-    sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine)
-    closest = sampler.closest([p for p in pairs if not p.running_gap])
+    sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine, tilt)
+    ordinary = [p for p in pairs if not p.running_gap]
+    progress("clearance: closest pairs" if proven else "clearance: sampling")
+    closest = sampler.closest(_nearest(ordinary, proofs) if proven else ordinary)
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
-    inside = _contained(pairs, sampler)
     results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls)]
     results += [
         _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
     ]
-    results.append(_containment(inside))
+    results.append(_containment(_contained(pairs, sampler)))
     progress("clearance: exact distances")
     results.append(_exact(assembly, _tightest([*closest, *gaps]), sampler))
-    progress("clearance: proof over the cube")
     refuted = [s for s in (*closest, *gaps) if s.certain_mm < s.pair.limit_mm]
-    results.append(_proof(assembly, limits, pairs, refuted, closest, engine, calls_max))
+    counts = f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {len(pairs)} pairs"
+    if refusal:
+        results.append(CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=refusal))
+    else:
+        results.append(_proof(limits.clearance_min_mm, proofs, refuted, closest, counts))
     return results
+
+
+def _proofs(
+    assembly: Assembly, limits: CheckLimits, pairs: Sequence[HeldApart], tilt_rad: float, calls_max: int
+) -> tuple[list[ClearanceProof], str]:
+    """The proofs of all spaces, and why there are none."""
+    try:
+        ranges = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
+    except FoldError as error:
+        return [], str(error)
+    engine = DistanceEngine()
+    spaces = spaces_of(pairs, assembly.placement, ranges, limits, tilt_rad)
+    return [prove(space, engine, calls_max) for space in spaces], ""
+
+
+def _nearest(pairs: Sequence[HeldApart], proofs: Sequence[ClearanceProof]) -> list[HeldApart]:
+    """The pairs that the proofs measured closest to their limits; all where they measured none."""
+    spare: dict[frozenset[str], float] = {}
+    for names, mm in (item for p in proofs for item in p.closest.items()):
+        spare[frozenset(names)] = min(mm, spare.get(frozenset(names), np.inf))
+    measured = [p for p in pairs if frozenset((p.a.name, p.b.name)) in spare]
+    return sorted(measured, key=lambda p: spare[frozenset((p.a.name, p.b.name))])[:NEAREST] or list(pairs)
 
 
 def _sampled(name: str, samples: Sequence[PairSample], limit: float, sampler: Sampler, calls: int) -> CheckResult:
@@ -110,7 +140,8 @@ def _exact(assembly: Assembly, samples: Sequence[PairSample], sampler: Sampler) 
     worst, worst_sample, value = -np.inf, None, 0.0
     swept = swept_links(assembly.placement)
     for sample in samples:
-        links = assembly.placement(sampler.poses_mm[sample.pose])
+        links = dict(assembly.placement(sampler.poses_mm[sample.pose]))
+        links |= {name: frame[sample.pose] for name, frame in sampler.frames.items() if name.startswith("rod")}
         a, b = placements[sample.pair.a.name], placements[sample.pair.b.name]
         exact = exact_distance(
             solids[a.name], solids[b.name], np.linalg.inv(links[a.link] @ a.placement) @ links[b.link] @ b.placement
@@ -176,24 +207,15 @@ def exact_distance(a: object, b: object, b_in_a: np.ndarray) -> float:
 
 
 def _proof(
-    assembly: Assembly,
-    limits: CheckLimits,
-    pairs: Sequence[HeldApart],
+    limit_mm: float,
+    proofs: Sequence[ClearanceProof],
     refuted: Sequence[PairSample],
     closest: Sequence[PairSample],
-    engine: DistanceEngine,
-    calls_max: int,
+    counts: str,
 ) -> CheckResult:
-    """Prove every pair that the samples did not refute."""
-    gone = {id(s.pair) for s in refuted}
-    try:
-        ranges = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
-    except FoldError as error:
-        return CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=str(error))
-    spaces = spaces_of([p for p in pairs if id(p) not in gone], assembly.placement, ranges, limits)
-    proofs = [prove(space, engine, calls_max) for space in spaces]
-    counts = f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {len(pairs)} pairs"
-    undecided = [(names, box) for p in proofs for names, box in p.undecided]
+    """What the proofs came to; a pair that a sample refutes is not told as undecided."""
+    gone = {frozenset((s.pair.a.name, s.pair.b.name)) for s in refuted}
+    undecided = [(names, box) for p in proofs for names, box in p.undecided if frozenset(names) not in gone]
     if undecided or refuted:
         first = undecided[0][0] if undecided else (refuted[0].pair.a.name, refuted[0].pair.b.name)
         failures = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]
@@ -201,16 +223,14 @@ def _proof(
             f"{s.pair.a.name} / {s.pair.b.name} refuted by a sample at {s.certain_mm:.3f} mm" for s in refuted[:5]
         ]
         detail = f"{len(undecided)} pairs undecided, {len(refuted)} refuted; {'; '.join(failures)}; {counts}"
-        return CheckResult(
-            "clearance proof", False, None, limits.clearance_min_mm, "mm", worst_pair=first, detail=detail
-        )
-    sampled = f"; sampled minimum {closest[0].certain_mm:.3f} mm" if closest else ""
+        return CheckResult("clearance proof", False, None, limit_mm, "mm", worst_pair=first, detail=detail)
+    sampled = f"; smallest found {closest[0].certain_mm:.3f} mm" if closest else ""
     return CheckResult(
         "clearance proof",
         True,
-        limits.clearance_min_mm,
-        limits.clearance_min_mm,
+        limit_mm,
+        limit_mm,
         "mm",
-        detail=f"proved minimum clearance >= {limits.clearance_min_mm:g} mm over the cube, "
+        detail=f"proved minimum clearance >= {limit_mm:g} mm over the cube, "
         f"running gaps at their own limits{sampled}; {counts}",
     )

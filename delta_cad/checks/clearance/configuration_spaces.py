@@ -27,10 +27,13 @@ from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bod
 from delta_cad.checks.clearance.containment import holds
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
-from delta_cad.checks.links import turn_about_z
+from delta_cad.checks.links import turn_about_x, turn_about_z
 from delta_cad.mechanism.placement import frames
 
 X, Y, Z = np.eye(3)
+ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
+SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
+CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 
 
@@ -52,6 +55,11 @@ class Pairs:
     second: np.ndarray
     limit: np.ndarray
     names: Sequence[tuple[str, str]]
+
+    def chosen(self, which: np.ndarray) -> Pairs:
+        """The pairs (m,) bool of the same bodies."""
+        names = [self.names[k] for k in np.flatnonzero(which).tolist()]
+        return Pairs(self.bodies, self.first[which], self.second[which], self.limit[which], names)
 
 
 class ConfigurationSpace(ABC):
@@ -106,6 +114,28 @@ class ConfigurationSpace(ABC):
         motion, first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
         return lambda box, pair, _: np.min([m[box, first[pair]] + m[box, second[pair]] for m in motion], axis=0)
 
+    def worth_cutting(
+        self,
+        centres: np.ndarray,  # noqa: ARG002
+        halves: np.ndarray,
+        box: np.ndarray,  # noqa: ARG002
+        pair: np.ndarray,  # noqa: ARG002
+        normal: np.ndarray,  # noqa: ARG002
+    ) -> np.ndarray:
+        """Which variables to cut the boxes along.
+
+        Args:
+            centres: (n, d) centres of the boxes.
+            halves: (n, d) half widths.
+            box: (k,) box of what is not proven, each box at least once.
+            pair: (k,) its pair.
+            normal: (k, 3) direction in which its gap is looked for, nan where there is none.
+
+        Returns:
+            (n, d) bool, at least one variable for each box.
+        """
+        return np.ones(halves.shape, dtype=bool)
+
     def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
         """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
         return np.full(len(self.pairs.limit), -np.inf)
@@ -152,6 +182,13 @@ class Swing(ConfigurationSpace):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [halves * self._lever]
+
+    def along(
+        self, centres: np.ndarray, halves: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """How much closer pairs come along directions: of a turn about y a direction sees what is square to y."""
+        (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
+        return lambda box, pair, n: (motion[box, first[pair]] + motion[box, second[pair]]) * sine(n, Y)
 
     def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
         """Distance of the profiles about the shoulder axis, which no shoulder angle changes."""
@@ -285,9 +322,112 @@ class RodAtJoint(ConfigurationSpace):
         """Travel of every body in the boxes."""
         return [np.linalg.norm(halves, axis=1)[:, None] * self._lever]
 
+    def along(
+        self, centres: np.ndarray, halves: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """How much closer pairs come along directions: of each turn a direction sees what is square to its axis."""
+        (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
+
+        def travel(box: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
+            whole = motion[box, first[pair]] + motion[box, second[pair]]
+            return np.minimum(whole, self._turns(centres[box], halves[box], pair, normal).sum(axis=1))
+
+        return travel
+
+    def worth_cutting(
+        self, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray, normal: np.ndarray
+    ) -> np.ndarray:
+        """Which variables move a body along its direction by at least half as much as the one that moves it most.
+
+        What moves it much farther in other directions is cut, too: a distance that is measured sees all directions.
+        """
+        seen = self._turns(centres[box], halves[box], pair, np.where(np.isfinite(normal), normal, 0.0))
+        whole = self._turns(centres[box], halves[box], pair, np.zeros_like(normal))
+        wanted = seen >= CUT_SHARE * seen.max(axis=1, keepdims=True)
+        wanted |= whole >= SLENDER * np.where(wanted, whole, 0.0).max(axis=1, keepdims=True)
+        cut = np.zeros(centres.shape, dtype=bool)
+        np.logical_or.at(cut, box, wanted)
+        return cut
+
+    def _turns(self, centres: np.ndarray, halves: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """(k, d) how far the change of each variable alone moves points of pairs (k,) along directions (k, 3).
+
+        From the centre of a box the lean changes first, about an axis square to the chain's plane at the centre's
+        angle, then the angle, about the shoulder's direction. A turn by `a` about the unit axis u moves a point at v
+        from the ball by `a n . (u x v) <= a |n x u| |v|` along n. A direction of no length stands for all.
+        """
+        angle = centres[:, :1]
+        lever = (self._lever[self.pairs.first[pair]] + self._lever[self.pairs.second[pair]])[:, None]
+        return (
+            halves[:, :2] * lever * np.stack([sine(normal, Y), sine(normal, np.cos(angle) * Z - np.sin(angle) * X)], 1)
+        )
+
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
         """Whether the rasters have angles in the boxes."""
         return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
+
+
+class TurningRodAtJoint(RodAtJoint):
+    """A rod that turns about itself against the link that holds one of its balls.
+
+    To the variables of `RodAtJoint` comes the turn of the rod about the line through its balls. The angle between the
+    axes of socket and stud has the cosine `cos(lean) cos(turn)`: it ends where the free tilt does.
+
+    Args:
+        name, pairs, centre_mm, ball_mm, width_mm, rasters: As `RodAtJoint` has them.
+        tilt_rad: Free tilt of the sockets.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pairs: Pairs,
+        centre_mm: np.ndarray,
+        ball_mm: float,
+        width_mm: float,
+        rasters: Sequence[Raster],
+        tilt_rad: float,
+    ) -> None:
+        super().__init__(name, pairs, centre_mm, ball_mm, width_mm, rasters)
+        self._tilt = tilt_rad
+        self._off_axis = np.array([0.0 if b.link == "holder" else b.lever_about_x() for b in pairs.bodies])
+
+    def root(self) -> tuple[np.ndarray, np.ndarray]:
+        """The whole range as one box."""
+        centre, half = super().root()
+        return np.append(centre, [[0.0]], axis=1), np.append(half, [[self._tilt]], axis=1)
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        out = super().frames(centres[:, :2])
+        out[:, 1:] = out[:, 1:] @ turn_about_x(centres[:, 2])[:, None]
+        return out
+
+    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
+        """Travel of every body in the boxes."""
+        (swing,) = super().motion(centres[:, :2], halves[:, :2])
+        return [swing + halves[:, 2:] * self._off_axis]
+
+    def _turns(self, centres: np.ndarray, halves: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """(k, 3) how far the change of each variable alone moves points along directions; the turn changes first."""
+        angle, lean = centres[:, :1], centres[:, 1:2]
+        axis = np.cos(lean) * (np.cos(angle) * X + np.sin(angle) * Z) + np.sin(lean) * Y
+        turn = halves[:, 2] * (self._off_axis[self.pairs.first[pair]] + self._off_axis[self.pairs.second[pair]])
+        return np.column_stack([super()._turns(centres, halves, pair, normal), turn * sine(normal, axis)])
+
+    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Whether the rasters have angles in the boxes, and the sockets tilt enough for the least of lean and turn."""
+        least = np.maximum(np.abs(centres[:, 1:]) - halves[:, 1:], 0.0)
+        free = np.cos(least).prod(axis=1) >= np.cos(self._tilt) - ROUNDING
+        return free & super().reachable(centres[:, :2], halves[:, :2])
+
+
+def sine(direction: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """(n,) sine of the angle between directions (n, 3) and unit axes (n, 3) or (3,), a rounding too large at most.
+
+    It is 1 for a direction of no length.
+    """
+    return np.sqrt(np.maximum(1.0 - (direction * axis).sum(axis=1) ** 2, 0.0) + ROUNDING)
 
 
 def arm_frames(base_radius_mm: float, theta: np.ndarray) -> np.ndarray:

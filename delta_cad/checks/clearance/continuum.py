@@ -10,8 +10,8 @@ So only the travel along n counts (`ConfigurationSpace.along`), which is much le
 a motion. Any n is right; the one between the closest points is good, and once measured it goes on to the boxes into
 which this one is cut. What was never measured tries the directions that the space knows.
 
-What is not proven is cut in two along every variable, until nothing is left or the travel in a box is below
-`SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
+What is not proven is cut in two along the variables that move it most, until nothing is left or the travel in a box is
+below `SMALLEST_TRAVEL_MM`: then the pair is undecided, and that is a failure.
 """
 
 from __future__ import annotations
@@ -39,12 +39,15 @@ class ClearanceProof:
         boxes: Boxes looked at.
         calls: Distance calls.
         undecided: Pair names and the box at which the proof stopped, as text; empty when all is proven.
+        closest: Pair names -> how much more than its limit the pair is certain to keep where it was measured closest
+            among the centres of boxes, mm. What was never measured was far enough apart without.
     """
 
     space: str
     boxes: int = 0
     calls: int = 0
     undecided: list[tuple[tuple[str, str], str]] = field(default_factory=list)
+    closest: dict[tuple[str, str], float] = field(default_factory=dict)
 
 
 def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CALLS_MAX) -> ClearanceProof:
@@ -70,7 +73,12 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
         proof.boxes += len(centres)
         allowed = engine.calls + calls_max - proof.calls
         before = engine.calls
-        travel, open_, hopeless = _not_proven(bounds, centres, halves, box, pair, normal, measured, engine, allowed)
+        travel, open_, hopeless, spare = _not_proven(
+            bounds, centres, halves, box, pair, normal, measured, engine, allowed
+        )
+        for k in np.flatnonzero(np.isfinite(spare)).tolist():
+            names = pairs.names[pair[k]]
+            proof.closest[names] = min(float(spare[k]), proof.closest.get(names, np.inf))
         proof.calls += engine.calls - before
         stuck = np.isin(open_, hopeless) | ~(travel[open_] >= SMALLEST_TRAVEL_MM)
         box, pair, normal, measured = box[open_], pair[open_], normal[open_], measured[open_]
@@ -80,10 +88,9 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
             at = box[stuck][pair[stuck] == k][0]
             proof.undecided.append((pairs.names[k], _described(space, centres[at], halves[at])))
         keep = ~np.isin(pair, pair[stuck])
-        count = 2 ** centres.shape[1]
-        normal, measured = np.repeat(normal[keep], count, axis=0), np.repeat(measured[keep], count)
-        centres, halves, box, pair, kept = _halved(space, centres, halves, box[keep], pair[keep])
-        normal, measured = normal[kept], measured[kept]
+        box, pair, normal, measured = box[keep], pair[keep], normal[keep], measured[keep]
+        centres, halves, box, origin = _halved(space, centres, halves, box, pair, normal)
+        pair, normal, measured = pair[origin], normal[origin], measured[origin]
     return proof
 
 
@@ -143,9 +150,10 @@ def _not_proven(
     measured: np.ndarray,
     engine: DistanceEngine,
     calls_allowed: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(k,) travel of each (box, pair), the indices of those not proven, and of these the hopeless ones.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(k,) travel of each (box, pair), the indices of those not proven, of these the hopeless, and (k,) what is spare.
 
+    That is the certain distance less the limit at a box's centre, which may occur; infinite where none was measured.
     Hopeless is what no smaller box can mend: at the box's centre, which may occur, the meshes are too close. The
     normals are replaced by those between the closest points where these were measured, which `measured` then tells; a
     distance is put off by one halving where the last normal promises to do for most of the halves.
@@ -182,6 +190,7 @@ def _not_proven(
     possible = space.reachable(centres, np.zeros_like(halves))
     open_ = np.ones(len(left), dtype=bool)
     hopeless: list[int] = []
+    spare_there = np.full(len(pair), np.inf)
     for m in np.argsort(box[left], kind="stable").tolist():
         k = int(left[m])
         if later[m] or engine.calls >= calls_allowed or (not distance[k] > need[k] and travel[k] > WORTH_MM):
@@ -189,6 +198,8 @@ def _not_proven(
         one, other = bodies[a[k]], bodies[b[k]]
         d, at_a, at_b = engine.closest_points(one, other, one.placement, b_in_a[m] @ other.placement)
         certain = d - bounds.deviation[a[k]] - bounds.deviation[b[k]]
+        if possible[box[k]]:
+            spare_there[k] = certain - pairs.limit[pair[k]]
         open_[m] = not certain >= need[k]
         if open_[m]:
             normal[k] = frames[box[k], a[k], :3, :3] @ ((at_b - at_a) / d) if d > 0.0 else np.nan
@@ -197,7 +208,7 @@ def _not_proven(
                 hopeless.append(k)
     new = np.flatnonzero(measured[left])
     open_[new] = ~(slabs.spare(left[new], normal[left[new]]) >= 0.0)
-    return travel, left[open_], np.array(hopeless, dtype=int)
+    return travel, left[open_], np.array(hopeless, dtype=int), spare_there
 
 
 class _Slabs:
@@ -259,23 +270,32 @@ class _Slabs:
 
 
 def _halved(
-    space: ConfigurationSpace, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The boxes that still have pairs, cut in two along every variable; unreachable pieces dropped.
+    space: ConfigurationSpace,
+    centres: np.ndarray,
+    halves: np.ndarray,
+    box: np.ndarray,
+    pair: np.ndarray,
+    normal: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The boxes that still have pairs, cut in two along the variables for which it is worth it.
 
-    Last are (k,) bool, which of the pairs' repetitions were kept.
+    Returns:
+        centres, halves: The pieces, those dropped that are unreachable.
+        box: (k,) piece of each of what is now to be proven.
+        origin: (k,) what it comes from, an index of the given `box` and `pair`.
     """
     used, box = np.unique(box, return_inverse=True)
+    centres, halves = centres[used], halves[used]
     d = centres.shape[1]
     signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * d, indexing="ij")).reshape(d, -1).T if d else np.zeros((1, 0))
-    half = np.repeat(halves[used] / 2.0, len(signs), axis=0)
-    centre = np.repeat(centres[used], len(signs), axis=0) + half * np.tile(signs, (len(used), 1))
-    child = (box[:, None] * len(signs) + np.arange(len(signs))).ravel()
-    pair = np.repeat(pair, len(signs))
-    reachable = space.reachable(centre, half)
-    renumbered = np.cumsum(reachable) - 1
-    kept = reachable[child]
-    return centre[reachable], half[reachable], renumbered[child[kept]], pair[kept], kept
+    cut = space.worth_cutting(centres, halves, box, pair, normal)
+    half = np.where(cut, halves / 2.0, halves)[:, None] + 0.0 * signs
+    centre = centres[:, None] + cut[:, None] * half * signs
+    piece = np.all(cut[:, None] | (signs > 0.0), axis=2)  # along what is not cut there is one piece, not two
+    piece[piece] &= space.reachable(centre[piece], half[piece])
+    number = np.cumsum(piece).reshape(piece.shape) - 1
+    origin, which = np.nonzero(piece[box])
+    return centre[piece], half[piece], number[box[origin], which], origin
 
 
 def _described(space: ConfigurationSpace, centre: np.ndarray, half: np.ndarray) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of, body
+from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of, body, is_round, spun, turned_hull
 from delta_cad.checks.clearance.configuration_spaces import (
     ConfigurationSpace,
     Fixed,
@@ -19,12 +19,13 @@ from delta_cad.checks.clearance.configuration_spaces import (
     ParallelRods,
     RodAtJoint,
     Swing,
+    TurningRodAtJoint,
     TwoSwings,
     X,
     Y,
 )
 from delta_cad.checks.clearance.handle import Handle
-from delta_cad.checks.clearance.joint_ranges import JointRanges
+from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
 from delta_cad.checks.clearance.segments import cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
@@ -80,15 +81,20 @@ def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> 
 
 
 def spaces_of(
-    pairs: Sequence[HeldApart], placement: LinkPlacement, ranges: JointRanges, limits: CheckLimits
+    pairs: Sequence[HeldApart], placement: LinkPlacement, ranges: JointRanges, limits: CheckLimits, tilt_rad: float
 ) -> list[ConfigurationSpace]:
     """Sorts pairs into the configuration spaces in which they are proven.
+
+    Where the sockets leave the rods a tilt, each body of a rod counts at every turn of the rod about itself: as the
+    body of revolution that it sweeps where it is round; otherwise within a convex body that holds all turns, or, beside
+    the holder of its own ball, with the turn as a variable. There the lean takes its share of the tilt.
 
     Args:
         pairs: The pairs.
         placement: The placement of the links.
         ranges: The joint angles over the cube.
         limits: The cube.
+        tilt_rad: Free tilt of the rods' sockets, see `free_tilt`.
 
     Returns:
         The spaces with at least one pair each.
@@ -101,35 +107,45 @@ def spaces_of(
     moved = _Moved()
     for pair in pairs:
         kind, a, b = _classified(pair, placement, moved)
+        if tilt_rad and kind in ("handle", "rods"):
+            a, b = (moved.turning(x, tilt_rad) if x.link.startswith("rod") else x for x in (a, b))
         groups[kind].append((a, b, pair.limit_mm))
     theta = (float(ranges.theta[:, 0].min()), float(ranges.theta[:, 1].max()))
     lean = (float(ranges.lean[:, 0].min()), float(ranges.lean[:, 1].max()))
-    made = {
-        "fixed": lambda p: Fixed("fixed links", p, ("fixed",)),
-        "swing": lambda p: Swing("an arm and what is fixed (shoulder angle)", _arms_in_segments(p), base, theta),
-        "arms": lambda p: TwoSwings("two arms (shoulder angles)", p, base, ranges.neighbours),
-        "rods": lambda p: ParallelRods("the rods of a chain (lean)", p, width, lean),
-        "wrist": lambda p: RodAtJoint(
-            "a rod and the platform",
-            _in_segments(p, forearm, wrist * X, width),
-            wrist * X,
-            forearm,
-            width,
-            ranges.at_wrist,
-        ),
-        "elbow": lambda p: RodAtJoint(
-            "a rod and its arm", _in_segments(p, 0.0, arm * X, width), arm * X, 0.0, width, ranges.at_elbow
-        ),
-        "handle": lambda p: Handle(
-            "handle position",
-            _cut(p, lambda b: _slices(b) if b.link.startswith("rod") else [b], lambda a, b: "base" in (a.link, b.link)),
-            placement,
-            limits.centre_mm,
-            limits.half_side_mm,
-            ranges.theta,
-        ),
+
+    def at_joint(name: str, p: Pairs, joint: tuple[np.ndarray, float], rasters: Sequence[Raster]) -> list[RodAtJoint]:
+        p = _in_segments(p, *joint, width, bool(tilt_rad))
+        turning = np.array([bool(tilt_rad) and not is_round(p.bodies[k]) for k in p.second.tolist()], dtype=bool)
+        spaces: list[RodAtJoint] = []
+        if not turning.all():
+            spaces.append(RodAtJoint(name, p.chosen(~turning), *joint, width, rasters))
+        if turning.any():
+            spaces.append(TurningRodAtJoint(f"{name}, turning", p.chosen(turning), *joint, width, rasters, tilt_rad))
+        return spaces
+
+    made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {
+        "fixed": lambda p: [Fixed("fixed links", p, ("fixed",))],
+        "swing": lambda p: [Swing("an arm and what is fixed (shoulder angle)", _arms_in_segments(p), base, theta)],
+        "arms": lambda p: [TwoSwings("two arms (shoulder angles)", p, base, ranges.neighbours)],
+        "rods": lambda p: [ParallelRods("the rods of a chain (lean)", p, width, lean)],
+        "wrist": lambda p: at_joint("a rod and the platform", p, (wrist * X, forearm), ranges.at_wrist),
+        "elbow": lambda p: at_joint("a rod and its arm", p, (arm * X, 0.0), ranges.at_elbow),
+        "handle": lambda p: [
+            Handle(
+                "handle position",
+                _cut(
+                    p,
+                    lambda b: _slices(b) if b.link.startswith("rod") else [b],
+                    lambda a, b: "base" in (a.link, b.link),
+                ),
+                placement,
+                limits.centre_mm,
+                limits.half_side_mm,
+                ranges.theta,
+            )
+        ],
     }
-    return [make(_unique(groups[kind])) for kind, make in made.items() if groups[kind]]
+    return [space for kind, make in made.items() if groups[kind] for space in make(_unique(groups[kind]))]
 
 
 def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tuple[str, CollisionBody, CollisionBody]:
@@ -170,6 +186,13 @@ class _Moved:
             self._made[key] = body(b.name, b.key, link, b.mesh, frame @ b.placement)
         return self._made[key]
 
+    def turning(self, b: CollisionBody, tilt_rad: float) -> CollisionBody:
+        """What holds a body of a rod while the rod turns about itself."""
+        key = (b.name, f"{b.link} turning", b"")
+        if key not in self._made:
+            self._made[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
+        return self._made[key]
+
 
 def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:
     """Pairs of bodies by index, those that are equal in shape, link and placement taken once at their larger limit."""
@@ -196,13 +219,16 @@ def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pa
     return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))
 
 
-def _in_segments(pairs: Pairs, ball_mm: float, centre_mm: np.ndarray, width_mm: float) -> Pairs:
+def _in_segments(pairs: Pairs, centre_mm: np.ndarray, ball_mm: float, width_mm: float, turning: bool) -> Pairs:
     """The pairs at a ball joint, cut down to what can meet.
 
     The rods' bodies are cut into segments about the held ball, at x = `ball_mm` of the rod. A segment stays within its
     lever of the ball's centre however the rod is turned, so of the holder only what is within lever + limit counts.
+    Of rods that turn about themselves what is round counts as its body of revolution.
     """
     segments = [segments_of(b, ball_mm) if b.link.startswith("rod") else [] for b in pairs.bodies]
+    if turning:
+        segments = [[spun(b) if is_round(b) else b for b in pieces] for pieces in segments]
     bodies: list[CollisionBody] = []
     index: dict[tuple[int, int], int] = {}
     reached: dict[tuple[int, str, float], int | None] = {}

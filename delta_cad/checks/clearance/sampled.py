@@ -22,8 +22,9 @@ from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, box
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap
 from delta_cad.checks.clearance.pairing import HeldApart
 from delta_cad.checks.clearance.segments import near
-from delta_cad.checks.links import chain_of, fixed_frame, swept_links, turn_about_z
+from delta_cad.checks.links import chain_of, fixed_frame, free_turn, swept_links, turn_about_x, turn_about_z
 from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
@@ -59,9 +60,17 @@ class Sampler:
         placement: Placement of the links.
         poses_mm: (n, 3) handle positions, mm.
         engine: Distances of meshes.
+        tilt_rad: Free tilt of the rods' sockets, see `free_tilt`.
+
+    Attributes:
+        frames: Link name -> (m, 4, 4) link frame to base frame, mm.
+        poses_mm: (m, 3) handle positions of these frames, mm: the given ones and, where the rods have a free tilt, once
+            more with all rods turned about themselves as far as they go, one way and the other.
     """
 
-    def __init__(self, placement: LinkPlacement, poses_mm: np.ndarray, engine: DistanceEngine) -> None:
+    def __init__(
+        self, placement: LinkPlacement, poses_mm: np.ndarray, engine: DistanceEngine, tilt_rad: float = 0.0
+    ) -> None:
         self._placement = placement
         self.frames = dict(placement(poses_mm))
         for name in swept_links(placement):
@@ -69,6 +78,10 @@ class Sampler:
         self.poses_mm, self._engine = poses_mm, engine
         self._profiles: dict[tuple[str, str], HalfPlaneProfile] = {}
         self._spread = [_spread(self.frames[f"upper_arm_{i}"][:, 2, 0]) for i in CHAINS]
+        self._still = len(poses_mm)
+        if tilt_rad:
+            self.poses_mm = np.tile(poses_mm, (3, 1))
+            self.frames = {name: _turned(name, frame, tilt_rad) for name, frame in self.frames.items()}
 
     def _arm_of(self, pair: HeldApart) -> str | None:
         """The upper arm of a pair of an arm and something fixed, whose shoulder angle decides all."""
@@ -80,13 +93,19 @@ class Sampler:
     def positions(self, pair: HeldApart) -> np.ndarray:
         """Indices of the positions at which a pair is measured: few where one shoulder angle decides all."""
         arm = self._arm_of(pair)
-        return np.arange(len(self.poses_mm)) if arm is None else self._spread[chain_of(arm)]
+        count = len(self.poses_mm) if self._turns(pair) else self._still
+        return np.arange(count) if arm is None else self._spread[chain_of(arm)]
+
+    def _turns(self, pair: HeldApart) -> bool:
+        """Whether a rod of the pair is also measured turned about itself."""
+        return len(self.poses_mm) > self._still and any(b.link.startswith("rod") for b in (pair.a, pair.b))
 
     def described(self, pair: HeldApart) -> str:
         """At how many positions a pair is measured, as text."""
-        count, total = len(self.positions(pair)), len(self.poses_mm)
+        count, total = len(self.positions(pair)), self._still
         if self._arm_of(pair) is None:
-            return f"{total} positions"
+            turned = ", the rods as they are and turned about themselves as far as they go either way"
+            return f"{total} positions{turned if self._turns(pair) else ''}"
         return f"{count} positions spread over the shoulder angle, which alone decides, of {total}"
 
     def _always(self, pair: HeldApart) -> float:
@@ -228,6 +247,15 @@ class Sampler:
             h[:, :3, :3] @ pair.b.axes,
             np.broadcast_to(pair.b.half, (n, 3)),
         )
+
+
+def _turned(link: str, frame: np.ndarray, tilt_rad: float) -> np.ndarray:
+    """(3 n, 4, 4) frames of a link, then again with the rods turned about themselves either way."""
+    if not link.startswith("rod"):
+        return np.concatenate([frame] * 3)
+    lean = np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[chain_of(link)], -1.0, 1.0))
+    turn = free_turn(tilt_rad, lean)
+    return np.concatenate([frame, frame @ turn_about_x(turn), frame @ turn_about_x(-turn)])
 
 
 def _spread(height: np.ndarray) -> np.ndarray:

@@ -1,1 +1,1 @@
-"""What touches: fits, screws, running gaps, and that nothing floats."""
+"""Contacts of parts: fits, screws, running gaps, and that no part floats."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -10,10 +9,10 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bodies_of, boxes_gap
+from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bodies_of
 from delta_cad.checks.clearance.clearance import exact_distance
-from delta_cad.checks.clearance.pairing import EQUAL_MM
-from delta_cad.checks.links import rigid_link
+from delta_cad.checks.contact.placing import Key, gaps_on_one_link, relative_key
+from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence
 
@@ -21,24 +20,16 @@ SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0
 
 
 def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
-    """Hold the parts of every rigid link together: neighbours are parts whose surfaces are within `SEAT_MM`.
-
-    Args:
-        assembly: The machine.
-        meshes: The parts' meshes.
+    """Checks that the parts of every rigid link hang together, neighbours being parts within `SEAT_MM` of one another.
 
     Returns:
-        `parts attached`: of the parts that no chain of neighbours joins to the largest group of their link, the
-        largest distance from the rest of the link, mm; 0 where there is none.
+        `parts attached`: the largest distance, mm, at which a part that no chain of neighbours joins to the largest
+        group of its link stands off the rest of the link; 0 where there is none.
     """
-    links: dict[str, list[Occurrence]] = defaultdict(list)
-    for o in assembly.occurrences:
-        links[rigid_link(o, assembly.placement)].append(o)
+    links = carried_by_link(assembly)
     bodies, neighbours = bodies_of(assembly.occurrences, meshes), _Neighbours()
-    floating: list[tuple[float, Occurrence, str]] = []
-    for link, carried in links.items():
-        floating += [(gap, o, link) for gap, o in _floating(carried, bodies, neighbours)]
-    floating.sort(key=lambda part: -part[0])
+    loose = [(gap, o, link) for link, carried in links.items() for gap, o in _floating(carried, bodies, neighbours)]
+    floating = sorted(loose, key=lambda part: -part[0])
     detail = (
         f"{len(assembly.occurrences)} parts on {len(links)} links, each joined to its link by parts within "
         f"{SEAT_MM:g} mm of one another; {neighbours.exact} distances measured on the exact solids"
@@ -59,7 +50,7 @@ def _floating(
     if not pairs:
         return []
     of = [bodies[o.name] for o in carried]
-    gap = _gaps([(of[i], of[j]) for i, j in pairs])
+    gap = gaps_on_one_link([(of[i], of[j]) for i, j in pairs])
     group = list(range(len(carried)))
     near = [pair for pair, apart in zip(pairs, gap.tolist(), strict=True) if apart <= SEAT_MM]
     unsure: list[tuple[int, int]] = []
@@ -85,23 +76,12 @@ def _floating(
     return islands
 
 
-def _gaps(pairs: Sequence[tuple[CollisionBody, CollisionBody]]) -> np.ndarray:
-    """(n,) lower bounds on the distances of bodies on one link, mm."""
-    return boxes_gap(
-        np.array([b.centre - a.centre for a, b in pairs]),
-        np.array([a.axes for a, _ in pairs]),
-        np.array([a.half for a, _ in pairs]),
-        np.array([b.axes for _, b in pairs]),
-        np.array([b.half for _, b in pairs]),
-    )
-
-
 class _Neighbours:
     """Whether two parts are within `SEAT_MM`, found once for equal parts in equal relative positions."""
 
     def __init__(self) -> None:
         self._engine = DistanceEngine()
-        self._known: dict[tuple[object, ...], bool | None] = {}
+        self._known: dict[Key, bool | None] = {}
         self.exact = 0
 
     def distance(self, a: CollisionBody, b: CollisionBody) -> float:
@@ -113,7 +93,7 @@ class _Neighbours:
     ) -> bool | None:
         """Whether two bodies are neighbours; None where their meshes cannot tell and the solids are not asked."""
         b_in_a = np.linalg.inv(a.placement) @ b.placement
-        key = (a.key, b.key, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist())
+        key = relative_key(a.key, b.key, b_in_a)
         if key not in self._known:
             apart = self._engine.distance(a, b, np.eye(4), b_in_a)
             unsure = a.mesh.deviation_mm + b.mesh.deviation_mm

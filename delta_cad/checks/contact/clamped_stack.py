@@ -1,4 +1,4 @@
-"""What lies under the head of a screw: material and gaps along lines beside its shank."""
+"""Material and gaps under the head of a screw, along lines beside its shank."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FIRST_RAD = 0.1234  # turns the lines away from the seams of meshes, which lie a
 
 
 def largest_gaps(parts: Sequence[tuple[Mesh, np.ndarray]], head_mm: float, start_mm: float) -> np.ndarray:
-    """Largest gap between different parts along lines from under a screw's head to its thread.
+    """Measures the largest gap between different parts along lines from under a screw's head to its thread.
 
     A gap with the same part on both sides is the slit of a clamp, and no fault.
 

@@ -6,10 +6,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from delta_cad.solids.part import Part
+
+if TYPE_CHECKING:
+    import cadquery as cq
 
 SAME_AXIS_MM = 1e-6  # faces of one turned or bored surface share their axis to roundings
 
@@ -25,6 +29,7 @@ class Cylinder:
         start_mm: Where the face begins along the direction, from the point.
         end_mm: Where it ends.
         is_bore: Whether the material is outside.
+        turn_rad: Angle that the face spans about the axis.
     """
 
     point: np.ndarray
@@ -33,6 +38,7 @@ class Cylinder:
     start_mm: float
     end_mm: float
     is_bore: bool
+    turn_rad: float
 
     def moved(self, frame: np.ndarray) -> Cylinder:
         """The cylinder seen from the frame into which `frame` (4, 4) takes it."""
@@ -62,49 +68,34 @@ class FeatureLibrary:
     def __getitem__(self, part: Part) -> Features:
         """The features of a part."""
         if id(part) not in self._known:
-            self._known[id(part)] = (part, features(part))
+            self._known[id(part)] = (part, features(part.solid))
         return self._known[id(part)][1]
 
 
-def features(part: Part) -> Features:
-    """Reads the faces of a part.
-
-    Args:
-        part: The part.
-
-    Returns:
-        Its cylinders and balls.
-    """
+def features(solid: cq.Shape) -> Features:
+    """Reads the cylinders and balls among the faces of a part."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Sphere
     from OCP.TopAbs import TopAbs_REVERSED
 
     cylinders, balls = [], []
-    for face in part.solid.Faces():
+    for face in solid.Faces():
         surface = BRepAdaptor_Surface(face.wrapped)
         if surface.GetType() == GeomAbs_Cylinder:
             shape = surface.Cylinder()
-            p, d = shape.Axis().Location(), shape.Axis().Direction()
-            # the parameter along the axis counts from the cylinder's own origin, along its own z
             is_bore = shape.Position().Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
-            cylinders.append(
-                Cylinder(
-                    np.array([p.X(), p.Y(), p.Z()]),
-                    np.array([d.X(), d.Y(), d.Z()]),
-                    float(shape.Radius()),
-                    float(surface.FirstVParameter()),
-                    float(surface.LastVParameter()),
-                    is_bore,
-                )
-            )
+            # the parameter along the axis counts from the cylinder's own origin, along its own z
+            ends = float(surface.FirstVParameter()), float(surface.LastVParameter())
+            turn = float(surface.LastUParameter() - surface.FirstUParameter())
+            point, direction = _array(shape.Axis().Location()), _array(shape.Axis().Direction())
+            cylinders.append(Cylinder(point, direction, float(shape.Radius()), *ends, is_bore, turn))
         elif surface.GetType() == GeomAbs_Sphere:
-            c = surface.Sphere().Location()
-            balls.append((c.X(), c.Y(), c.Z()))
+            balls.append(_array(surface.Sphere().Location()))
     return Features(tuple(cylinders), np.array(balls, dtype=float).reshape(-1, 3))
 
 
 def off_axis(cylinder: Cylinder, frame: np.ndarray, lever_mm: float) -> float:
-    """How far a cylinder's axis strays from the y axis of a frame.
+    """Measures how far a cylinder's axis strays from the y axis of a frame.
 
     Args:
         cylinder: The cylinder, in the frame's parent.
@@ -122,7 +113,7 @@ def off_axis(cylinder: Cylinder, frame: np.ndarray, lever_mm: float) -> float:
 
 
 def is_turned(part: Part, frame: np.ndarray) -> bool:
-    """Whether a part is a body of revolution about an axis, so that a turn about it changes nothing.
+    """Decides whether a part is a body of revolution about an axis, so that a turn about it changes nothing.
 
     Args:
         part: The part.

@@ -10,7 +10,6 @@ otherwise fuzzy tolerances are tried one after another, and a pair that never ag
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
@@ -20,12 +19,12 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bodies_of, boxes_gap
-from delta_cad.checks.clearance.pairing import EQUAL_MM
-from delta_cad.checks.contact.placing import located
+from delta_cad.checks.clearance.bodies import DistanceEngine, bodies_of, body
+from delta_cad.checks.clearance.containment import holds
+from delta_cad.checks.contact.placing import Key, gaps_on_one_link, located, relative_key
 from delta_cad.checks.contact.poses import contact_positions
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import rigid_link
+from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 
@@ -56,13 +55,7 @@ class Touch:
 def check_fits(
     assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None] = lambda _: None
 ) -> list[CheckResult]:
-    """Common volumes of parts on one link, and of contacts across links over the range of their joints.
-
-    Args:
-        assembly: The machine.
-        limits: The cube.
-        meshes: The parts' meshes.
-        progress: Told what is being done.
+    """Bounds the common volumes of parts on one link, and of contacts across links over the range of their joints.
 
     Returns:
         `fits declared` (the names in fits exist), `overlap on one link`, `overlap of contacts`.
@@ -85,31 +78,17 @@ def _within_links(assembly: Assembly, meshes: MeshLibrary) -> list[Touch]:
     """Pairs on one link whose bounding boxes meet."""
     bodies = bodies_of(assembly.occurrences, meshes)
     allowed = {frozenset((f.a, f.b)): f.overlap_mm3 for f in assembly.fits if f.kind == "contact"}
-    links: dict[str, list[Occurrence]] = defaultdict(list)
-    for o in assembly.occurrences:
-        links[rigid_link(o, assembly.placement)].append(o)
     touching = []
-    for group in links.values():
+    for group in carried_by_link(assembly).values():
         pairs = list(combinations(group, 2))
         if not pairs:
             continue
-        gap = _boxes_gap([(bodies[a.name], bodies[b.name]) for a, b in pairs])
+        gap = gaps_on_one_link([(bodies[a.name], bodies[b.name]) for a, b in pairs])
         for (a, b), apart in zip(pairs, gap, strict=True):
             if apart <= 0.0:
                 limit = max(OVERLAP_MM3, allowed.get(frozenset((a.name, b.name)), 0.0))
                 touching.append(Touch(a, b, np.linalg.inv(a.placement) @ b.placement, limit))
     return touching
-
-
-def _boxes_gap(pairs: list[tuple[CollisionBody, CollisionBody]]) -> np.ndarray:
-    """(n,) lower bounds on the distances of bodies on one link, mm."""
-    return boxes_gap(
-        np.array([b.centre - a.centre for a, b in pairs]),
-        np.array([a.axes for a, _ in pairs]),
-        np.array([a.half for a, _ in pairs]),
-        np.array([b.axes for _, b in pairs]),
-        np.array([b.half for _, b in pairs]),
-    )
 
 
 def _across_links(assembly: Assembly, limits: CheckLimits) -> list[Touch]:
@@ -121,18 +100,13 @@ def _across_links(assembly: Assembly, limits: CheckLimits) -> list[Touch]:
     ]
 
 
-def _equal(a: Part, b: Part, b_in_a: np.ndarray) -> tuple[object, ...]:
-    """What two pairs of parts share that are equal and stand equally to each other."""
-    return a.number, b.number, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist()
-
-
 class _Overlaps:
     """Common volumes, computed once for equal parts in equal relative positions."""
 
     def __init__(self, meshes: MeshLibrary) -> None:
         self._meshes, self._engine = meshes, DistanceEngine()
         self._sizes: dict[str, float] = {}
-        self._known: dict[tuple[object, ...], float | None] = {}
+        self._known: dict[Key, float | None] = {}
 
     def worst(self, name: str, touches: list[Touch]) -> CheckResult:
         """The pair closest to or farthest over its limit."""
@@ -154,14 +128,12 @@ class _Overlaps:
 
     def _volume(self, t: Touch) -> float | None:
         """Common volume, mm^3; None where the kernel contradicts itself."""
-        key = _equal(t.a.part, t.b.part, t.b_in_a)
+        a, b = t.a.part, t.b.part
+        key = relative_key(a.number, b.number, t.b_in_a)
+        if key not in self._known and self._certainly_apart(a, b, t.b_in_a):
+            self._known[key] = 0.0
         if key not in self._known:
-            apart = self._certainly_apart(t.a.part, t.b.part, t.b_in_a)
-            if apart:
-                self._known[key] = 0.0
-            else:
-                volumes = (self._size(t.a.part), self._size(t.b.part))
-                self._known[key] = common_volume(t.a.part.solid, t.b.part.solid, t.b_in_a, volumes)
+            self._known[key] = common_volume(a.solid, b.solid, t.b_in_a, (self._size(a), self._size(b)))
         return self._known[key]
 
     def _size(self, part: Part) -> float:
@@ -172,9 +144,6 @@ class _Overlaps:
 
     def _certainly_apart(self, a: Part, b: Part, b_in_a: np.ndarray) -> bool:
         """Whether the meshes are farther apart than their deviations, neither inside the other."""
-        from delta_cad.checks.clearance.bodies import body
-        from delta_cad.checks.clearance.containment import holds
-
         one = body(a.number, a.number, "", self._meshes[a.number], np.eye(4))
         other = body(b.number, b.number, "", self._meshes[b.number], np.eye(4))
         apart = self._engine.distance(one, other, np.eye(4), b_in_a)
@@ -184,7 +153,7 @@ class _Overlaps:
 
 
 def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, float] | None = None) -> float | None:
-    """Volume that two solids share.
+    """Computes the volume that two solids share.
 
     Args:
         a: One `cadquery.Solid`.
@@ -217,7 +186,7 @@ def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, floa
 
 
 def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
-    """How the faces of two shapes cross one another: the dear half of a boolean, which common and cut share."""
+    """Intersects the faces of two shapes: the costly half of a boolean, which common and cut share."""
     from OCP.BOPAlgo import BOPAlgo_PaveFiller
     from OCP.TopTools import TopTools_ListOfShape
 
@@ -237,9 +206,7 @@ def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
 def _boolean(operation: Any, a: Any, b: Any, crossing: Any) -> float | None:
     """Volume of a boolean's result, mm^3; None where it fails."""
     done = operation(a, b, crossing)
-    if not done.IsDone() or done.Shape() is None:
-        return None
-    return _measure(done.Shape())
+    return _measure(done.Shape()) if done.IsDone() and done.Shape() is not None else None
 
 
 def _measure(shape: Any) -> float:

@@ -12,18 +12,10 @@ from delta_cad.checks.report import CheckResult
 
 
 def check_largest_gaps(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
-    """Hold the widest distance of running gaps against their `gap_max_mm`.
+    """Holds the widest distance of each running gap that has a `gap_max_mm` against it.
 
     The two parts of such a gap turn about one axis, which leaves their distance nearly the same: the cube's centre and
     corners stand for all positions. The smallest distance is held over the whole cube by the clearance.
-
-    Args:
-        assembly: The machine.
-        limits: The cube.
-        meshes: The parts' meshes.
-
-    Returns:
-        One `largest gap a / b` for each fit that limits it.
     """
     limited = [(f, w) for f in assembly.fits if f.kind == "running gap" and (w := f.gap_max_mm) is not None]
     if not limited:

@@ -1,28 +1,35 @@
-"""Placing exact solids for the checks that use the CAD kernel."""
-
-# pyright: reportAttributeAccessIssue=false
-# OCP builds its modules at run time, so a type checker does not see their names
+"""Parts beside one another: exact solids moved, equal relative positions, and bounds on the distance of a pair."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from delta_cad.checks.clearance.bodies import CollisionBody, boxes_gap
+from delta_cad.checks.clearance.pairing import EQUAL_MM
+from delta_cad.solids.part import location_of
+
+Key = tuple[object, ...]
+
+
+def relative_key(a: str, b: str, b_in_a: np.ndarray) -> Key:
+    """Gives what two pairs of parts share if they are equal and stand equally to each other, (4, 4) in mm."""
+    return a, b, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist()
+
+
+def gaps_on_one_link(pairs: Sequence[tuple[CollisionBody, CollisionBody]]) -> np.ndarray:
+    """Bounds the distances of bodies on one link from below by their boxes, (n,) mm."""
+    return boxes_gap(
+        np.array([b.centre - a.centre for a, b in pairs]),
+        np.array([a.axes for a, _ in pairs]),
+        np.array([a.half for a, _ in pairs]),
+        np.array([b.axes for _, b in pairs]),
+        np.array([b.half for _, b in pairs]),
+    )
+
 
 def located(solid: Any, frame: np.ndarray) -> Any:
-    """The OCC shape of a solid, moved without copying its geometry.
-
-    Args:
-        solid: A `cadquery.Shape`.
-        frame: (4, 4) rigid transform, mm.
-
-    Returns:
-        The moved `TopoDS_Shape`.
-    """
-    from OCP.gp import gp_Trsf
-    from OCP.TopLoc import TopLoc_Location
-
-    transform = gp_Trsf()
-    transform.SetValues(*frame[:3].ravel().tolist())
-    return solid.wrapped.Moved(TopLoc_Location(transform))
+    """Gives the kernel's shape of a `cadquery.Shape`, moved by a (4, 4) frame in mm without copying its geometry."""
+    return solid.wrapped.Moved(location_of(frame))

@@ -15,8 +15,8 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
-from delta_cad.checks.clearance.pairing import EQUAL_MM
 from delta_cad.checks.contact.features import is_turned
+from delta_cad.checks.contact.placing import Key, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import rigid_link, swept_links
 from delta_cad.solids.part import Fit, Joint, Occurrence
@@ -40,28 +40,20 @@ class ContactPosition:
 
 
 def contact_positions(assembly: Assembly, limits: CheckLimits) -> list[ContactPosition]:
-    """Where to test the contacts across links; of equal contacts of the three chains one stands for all.
-
-    Args:
-        assembly: The machine.
-        limits: The cube.
-
-    Returns:
-        The positions.
-    """
+    """Gives the positions at which contacts across links are tested; one of equal contacts stands for all."""
     poses = np.concatenate([limits.centre_mm[None], limits.poses_mm()])
     links = assembly.placement(poses)
     occurrences = {o.name: o for o in assembly.occurrences}
     joints = {frozenset((j.link_a, j.link_b)): j for j in assembly.joints}
-    groups: dict[tuple[object, ...], list[tuple[Fit, np.ndarray, Joint | None]]] = defaultdict(list)
+    groups: dict[Key, list[tuple[Fit, np.ndarray, Joint | None]]] = defaultdict(list)
     for fit in assembly.fits:
         a, b = occurrences[fit.a], occurrences[fit.b]
         on = frozenset((rigid_link(a, assembly.placement), rigid_link(b, assembly.placement)))
         if fit.kind != "contact" or len(on) == 1:
             continue
         relative = np.linalg.inv(a.placement) @ _inverse(links[a.link]) @ links[b.link] @ b.placement
-        where = np.round(relative[0, :3] / EQUAL_MM).astype(np.int64).ravel().tolist()
-        groups[(fit.overlap_mm3, id(a.part), id(b.part), *where)].append((fit, relative, joints.get(on)))
+        key = (fit.overlap_mm3, *relative_key(a.part.number, b.part.number, relative[0]))
+        groups[key].append((fit, relative, joints.get(on)))
     range_rad = _shoulder_range(assembly, limits)
     positions = []
     for group in groups.values():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.attachment import SEAT_MM
 from delta_cad.checks.contact.clamped_stack import largest_gaps
 from delta_cad.checks.contact.features import FeatureLibrary
-from delta_cad.checks.links import rigid_link
+from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 
@@ -26,33 +25,18 @@ ADJUSTING = "tension_screw"  # part number of screws that are turned to set some
 
 @dataclass(frozen=True, eq=False)
 class _Cylinders:
-    """All cylindrical faces of one kind on a link, in its frame.
+    """All cylindrical faces of one kind on a link, in its frame, mm."""
 
-    Attributes:
-        owner: (n,) index of the occurrence.
-        point: (n, 3) points of the axes, mm.
-        direction: (n, 3) unit vectors.
-        radius: (n,) radii, mm.
-        span: (n, 2) where the faces begin and end along their directions, mm.
-    """
-
-    owner: np.ndarray
-    point: np.ndarray
-    direction: np.ndarray
-    radius: np.ndarray
-    span: np.ndarray
+    owner: np.ndarray  # (n,) index of the occurrence
+    point: np.ndarray  # (n, 3) on the axes
+    direction: np.ndarray  # (n, 3) unit vectors
+    radius: np.ndarray  # (n,)
+    span: np.ndarray  # (n, 2) where the faces begin and end along their directions
 
     def along(self, point: np.ndarray, direction: np.ndarray, inside: bool, radius_mm: float) -> np.ndarray:
-        """Where the faces lie that hold a shank (`inside`), or that a bore holds, along a line.
+        """Begin and end (n, 2) of the faces along a line, mm; NaN where a face is not on it or does not fit a radius.
 
-        Args:
-            point: (3,) origin of the line, mm.
-            direction: (3,) unit vector.
-            inside: Whether the faces are around the given radius; else they are inside of it.
-            radius_mm: Radius of the shank or bore on the line.
-
-        Returns:
-            (n, 2) begin and end along the line, mm; NaN where a face is not on the line or does not fit the radius.
+        The radius is that of a shank, which the faces hold (`inside`), or of a bore, which holds them.
         """
         across = np.linalg.norm(np.cross(self.direction, direction), axis=1)
         apart = self.point - point
@@ -67,68 +51,45 @@ class _Cylinders:
 
 @dataclass(frozen=True, eq=False)
 class _Screw:
-    """A screw on its link: z of its frame runs from the shank to the head, the origin is under the head.
+    """A screw on its link, mm: z of its frame runs from the shank to the head, the origin is under the head."""
 
-    Attributes:
-        index: Index of its occurrence on the link.
-        radius: Radius of the shank, mm.
-        length: Length of the shank, mm.
-        head: Radius of the head, mm.
-        nominal: Diameter of the thread, mm.
-    """
-
-    index: int
-    radius: float
-    length: float
-    head: float
-    nominal: float
+    index: int  # of its occurrence on the link
+    radius: float  # shank's
+    length: float  # shank's
+    head: float  # radius
+    nominal: float  # diameter of the thread
 
 
 def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
-    """Hold every screw of a link, and every tapped hole.
-
-    Args:
-        assembly: The machine.
-        meshes: The parts' meshes.
+    """Checks every screw of a link, and every tapped hole.
 
     Returns:
         `screws engaged` (least length of thread in diameters), `screws seated` (largest gap between the parts that a
         screw clamps, from under its head to the thread, mm) and `tapped holes filled` (number of empty ones).
     """
-    links: dict[str, list[Occurrence]] = defaultdict(list)
-    for o in assembly.occurrences:
-        links[rigid_link(o, assembly.placement)].append(o)
     library = FeatureLibrary()
     engaged: list[tuple[float, str]] = []
     seated: list[tuple[float, str]] = []
     empty: list[str] = []
     holes = 0
-    for carried in links.values():
+    for carried in carried_by_link(assembly).values():
         bores, shafts = (_cylinders(carried, library, is_bore) for is_bore in (True, False))
         for screw in _screws(carried, library):
             o = carried[screw.index]
             length, start = _engagement(screw, o, bores)
-            engaged.append((length / screw.nominal, o.name))
+            engaged.append((-length / screw.nominal, o.name))
             if o.part.number.startswith(CLAMPING):
                 seated.append((_unseated(screw, carried, start, meshes), o.name))
         for k, o in enumerate(carried):
             needed, missing = _empty_holes(k, o, bores, shafts)
             holes += needed
             empty += [f"{o.name} {hole}" for hole in missing]
+    pair = tuple(dict.fromkeys(text.split(" ")[0] for text in empty[:8])) or None
+    detail = f"{'; '.join(empty[:8]) + ' without a screw; ' if empty else ''}{holes} kinds of tapped holes"
     return [
-        _worst(
-            "screws engaged", [(-value, name) for value, name in engaged], -ENGAGED_LEAST, "", "diameters of thread"
-        ),
+        _worst("screws engaged", engaged, -ENGAGED_LEAST, "", "diameters of thread"),
         _worst("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
-        CheckResult(
-            "tapped holes filled",
-            not empty,
-            len(empty),
-            0,
-            "",
-            worst_pair=tuple(dict.fromkeys(text.split(" ")[0] for text in empty[:8])) or None,
-            detail=f"{'; '.join(empty[:8]) + ' without a screw; ' if empty else ''}{holes} kinds of tapped holes",
-        ),
+        CheckResult("tapped holes filled", not empty, len(empty), 0, "", worst_pair=pair, detail=detail),
     ]
 
 

@@ -16,7 +16,7 @@ BoxBounds = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 def enclosed_maximum(
     bounds: BoxBounds, centres: np.ndarray, halves: np.ndarray, gap: float, floor: float = -np.inf
 ) -> tuple[float, float]:
-    """Bounds from above and below on the maximum over boxes.
+    """Encloses the maximum over boxes from above and below.
 
     Args:
         bounds: (n, 3) centres and (n, 3) half sides -> (n,) upper bounds over the boxes, (n,) values at the centres.

@@ -6,8 +6,9 @@ Upper bounds, body by body:
     upper arm: each vertex runs on a circle, `R + a cos(theta) - c sin(theta)` outwards; its extremes over the enclosed
         range of theta are in closed form.
     platform: the mesh, moved by the cube's half side.
-    rod: branch and bound over boxes of handle positions, see `rod_reach`.
-Each gets the mesh's deviation on top. What this adds is told by the same extents over the sampled positions.
+    rod: branch and bound over boxes of handle positions, at every turn about itself that its sockets leave it, see
+        `rod_reach`.
+Each gets the mesh's deviation on top. The same extents over the sampled positions show how much this adds.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links
+from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, free_turn, rigid_link, swept_links
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
-from delta_cad.checks.outline.rod_reach import RodReach
+from delta_cad.checks.outline.rod_reach import RodReach, turned_reach
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
@@ -56,12 +57,7 @@ class SweptOutline:
 
 
 def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
-    """Hold the swept outline against the rectangle W x D, either way round.
-
-    Args:
-        assembly: The machine.
-        limits: The cube and the rectangle.
-        meshes: The parts' meshes.
+    """Holds the swept outline against the rectangle W x D, either way round.
 
     Returns:
         `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
@@ -74,7 +70,7 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
             CheckResult(f"envelope {name}", False, None, limit, "mm", detail=str(error))
             for name, limit in zip(("width", "depth"), allowed.tolist(), strict=True)
         ]
-    sampler = _Sampled(assembly.placement, limits.poses_mm())
+    sampler = _Sampled(assembly, limits.poses_mm())
     sampled, poses = zip(*(sampler.reach(b, d) for d, b in enumerate(outline.bodies)), strict=True)
     size = outline.size_mm
     excess = [(size - allowed).max(), (size[::-1] - allowed).max()]
@@ -100,15 +96,7 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
 
 
 def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> SweptOutline:
-    """Rigorous bounds on the outline.
-
-    Args:
-        assembly: The machine.
-        limits: The cube.
-        meshes: The parts' meshes.
-
-    Returns:
-        The outline.
+    """Encloses the outline that the machine sweeps over the cube.
 
     Raises:
         FoldError: A chain may fold in the cube.
@@ -117,9 +105,9 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) 
     moved = [replace(o, link=rigid_link(o, placement)) for o in assembly.occurrences]
     bodies = list(bodies_of(moved, meshes, swept_links(placement)).values())
     theta = shoulder_range(placement.geometry, limits)
-    rods = RodReach(placement, limits, theta)
+    rods = RodReach(placement, limits, theta, free_tilt(assembly))
     reach = np.stack([_reach(b, placement, limits, theta, rods) for b in bodies])
-    sampler = _Sampled(placement, limits.poses_mm())
+    sampler = _Sampled(assembly, limits.poses_mm())
     for d in range(len(DIRECTIONS)):
         floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-FLOOR_BODIES:])
         for k in np.argsort(-reach[:, d]):
@@ -151,14 +139,7 @@ def _reach(
 
 
 def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
-    """Close enclosure of the shoulder angles over the cube.
-
-    Args:
-        g: The mechanism.
-        limits: The cube.
-
-    Returns:
-        (3, 2) lowest and highest angle of each chain, rad.
+    """Encloses the shoulder angles over the cube closely, (3, 2) lowest and highest of each chain, rad.
 
     Raises:
         FoldError: A chain may fold in the cube.
@@ -181,7 +162,7 @@ def shoulder_range(g: DeltaGeometry, limits: CheckLimits) -> np.ndarray:
 
 
 def radial_range(points: np.ndarray, radius_mm: float, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest distance along the chain's radial direction while points turn about a tangential axis.
+    """Computes the range of the radial distance of points that turn about a tangential axis of their chain.
 
     Args:
         points: (n, 3) points in the turning link's frame, mm.
@@ -202,15 +183,19 @@ def radial_range(points: np.ndarray, radius_mm: float, theta: np.ndarray) -> tup
 
 
 class _Sampled:
-    """Reach of bodies over sampled positions, from below."""
+    """Reach of bodies over sampled positions, from below; rods as far turned about themselves as they can be."""
 
-    def __init__(self, placement: LinkPlacement, poses: np.ndarray) -> None:
-        self._links = dict(placement(poses))
+    def __init__(self, assembly: Assembly, poses: np.ndarray) -> None:
+        placement = assembly.placement
+        self._links, self._tilt = dict(placement(poses)), free_tilt(assembly)
         for name in swept_links(placement):
             self._links[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses), 4, 4))
 
     def reach(self, b: CollisionBody, direction: int) -> tuple[float, int]:
         """Reach of the body's mesh, mm, and the index of the position."""
         frame, d = self._links[b.link], DIRECTIONS[direction]
-        along = ((d @ frame[:, :3, :3]) @ b.hull.T).max(axis=1) + frame[:, :3, 3] @ d
+        axes, turn = d @ frame[:, :3, :3], np.zeros(len(frame))
+        if b.link.startswith("rod"):
+            turn = free_turn(self._tilt, np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[chain_of(b.link)], -1.0, 1.0)))
+        along = turned_reach(axes, b.hull, turn[:, None]).max(axis=1) + frame[:, :3, 3] @ d
         return float(along.max()), int(along.argmax())

@@ -1,10 +1,12 @@
-"""How far a body on a rod reaches along a direction over the cube: branch and bound with first-order bounds.
+"""Reach of a body on a rod along a direction over the cube, by branch and bound with first-order bounds.
 
 Over a box of handle positions, along a direction d,
     the elbow's ball E reaches `outwards (R + L_A cos(theta)) + side`, exact over the enclosed range of theta;
     the wrist's ball W is exact, the handle moves along straight lines;
     a vector h fixed in the rod turns by at most the rotation phi of the rod's whole frame, so from its place at the
         box's centre, at the angle alpha from d, it reaches `|h| cos(alpha - phi)`, or |h| once phi >= alpha.
+    a rod with two ball joints turns about the line through its balls until its sockets have no tilt left: by `turn` at
+        the least lean of the box. That takes h round an arc about the rod, and alpha is then its least on the arc;
 A point of the body is `E + h`, and also `W + h`, and also `(1 - f) E + f W + h` with f its share of the way and h
 square to the rod: the least of the three bounds it. All are exact for a box of no size and err by its size, so that
 cutting the boxes closes the gap.
@@ -19,6 +21,7 @@ import numpy as np
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import free_turn
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
@@ -35,14 +38,16 @@ class RodReach:
         placement: Placement of the links.
         limits: The cube.
         theta: (3, 2) enclosed range of the shoulder angles over the cube, rad.
+        tilt_rad: Free tilt of the rods' sockets, see `free_tilt`.
     """
 
-    def __init__(self, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray) -> None:
+    def __init__(self, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, tilt_rad: float = 0.0) -> None:
+        self._tilt = tilt_rad
         self._placement, self._geometry, self._theta = placement, placement.geometry, theta
         self._start = _Boxes(placement, *cube_boxes(limits.centre_mm, limits.half_side_mm, BOXES))
 
     def coarse(self, body: CollisionBody, direction: np.ndarray) -> float:
-        """Bound from the first boxes alone.
+        """Bounds the reach from the first boxes alone.
 
         Args:
             body: A body on a rod.
@@ -54,7 +59,7 @@ class RodReach:
         return float(self.bounds(body, direction, self._start.centres, self._start.halves)[0].max())
 
     def refined(self, body: CollisionBody, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:
-        """Bound that is close where it matters.
+        """Bounds the reach closely where it exceeds a floor.
 
         Args:
             body: A body on a rod.
@@ -71,7 +76,7 @@ class RodReach:
     def bounds(
         self, body: CollisionBody, direction: np.ndarray, centres: np.ndarray, halves: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Reach over boxes of handle positions.
+        """Bounds the reach over boxes of handle positions.
 
         Args:
             body: A body on a rod.
@@ -81,7 +86,7 @@ class RodReach:
 
         Returns:
             bound: (n,) on the reach of the body's mesh while the handle is in the box, mm.
-            at_centre: (n,) reach with the handle at the box's centre, mm.
+            at_centre: (n,) reach with the handle at the box's centre and the rod turned for it, mm.
         """
         boxes = self._start if centres is self._start.centres else _Boxes(self._placement, centres, halves)
         d = direction
@@ -99,14 +104,16 @@ class RodReach:
         frame = boxes.links[body.link]
         axes, origin = d @ frame[:, :3, :3], frame[:, :3, 3] @ d
         points, length = body.hull, g.forearm_length * MM_PER_M
-        at_centre = (axes @ points.T).max(axis=1) + origin
+        least = np.maximum(np.maximum(motion.lean_low[:, i], -motion.lean_high[:, i]), 0.0)
+        turn, turn_there = (free_turn(self._tilt, lean)[:, None] for lean in (least, motion.lean[:, i]))
+        at_centre = turned_reach(axes, points, turn_there).max(axis=1) + origin
         phi = np.minimum(motion.rotation[:, i], np.pi)[:, None]
         share = points[:, 0] / length
         ends = _at_most(1.0 - share, elbow) + _at_most(share, wrist)
         bound = np.minimum(
-            elbow[1] + _turned(axes, points, phi), wrist[1] + _turned(axes, points - [length, 0, 0], phi)
+            elbow[1] + _turned(axes, points, turn, phi), wrist[1] + _turned(axes, points - [length, 0, 0], turn, phi)
         )
-        return np.minimum(bound, ends + _turned(axes, points * [0, 1, 1], phi)).max(axis=1), at_centre
+        return np.minimum(bound, ends + _turned(axes, points * [0, 1, 1], turn, phi)).max(axis=1), at_centre
 
 
 def _at_most(factor: np.ndarray, between: np.ndarray) -> np.ndarray:
@@ -114,12 +121,32 @@ def _at_most(factor: np.ndarray, between: np.ndarray) -> np.ndarray:
     return np.maximum(factor, 0.0) * between[1] + np.minimum(factor, 0.0) * between[0]
 
 
-def _turned(axes: np.ndarray, vectors: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """(n, k) farthest reach of (k, 3) vectors in a frame that may turn by any rotation up to (n, 1) phi in [0, pi].
+def turned_reach(axes: np.ndarray, vectors: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Farthest reach of vectors that may turn about x.
 
-    The axes (n, 3) are the components, in the frame before it turns, of the direction along which they reach.
+    Args:
+        axes: (n, 3) components of the direction along which they reach.
+        vectors: (k, 3) the vectors.
+        turn: (n, 1) largest turn about x either way, rad.
+
+    Returns:
+        (n, k) reach, in the unit of the vectors.
     """
-    size, along = np.linalg.norm(vectors, axis=1), axes @ vectors.T
+    if not turn.any():
+        return axes @ vectors.T
+    apart = np.arctan2(axes[:, 2], axes[:, 1])[:, None] - np.arctan2(vectors[:, 2], vectors[:, 1])
+    apart = np.abs(np.remainder(apart + np.pi, 2.0 * np.pi) - np.pi)
+    across = np.hypot(axes[:, 1], axes[:, 2])[:, None] * np.hypot(vectors[:, 1], vectors[:, 2])
+    return axes[:, :1] * vectors[:, 0] + across * np.cos(np.maximum(apart - turn, 0.0))
+
+
+def _turned(axes: np.ndarray, vectors: np.ndarray, turn: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """(n, k) farthest reach of (k, 3) vectors that turn about x by up to (n, 1) turn, then with their frame.
+
+    The frame turns by any rotation up to (n, 1) phi in [0, pi]. The axes (n, 3) are the components, in the frame before
+    it turns, of the direction along which they reach.
+    """
+    size, along = np.linalg.norm(vectors, axis=1), turned_reach(axes, vectors, turn)
     c = np.cos(phi)
     square = np.sqrt(np.maximum(size**2 - along**2, 0.0))
     return np.where(along >= size * c, size, along * c + square * np.sin(phi))
@@ -135,7 +162,7 @@ class _Boxes:
 
 
 def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest cosine over ranges of angles within (-2 pi, 2 pi), each (n,)."""
+    """Encloses the cosine over ranges of angles within (-2 pi, 2 pi), each (n,)."""
     ends = np.stack([np.cos(low), np.cos(high)])
     most = np.where((low <= 0.0) & (high >= 0.0), 1.0, ends.max(axis=0))
     over = (low <= -np.pi) & (high >= -np.pi) | (low <= np.pi) & (high >= np.pi)

@@ -9,11 +9,7 @@ from delta_cad.drive import DriveReport
 def check_drive(drive: DriveReport) -> CheckResult:
     """Holds the torque of a drive against the joint torque that is required.
 
-    Args:
-        drive: What motor, ratio and cable give.
-
-    Returns:
-        A check whose value is the torque for ever where that is enough, else the peak torque, N m.
+    The value is the torque for ever where that is enough, else the peak torque, N m.
     """
     detail = (
         f"{drive.motor}, {drive.drive} {drive.ratio:g}:1, {drive.verdict}: "

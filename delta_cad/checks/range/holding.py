@@ -1,4 +1,4 @@
-"""Torque of each joint with gravity: what holds the machine up, and what is left for the force on the handle.
+"""Torque of each joint with gravity: what holds the machine up, and the rest for a force on the handle.
 
 The torque that holds the moving bodies at p is minus the torque of gravity, that is the gradient of their potential
 energy in the joint angles: `J^T dU/dp` with `v = J theta_dot`. U is summed over the links of the placement, with masses
@@ -24,7 +24,7 @@ STEP_MM = 1e-2  # error of the central difference: step^2 / 6 times the third de
 def potential_energy(
     assembly: Assembly, bodies: Mapping[str, tuple[float, np.ndarray]], p_mm: np.ndarray, gravity_m_s2: np.ndarray
 ) -> np.ndarray:
-    """Potential energy of the moving bodies, J.
+    """Computes the potential energy of the moving bodies, J.
 
     Args:
         assembly: The machine.
@@ -43,17 +43,14 @@ def potential_energy(
 def holding_torque(
     assembly: Assembly, bodies: Mapping[str, tuple[float, np.ndarray]], p_mm: np.ndarray, gravity_m_s2: np.ndarray
 ) -> np.ndarray:
-    """(..., 3) torque of each joint that holds the moving bodies at p, N m; arguments as `potential_energy`."""
+    """Computes the torque of each joint that holds the bodies of `potential_energy` at p, (..., 3) N m."""
     p = np.asarray(p_mm, dtype=float)
     steps = STEP_MM * np.eye(3)
-    gradient = np.stack(
-        [
-            potential_energy(assembly, bodies, p + step, gravity_m_s2)
-            - potential_energy(assembly, bodies, p - step, gravity_m_s2)
-            for step in steps
-        ],
-        axis=-1,
-    ) / (2.0 * STEP_MM / MM_PER_M)
+
+    def energy(at_mm: np.ndarray) -> np.ndarray:
+        return potential_energy(assembly, bodies, at_mm, gravity_m_s2)
+
+    gradient = np.stack([energy(p + s) - energy(p - s) for s in steps], axis=-1) / (2.0 * STEP_MM / MM_PER_M)
     to_joints = np.swapaxes(jacobian(assembly.placement.geometry, p / MM_PER_M), -1, -2)
     return (to_joints @ gradient[..., None])[..., 0]
 
@@ -64,7 +61,7 @@ def check_holding(
     bodies: Mapping[str, tuple[float, np.ndarray]],
     gravity_m_s2: np.ndarray,
 ) -> CheckResult:
-    """Force in the worst direction plus gravity, against the torque at a joint.
+    """Holds force in the worst direction plus gravity against the torque of a joint.
 
     Args:
         assembly: The machine.
@@ -86,14 +83,6 @@ def check_holding(
         f"{abs(gravity[pose, chain]):.4f} N m; gravity alone at most {np.abs(gravity).max():.4f} N m; "
         f"largest of {len(poses)} positions, on chain {chain}"
     )
-    value = float(total[pose, chain])
-    return CheckResult(
-        "torque with gravity",
-        value <= available_N_m,
-        value,
-        available_N_m,
-        "N m",
-        (x, y, z),
-        (f"chain_{chain}",),
-        detail,
-    )
+    value, pair = float(total[pose, chain]), (f"chain_{chain}",)
+    passed = value <= available_N_m
+    return CheckResult("torque with gravity", passed, value, available_N_m, "N m", (x, y, z), pair, detail)

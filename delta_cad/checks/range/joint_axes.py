@@ -15,17 +15,11 @@ from delta_cad.solids.part import Joint, Occurrence
 
 
 def check_joint_axes(assembly: Assembly) -> CheckResult:
-    """Hold the seats of the solids against the frames of the joints, in the frames of the links.
+    """Holds the seats of the solids against the frames of the joints, in the frames of the links.
 
     Each part that a contact fit names between the two links of a joint must have one cylinder (revolute) on the
     frame's y axis, or the centre of one spherical face (ball) in its origin. Where a link has no such part, one of any
-    part that it carries must.
-
-    Args:
-        assembly: The machine.
-
-    Returns:
-        `joint axes of the solids`: the largest distance, mm.
+    part that it carries must. The value is the largest distance, mm.
     """
     library = FeatureLibrary()
     offsets = [

@@ -16,11 +16,7 @@ LEVER_MM = 60.0  # length over which a revolute axis may stray by ORIGIN_MM: hal
 
 
 def check_joints(assembly: Assembly, limits: CheckLimits) -> list[CheckResult]:
-    """Closure and tilt of every joint over corners, grid and random positions.
-
-    Args:
-        assembly: The machine.
-        limits: The cube.
+    """Checks closure and tilt of every joint over corners, grid and random positions.
 
     Returns:
         `joint closure` over all joints (mm), and `ball tilt` (rad) where there are ball joints.
@@ -32,19 +28,12 @@ def check_joints(assembly: Assembly, limits: CheckLimits) -> list[CheckResult]:
         return [CheckResult("joint closure", False, None, ORIGIN_MM, "mm", detail="the assembly declares no joint")]
     k, pose = _worst([gap for gap, _ in gaps])
     value = float(gaps[k][0][pose])
-    results = [
-        CheckResult(
-            "joint closure",
-            value <= ORIGIN_MM,
-            value,
-            ORIGIN_MM,
-            "mm",
-            _tuple(poses[pose]),
-            (assembly.joints[k].name,),
-            f"distance of the joint's two origins, and of its two axes over {LEVER_MM:g} mm, largest of "
-            f"{len(gaps)} joints at {len(poses)} positions",
-        )
-    ]
+    detail = (
+        f"distance of the joint's two origins, and of its two axes over {LEVER_MM:g} mm, largest of "
+        f"{len(gaps)} joints at {len(poses)} positions"
+    )
+    at, pair = _tuple(poses[pose]), (assembly.joints[k].name,)
+    results = [CheckResult("joint closure", value <= ORIGIN_MM, value, ORIGIN_MM, "mm", at, pair, detail)]
     balls = [(joint, tilt) for joint, (_, tilt) in zip(assembly.joints, gaps, strict=True) if joint.kind == "ball"]
     if balls:
         k, pose = _worst([tilt - _tilt_limit(joint) for joint, tilt in balls])

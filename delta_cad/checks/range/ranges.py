@@ -14,10 +14,6 @@ from delta_cad.mechanism.limits import FigureOfMerit, PoseLimit
 def check_ranges(geometry: DeltaGeometry, limits: CheckLimits) -> list[CheckResult]:
     """Holds every figure that the limits bound against its threshold.
 
-    Args:
-        geometry: The mechanism, metres.
-        limits: The cube and the limits.
-
     Returns:
         One for each figure, in the order of the registry; reach alone where it fails, for nothing else has a meaning.
     """

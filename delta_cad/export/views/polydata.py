@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+# Facets that turn by less belong to one smooth face: the usual crease angle; tessellation stays far below it.
 CREASE_DEG = 30.0
-"""Facets that turn by less belong to one smooth face: the usual crease angle; tessellation stays far below it."""
 
 
 def poly_data(points: np.ndarray, cells: np.ndarray) -> Any:

@@ -24,10 +24,7 @@ EDGE_COLOUR: Colour = (0.07, 0.08, 0.10)
 GROUND_COLOUR: Colour = (1.0, 1.0, 1.0)
 SKY_COLOUR: Colour = (0.86, 0.89, 0.93)
 SUPERSAMPLING = 2
-EDGE_WIDTH = 1.0
-"""Line width in pixels of the finished picture."""
-OCCLUSION_RADIUS_MM, OCCLUSION_BIAS_MM, OCCLUSION_SAMPLES = 14.0, 1.0, 24
-"""How far a surface can shade another; what depth is ignored, for facets shade themselves; rays a pixel."""
+EDGE_WIDTH = 1.0  # Line width in pixels of the finished picture.
 
 
 class PictureError(RuntimeError):
@@ -35,7 +32,7 @@ class PictureError(RuntimeError):
 
 
 def render_window(size: tuple[int, int]) -> Any:
-    """An off-screen window.
+    """Opens an off-screen window.
 
     Args:
         size: Width and height, pixels, as rendered.
@@ -90,7 +87,7 @@ class Placed:
 
 
 def placed(mesh: Mesh, frame: np.ndarray, colour: Colour) -> Placed:
-    """A part's mesh moved by a (4, 4) frame from the part to the base frame, mm."""
+    """Moves a part's mesh by a (4, 4) frame from the part to the base frame, mm."""
     return Placed(mesh.vertices @ frame[:3, :3].T + frame[:3, 3], mesh.faces, colour)
 
 
@@ -120,18 +117,6 @@ class PartScene:
             )
             self.renderer.AddActor(_surface(mesh, colour))
             self.renderer.AddActor(_edges(mesh, self.renderer.GetActiveCamera()))
-
-    def occlude(self) -> None:
-        """Darkens corners and gaps by what the surroundings hide of the sky (screen-space ambient occlusion)."""
-        from vtkmodules.vtkRenderingOpenGL2 import vtkRenderStepsPass, vtkSSAOPass
-
-        shade = vtkSSAOPass()
-        shade.SetRadius(OCCLUSION_RADIUS_MM)
-        shade.SetBias(OCCLUSION_BIAS_MM)
-        shade.SetKernelSize(OCCLUSION_SAMPLES)
-        shade.BlurOn()
-        shade.SetDelegatePass(vtkRenderStepsPass())
-        self.renderer.SetPass(shade)
 
 
 def _surface(mesh: Any, colour: Colour) -> Any:
@@ -167,20 +152,17 @@ def _edges(mesh: Any, camera: Any) -> Any:
 
 
 def flat_actor(source: Any, colour: Colour, width: float = 1.0) -> Any:
-    """Lines or faces of one colour that no light changes, hidden by what is before them.
+    """Makes lines or faces of one colour that no light changes, hidden by what is before them.
 
     Args:
-        source: VTK's filter that gives them, or poly data.
+        source: VTK's filter that gives them.
         colour: sRGB.
         width: Line width, pixels of the finished picture.
     """
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
     mapper = vtkPolyDataMapper()
-    if hasattr(source, "GetOutputPort"):
-        mapper.SetInputConnection(source.GetOutputPort())
-    else:
-        mapper.SetInputData(source)
+    mapper.SetInputConnection(source.GetOutputPort())
     mapper.SetResolveCoincidentTopologyToPolygonOffset()
     mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
     actor = vtkActor()

@@ -14,15 +14,11 @@ TITLE_PIXELS, TEXT_PIXELS = 26, 18
 ARROW_PIXELS = 11.0
 ARROW_SLOPE = 0.16
 GAP_PIXELS = 5.0
-DIMENSION_PIXELS = 34.0
-"""Distance of a dimension line from what it measures, and of the next one from it."""
-BAND_PIXELS = 92.0
-"""Height of the strip at the bottom that is kept for the title."""
+DIMENSION_PIXELS = 34.0  # Distance of a dimension line from what it measures, and of the next one from it.
+BAND_PIXELS = 92.0  # Height of the strip at the bottom that is kept for the title.
 MARGIN = 1.05
-BOX_WIDTH = 1.6
-"""Line width of cube and outline, pixels of the finished picture."""
-CHAIN_PIXELS = (22.0, 5.0, 4.0)
-"""Long dash, gap, short dash of a centre line."""
+BOX_WIDTH = 1.6  # Line width of cube and outline, pixels of the finished picture.
+CHAIN_PIXELS = (22.0, 5.0, 4.0)  # Long dash, gap, short dash of a centre line.
 
 
 class Sheet:
@@ -159,11 +155,15 @@ class Sheet:
 
     def finish(self) -> Any:
         """Draws what was collected; returns the overlay."""
+        from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
+
         for shapes in (self._segments, self._arrows):
             if shapes:
                 corners = self.solid(np.array(shapes))
                 cells = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
-                self.overlay.AddActor(flat_actor(poly_data(corners.reshape(-1, 3), cells), INK))
+                lines = vtkTrivialProducer()
+                lines.SetOutput(poly_data(corners.reshape(-1, 3), cells))
+                self.overlay.AddActor(flat_actor(lines, INK))
         return self.overlay
 
 

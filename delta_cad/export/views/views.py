@@ -22,16 +22,15 @@ ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
 ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
 DRIVE = np.array([0.62, -0.66, 0.42])
 EXPLODED = np.array([0.80, -0.55, 0.38])
+# Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower.
 NEAR_MM = 0.5
-"""Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower."""
-PULL = 2.2
-"""How much further from the middle a part of the pulled-apart view sits, as a share of its distance."""
+PULL = 2.2  # How much further from the middle a part of the pulled-apart view sits, as a share of its distance.
 VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 
 @dataclass(frozen=True)
 class Stage:
-    """What the machine has to fit into and to reach, in the base frame.
+    """Outline into which the machine has to fit and cube that it has to reach, in the base frame.
 
     Attributes:
         envelope_mm: (2,) size of the outline along x and y, mm.
@@ -56,36 +55,24 @@ class Stage:
         return centre - half, centre + half
 
 
-def write_views(
-    assembly: Assembly,
-    meshes: Meshes,
-    directory: Path,
-    stage: Stage,
-    pose: np.ndarray | None = None,
-    *,
-    occlusion: bool = False,
-) -> list[Path]:
-    """Draws all pictures.
+def write_views(assembly: Assembly, meshes: Meshes, directory: Path, stage: Stage) -> list[Path]:
+    """Draws all pictures of the machine at home.
 
     Args:
         assembly: The machine.
         meshes: Part number -> mesh in mm.
         directory: Folder to write into, made if missing.
         stage: Outline and cube.
-        pose: (3,) handle position in mm; the home position if not given.
-        occlusion: Shade corners and gaps of the isometric view and the drive; without a graphics card that doubles
-            the time.
 
     Returns:
         The files, named after `VIEWS`.
 
     Raises:
         PictureError: There is no OpenGL.
-        UnreachableError: The pose, or the cube's bottom or top centre, cannot be reached.
+        UnreachableError: The centre of the cube, or of its bottom or top face, cannot be reached.
     """
-    at = np.asarray(assembly.home_mm if pose is None else pose, dtype=float)
     directory.mkdir(parents=True, exist_ok=True)
-    studio = _Studio(assembly, meshes, stage, at, occlusion)
+    studio = _Studio(assembly, meshes, stage)
     paths = [directory / f"{view}.png" for view in VIEWS]
     try:
         for view, path in zip(VIEWS, paths, strict=True):
@@ -96,13 +83,13 @@ def write_views(
 
 
 class _Studio:
-    """One window, one set of display data, one scene a pose."""
+    """A window, and the machine at home before it."""
 
-    def __init__(self, assembly: Assembly, meshes: Meshes, stage: Stage, at: np.ndarray, occlusion: bool) -> None:
-        self.assembly, self.meshes, self.stage, self.at, self.occlusion = assembly, meshes, stage, at, occlusion
+    def __init__(self, assembly: Assembly, meshes: Meshes, stage: Stage) -> None:
+        self.assembly, self.meshes, self.stage, self.at = assembly, meshes, stage, np.array(assembly.home_mm)
         self.window = render_window((SIZE[0] * SUPERSAMPLING, SIZE[1] * SUPERSAMPLING))
         self.window.SetNumberOfLayers(2)
-        self.scene = PartScene(self._placed(at, assembly.occurrences))
+        self.scene = PartScene(self._placed(self.at, assembly.occurrences))
         self.bounds = self.scene.bounds_mm
         self.cube = box_actor(*stage.cube(), CUBE_COLOUR)
         self.envelope = box_actor(*stage.envelope(self.bounds[0, 2]), ENVELOPE_COLOUR)
@@ -120,7 +107,6 @@ class _Studio:
             self.window.AddRenderer(overlay)
         photograph(self.window, path)
         for renderer, overlay in layers:
-            renderer.SetPass(None)
             renderer.RemoveActor(self.cube)
             renderer.RemoveActor(self.envelope)
             self.window.RemoveRenderer(renderer)
@@ -144,8 +130,6 @@ class _Studio:
             [self.scene.points_mm, _box(*self.stage.cube()), _box(*self.stage.envelope(self.bounds[0, 2]))]
         )
         sheet = self._sheet(ISO, points, 0.0, [self.cube, self.envelope])
-        if self.occlusion:
-            self.scene.occlude()
         width, depth = self.stage.envelope_mm
         side = 2 * self.stage.cube_half_side_mm
         sheet.caption(
@@ -213,8 +197,6 @@ class _Studio:
         """Some of the parts, filling the sheet."""
         scene = PartScene(parts)
         sheet = Sheet(scene.renderer, towards, SIZE, scene.points_mm, room=10.0)
-        if self.occlusion:
-            scene.occlude()
         sheet.caption(f"{self.assembly.name}, {title}", subtitle)
         return [(scene.renderer, sheet.finish())]
 
@@ -249,7 +231,7 @@ class _Studio:
 
 
 def chain_of(name: str) -> int | None:
-    """Chain of an occurrence, the first number that stands alone in its name; None for what belongs to no chain."""
+    """Gives the chain of an occurrence, the first number that stands alone in its name; None if there is none."""
     match = re.search(r"_(\d)(?=_|$)", name)
     return int(match[1]) if match else None
 

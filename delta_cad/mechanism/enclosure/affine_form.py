@@ -12,18 +12,16 @@ import math
 
 from delta_cad.common.jit import compiled
 
+# A rounding is at most 2^-53 of its result. No operation here takes more than eight in a row to any of its numbers, so
+# 2^-50 of the sum of all magnitudes bounds their sum; this is twice that.
 ROUND = 2.0**-49
-"""A rounding is at most 2^-53 of its result. No operation here takes more than eight in a row to any of its numbers,
-so 2^-50 of the sum of all magnitudes bounds their sum; this is twice that."""
+# Lifts an error term, a sum of at most 20 products of non-negative numbers, over its own roundings.
 UP = 1.0 + 2.0**-48
-"""Lifts an error term, a sum of at most 20 products of non-negative numbers, over its own roundings."""
-TINY = 2.0**-960
-"""More than all that underflow can take from one operation."""
+TINY = 2.0**-960  # More than all that underflow can take from one operation.
 SYMBOLS = 4
-TERMS = SYMBOLS + 2
-"""Doubles of a form."""
+TERMS = SYMBOLS + 2  # Doubles of a form.
+# m^2; least upper end of a range whose root is taken, far below what a rounding of any w^2 leaves.
 FEASIBLE_ROOT_MIN = 1e-18
-"""m^2; least upper end of a range whose root is taken, far below what a rounding of any w^2 leaves."""
 
 
 @compiled
@@ -47,33 +45,33 @@ def put(forms, i, a):
 
 @compiled
 def slope(a):
-    """Half the width of the linear part, rounded up."""
+    """Bounds half the width of the linear part from above."""
     return ((abs(a[1]) + abs(a[2])) + (abs(a[3]) + abs(a[4]))) * UP
 
 
 @compiled
 def lower(a):
-    """A bound from below."""
+    """Bounds a form from below."""
     r = slope(a) + a[5]
     return (a[0] - r) - ROUND * (abs(a[0]) + r)
 
 
 @compiled
 def upper(a):
-    """A bound from above."""
+    """Bounds a form from above."""
     r = slope(a) + a[5]
     return (a[0] + r) + ROUND * (abs(a[0]) + r)
 
 
 @compiled
 def magnitude(a):
-    """A bound of the absolute value."""
+    """Bounds the absolute value of a form."""
     return (abs(a[0]) + slope(a) + a[5]) * UP
 
 
 @compiled
 def add(a, b):
-    """The sum."""
+    """Adds two forms."""
     c, s1, s2, s3, s4 = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4]
     e = a[5] + b[5] + ROUND * (abs(c) + abs(s1) + abs(s2) + abs(s3) + abs(s4))
     return (c, s1, s2, s3, s4, e * UP)
@@ -81,13 +79,13 @@ def add(a, b):
 
 @compiled
 def subtract(a, b):
-    """The difference."""
+    """Subtracts a form from another."""
     return add(a, (-b[0], -b[1], -b[2], -b[3], -b[4], b[5]))
 
 
 @compiled
 def scale(k, a):
-    """The product with a number that is exactly k."""
+    """Multiplies a form by a number that is exactly k."""
     c, s1, s2, s3, s4 = k * a[0], k * a[1], k * a[2], k * a[3], k * a[4]
     e = abs(k) * a[5] + ROUND * (abs(c) + abs(s1) + abs(s2) + abs(s3) + abs(s4)) + TINY
     return (c, s1, s2, s3, s4, e * UP)
@@ -95,7 +93,7 @@ def scale(k, a):
 
 @compiled
 def multiply(a, b):
-    """The product: u^2 lies in [0, 1], so half of each square's coefficient goes to the centre, README (29).
+    """Multiplies two forms: u^2 lies in [0, 1], so half of each square's coefficient goes to the centre, README (29).
 
     Of the 25 products of (|c| + |s1| + ..) each is rounded at most 7 times on its way, so that 2^-49 of their sum
     covers the numbers and the cancelling pairs; e is a sum of 20 such products, within 2^-48 of its own roundings.
@@ -143,7 +141,7 @@ def _inverse(a, lo, hi):
 
 @compiled
 def root(a):
-    """The square root; a form of NaN unless the argument is bounded from below by a positive number, README (30)."""
+    """Takes the square root; a form of NaN unless the argument has a positive lower bound, README (30)."""
     lo = lower(a)
     if not lo > 0.0:
         return (math.nan, 0.0, 0.0, 0.0, 0.0, math.inf)
@@ -152,7 +150,7 @@ def root(a):
 
 @compiled
 def root_where_feasible(a):
-    """The square root wherever the argument is not negative; what holds elsewhere is not said."""
+    """Takes the square root wherever the argument is not negative; elsewhere the form says nothing."""
     return _root(a, max(lower(a), 0.0), max(upper(a), FEASIBLE_ROOT_MIN))
 
 

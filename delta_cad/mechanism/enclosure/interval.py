@@ -75,7 +75,7 @@ def _outward(lo: np.ndarray, hi: np.ndarray) -> Interval:
 
 
 def exactly(x: float | np.ndarray) -> Interval:
-    """The doubles themselves."""
+    """Encloses doubles by themselves."""
     x = np.asarray(x, dtype=float)
     return Interval(x, x)
 

@@ -1,4 +1,4 @@
-"""The mechanism over a box as a table of affine forms: what every limit's enclosure is made from, README (31)-(32).
+"""The mechanism over a box as a table of affine forms: the ground of every limit's enclosure, README (31)-(32).
 
 The table has a row for each quantity, named below; three rows, one a chain, for most. Over a box of positions `fill`
 makes it; the optimizer makes the same table over boxes of designs, so that a limit reads either.
@@ -28,30 +28,27 @@ from delta_cad.mechanism.enclosure.affine_form import (
 )
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
+# First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
+# the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2,
+# the upper arm along the chain's radius and along z, L_A cos(theta) and L_A sin(theta) (m), and, where there is a
+# tolerance, what it changes in s_i / (L_A w_i) at most (1 / m).
 Q, T, W2, W, RADIAL, VERTICAL, PRODUCT, SQUARE, ELBOW_RADIAL, ELBOW_VERTICAL, CHANGE = range(0, 33, 3)
-"""First of three rows, one a chain: radial coordinate of the wrist, the one along the shoulder axis (m), w^2 (m^2), w,
-the forearm along the chain's radius and along z (m), the scalar product of the two other forearms, q^2 + t^2 + z^2,
-the upper arm along the chain's radius and along z, L_A cos(theta) and L_A sin(theta) (m), and, where there is a
-tolerance, what it changes in s_i / (L_A w_i) at most (1 / m)."""
-FOREARM = 33
-"""First of nine rows, x, y, z a chain: the forearm in the base frame, m."""
+FOREARM = 33  # First of nine rows, x, y, z a chain: the forearm in the base frame, m.
+# Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2; where there is a tolerance each form holds those of
+# every chain.
 Z, DETERMINANT, UPPER_ARM, UPPER_ARM_2, FOREARM_LENGTH, FOREARM_2 = range(42, 48)
-"""Height of the wrists (m), det S (m^3), L_A, L_A^2, L_B and L_B^2; where there is a tolerance each form holds those of
-every chain."""
 ROWS = 48
 
+# How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all.
 COORDINATES, CHAINS, FOREARMS = 0, 1, 2
-"""How much of the table a limit reads: q, t, z and the lengths; also the closed chains; all."""
 
-SIN_60_ERROR = 2.0**-54
-"""Of a double in [1/2, 1) such as `SIN_60`: sqrt and the halving round to nearest."""
+SIN_60_ERROR = 2.0**-54  # half a last place of a double in [1/2, 1); both operations round to nearest
 
 TOLERANCE = 6  # place of it in `lengths`
 NUMBERS = 7  # of `lengths`
-OFFSET = 2.0
-"""Of the wrist against the shoulder in each direction, in tolerances: both ends are off by one."""
+OFFSET = 2.0  # of the wrist against the shoulder in each direction, in tolerances: both ends are off by one
+# Lifts a sum of some thirty products of non-negative numbers, with a root and quotients in it, over its roundings.
 LIFT = 1.0 + 2.0**-40
-"""Lifts a sum of some thirty products of non-negative numbers, with a root and quotients in it, over its roundings."""
 
 
 def lengths(g: DeltaGeometry, tolerance: float = 0.0) -> tuple[float, ...]:
@@ -253,7 +250,7 @@ def fill_forearms(pose):
 
 @compiled
 def scalar(pose, i, j):
-    """Scalar product of two forearms."""
+    """Computes the scalar product of two forearms."""
     a, b = FOREARM + 3 * i, FOREARM + 3 * j
     x = multiply(at(pose, a), at(pose, b))
     y = multiply(at(pose, a + 1), at(pose, b + 1))

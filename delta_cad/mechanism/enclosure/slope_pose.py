@@ -6,7 +6,7 @@ takes quotients, cross products and the definiteness of matrices.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -15,12 +15,11 @@ from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly, va
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 
 Vector = tuple[Slopes, Slopes, Slopes]
-Symmetric = Mapping[tuple[int, int], Slopes]
-"""Entries (i, j), i <= j, of symmetric 3 x 3 matrices."""
+Symmetric = Mapping[tuple[int, int], Slopes]  # Entries (i, j), i <= j, of symmetric 3 x 3 matrices.
 
 
 class SlopePose:
-    """The mechanism over n boxes; what is asked of it is computed once, README (1)-(6).
+    """The mechanism over n boxes; each quantity is computed once, README (1)-(6).
 
     Args:
         g: The mechanism.
@@ -37,8 +36,8 @@ class SlopePose:
         arm: Elbow arm w, m; NaN unless w^2 is positive throughout.
         forearm: Components of s in the base frame, m, by chain.
         elbow: Direction in which each elbow moves, in the base frame.
-        cos: Of the shoulder angle.
-        sin: Of the shoulder angle.
+        cos: Cosine of the shoulder angle.
+        sin: Sine of the shoulder angle.
         upper_arm: L_A of every chain, m.
         forearm_length: L_B of every chain, m.
     """
@@ -91,11 +90,11 @@ class SlopePose:
     @cached_property
     def rows(self) -> tuple[Vector, ...]:
         """The rows n_i = s_i / w_i of the inverse Jacobian times L_A."""
-        found = []
+        rows = []
         for forearm, arm in zip(self.forearm, self.arm, strict=True):
             inverse = arm.inverse()
-            found.append((forearm[0] * inverse, forearm[1] * inverse, forearm[2] * inverse))
-        return tuple(found)
+            rows.append((forearm[0] * inverse, forearm[1] * inverse, forearm[2] * inverse))
+        return tuple(rows)
 
     @cached_property
     def _inverse_jacobian(self) -> tuple[Vector, ...]:
@@ -165,43 +164,43 @@ def _plus(a: Slopes, b: Slopes | Interval) -> Slopes:
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """The cross product."""
+    """Computes the cross product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def dot(a: Vector, b: Vector) -> Slopes:
-    """The scalar product."""
+    """Computes the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def norm2(a: Vector) -> Slopes:
-    """The squared length."""
+    """Computes the squared length."""
     return a[0].square() + a[1].square() + a[2].square()
 
 
 def middle_of(x: Interval) -> np.ndarray:
-    """The middle of intervals."""
+    """Computes the middle of intervals."""
     return 0.5 * (x.lo + x.hi)
 
 
 def centre_of(x: Slopes) -> np.ndarray:
-    """The middle of what a form is at the boxes' centres."""
+    """Computes the middle of a form at the boxes' centres."""
     return middle_of(x.centre)
 
 
 def eigenvectors(matrices: np.ndarray) -> np.ndarray:
-    """Computes eigenvectors (n, 3, 3) of symmetric matrices, ascending; of one that is not finite, any."""
+    """Computes eigenvectors (n, 3, 3) of symmetric matrices, ascending; any for one that is not finite."""
     finite = np.asarray(np.isfinite(matrices).all(axis=(1, 2), keepdims=True))
     return np.linalg.eigh(np.where(finite, matrices, np.eye(3)))[1]
 
 
 def products(v: np.ndarray) -> dict[tuple[int, int], Interval]:
-    """Scalar products of the columns of matrices (n, 3, 3)."""
+    """Computes the scalar products of the columns of matrices (n, 3, 3)."""
     return {(k, m): (exactly(v[:, :, k].T) * exactly(v[:, :, m].T)).total() for k in range(3) for m in range(k, 3)}
 
 
 def congruent(m: Symmetric, v: np.ndarray) -> dict[tuple[int, int], Slopes]:
-    """V^T M V for symmetric matrices of forms and matrices V (n, 3, 3) of numbers."""
+    """Computes V^T M V for symmetric matrices of forms and matrices V (n, 3, 3) of numbers."""
 
     def at(i: int, j: int) -> Slopes:
         return m[min(i, j), max(i, j)]
@@ -230,6 +229,3 @@ def definite(m: Mapping[tuple[int, int], Interval], order: tuple[int, int, int])
     mixed = at(j, k) - at(i, j) * at(i, k) * first
     third = at(k, k) - at(i, k).square() * first - mixed.square() * second.inverse()
     return (at(i, i).lo > 0.0) & (second.lo > 0.0) & (third.lo > 0.0)
-
-
-Exact = Callable[[float], Interval]

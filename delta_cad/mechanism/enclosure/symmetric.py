@@ -11,14 +11,14 @@ import math
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import ROUND, UP, add, constant, lower, magnitude, scale, subtract
 
+# How far the columns of the eigenvectors' matrix may be from orthonormal; Jacobi's rotations keep them to 1e-14.
 NEARLY = 1e-12
-"""How far the columns of the eigenvectors' matrix may be from orthonormal; Jacobi's rotations keep them to 1e-14."""
 SWEEPS = 4  # of Jacobi: convergence is quadratic; what is left off the diagonal only widens the bounds
 
 
 @compiled
 def eigenvectors(a, work):
-    """Eigenvectors of a symmetric matrix by Jacobi's rotations, columns by falling eigenvalue.
+    """Computes the eigenvectors of a symmetric matrix by Jacobi's rotations, columns by falling eigenvalue.
 
     Args:
         a: The six numbers a11, a22, a33, a12, a13, a23.
@@ -80,7 +80,7 @@ def congruent(a, v, k, l):  # noqa: E741
 
 @compiled
 def excess(gap, coupling):
-    """How far a coupling lifts the larger of two eigenvalues that are at least gap apart, README (33)."""
+    """Bounds how far a coupling lifts the larger of two eigenvalues that are at least gap apart, README (33)."""
     half = 0.5 * gap
     distance = math.sqrt(half * half + coupling * coupling)
     return (coupling * coupling / (distance + half) if half > 0.0 else distance - half) * UP
@@ -88,7 +88,7 @@ def excess(gap, coupling):
 
 @compiled
 def above(h11, h22, h33, h12, h13, h23):
-    """How far the largest eigenvalue of a symmetric matrix of forms can be above its first entry, README (33)."""
+    """Bounds how far the largest eigenvalue of a symmetric matrix of forms is above its first entry, README (33)."""
     gap = min(lower(subtract(h11, h22)), lower(subtract(h11, h33))) - magnitude(h23) * UP
     m12, m13 = magnitude(h12), magnitude(h13)
     return excess(gap, math.sqrt(m12 * m12 + m13 * m13) * UP)
@@ -96,7 +96,7 @@ def above(h11, h22, h33, h12, h13, h23):
 
 @compiled
 def quotient(a, v, k):
-    """Rayleigh's quotient of a matrix of six forms (11, 22, 33, 12, 13, 23) in column k of rows v[3:]."""
+    """Computes Rayleigh's quotient of a matrix of six forms (11, 22, 33, 12, 13, 23) in column k of rows v[3:]."""
     x, y, z = v[3, k], v[4, k], v[5, k]
     f = 1.0 / (x * x + y * y + z * z)
     # each factor is within 8 roundings of that of the very vector, whose length is 1 to a few roundings

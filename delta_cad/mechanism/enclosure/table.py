@@ -1,4 +1,4 @@
-"""Where margins over a box are written: the list of a proof's margins, and the list of cuts of a box of designs."""
+"""Margins over a box as they are stored: the list of a proof's margins, and the list of cuts of a box of designs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ import math
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.enclosure.affine_form import SYMBOLS, lower, slope, upper
 
+# Columns of the list of margins: both bounds, the form's centre, and from 3 on its slopes in x, y, z.
 LOW, HIGH, CENTRE = 0, 1, 2
-"""Columns of the list of margins: both bounds, the form's centre, and from 3 on its slopes in x, y, z."""
 COLUMNS = 6
-EXCLUDED = -1
-"""In the place of a count of cuts: no design of the box meets one of them."""
-INSIDE = 1.0 - 2.0**-50
-"""Shortens a normalised vector to a length of at most 1."""
+EXCLUDED = -1  # stands in the place of a count of cuts where no design of the box meets one of them
+INSIDE = 1.0 - 2.0**-50  # Shortens a normalised vector to a length of at most 1.
 
 
 @compiled

@@ -5,23 +5,19 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.inverse import closure_margin, require_closed
 from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Values
-from delta_cad.mechanism.statics import direct_margin
-from delta_cad.mechanism.workspace import Cube, CubeSearch, Extreme, sign_change
+from delta_cad.mechanism.workspace import Cube, CubeSearch, Extreme
 
 
 class WorstFigure(NamedTuple):
-    """The worst of one figure over a cube.
+    """The worst value of one figure over a cube.
 
     Attributes:
-        limit: That measures it; it bounds nothing.
+        limit: Limit that measures the figure; it bounds nothing.
         figure: The figure.
         value: SI units; infinite where the cube holds a direct singularity.
-        position: Where, m.
+        position: Place of the worst value, m.
     """
 
     limit: PoseLimit
@@ -45,10 +41,8 @@ def worst_figures(g: DeltaGeometry, cube: Cube, values: Values) -> list[WorstFig
         UnreachableError: A chain cannot be closed in a point of the cube; the message names chain and point.
     """
     search = CubeSearch(cube)
-    closed = search(lambda p: closure_margin(g, p).min(axis=-1), +1.0)
-    require_closed(g, np.array([closed.position]))
-    crossing = sign_change(g, *(search(lambda p: direct_margin(g, p), sign) for sign in (+1.0, -1.0)))
-    found = []
+    _, crossing = search.singularity(g)
+    figures: list[WorstFigure] = []
     for kind in POSE_LIMITS:
         limit = kind.measured(values)
         if limit is None:
@@ -58,5 +52,5 @@ def worst_figures(g: DeltaGeometry, cube: Cube, values: Values) -> list[WorstFig
                 worst = Extreme(math.inf, crossing)
             else:
                 worst = search(lambda p, f=figure, k=limit: f.worst(k, g, p), -1.0 if figure.upper else +1.0)
-            found.append(WorstFigure(limit, figure, worst.value, worst.position))
-    return found
+            figures.append(WorstFigure(limit, figure, worst.value, worst.position))
+    return figures

@@ -12,12 +12,12 @@ Verdict = Literal["proved", "refuted", "undecided"]
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of one condition.
+    """Outcome of the proof of one condition.
 
     Attributes:
         condition: Its name, the name of a limit.
         verdict: Proved for every point of the cube; refuted at `point`; or undecided, `box` being where it stopped.
-        limit: What was allowed, in SI units; the limits' pair for the shoulder.
+        limit: Threshold of the condition, in SI units; the limits' pair for the shoulder.
         point: Point of the cube that breaks the condition for certain, m.
         value: The figure at that point, in plain double arithmetic; the worst chain's.
         box: Lower and upper corner of a box in which the condition could not be decided, m.
@@ -36,7 +36,7 @@ class Proof:
     """The outcome of a proof.
 
     Attributes:
-        findings: One for each condition that was asked.
+        findings: One for each condition.
         leaves: (n, 6) integers kx, ix, ky, iy, kz, iz: the boxes that cover [-L, L] x [0, L] x [H, z_max], each
             [i, i + 1] / 2^k of every edge. On each of them every condition of verdict proved was proved; complete
             only if there is one.

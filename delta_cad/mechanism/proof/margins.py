@@ -1,4 +1,4 @@
-"""Margins of every limit over a box, in the order of the registry: what branch and bound looks at."""
+"""Margins of every limit over a box, in the order of the registry: the quantities of the branch and bound."""
 
 from __future__ import annotations
 
@@ -7,21 +7,18 @@ from typing import Any
 import numpy as np
 
 from delta_cad.common.jit import compiled, in_turn
-from delta_cad.mechanism.enclosure import pose as forms
+from delta_cad.mechanism.enclosure import pose as pose_table
 from delta_cad.mechanism.enclosure.table import COLUMNS
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits import POSE_LIMITS, Limits, PoseLimit
 
-FIRST: dict[type[PoseLimit], int] = {}
-"""First row of a limit in the list of margins."""
-START: dict[type[PoseLimit], int] = {}
-"""Place of a limit's numbers behind those of the mechanism."""
-MARGINS, SIZE = 0, forms.NUMBERS
+FIRST: dict[type[PoseLimit], int] = {}  # First row of a limit in the list of margins.
+START: dict[type[PoseLimit], int] = {}  # Place of a limit's numbers behind those of the mechanism.
+MARGINS, SIZE = 0, pose_table.NUMBERS
 for _limit in POSE_LIMITS:
     FIRST[_limit], START[_limit] = MARGINS, SIZE
     MARGINS, SIZE = MARGINS + _limit.rows, SIZE + _limit.size
-BITS = {limit: ((1 << limit.rows) - 1) << FIRST[limit] for limit in POSE_LIMITS}
-"""A bit for each margin of a limit."""
+BITS = {limit: ((1 << limit.rows) - 1) << FIRST[limit] for limit in POSE_LIMITS}  # A bit for each margin of a limit.
 
 
 def _of_tier(*tiers: int) -> tuple[type[PoseLimit], ...]:
@@ -39,11 +36,11 @@ def _enclosing(tier: int) -> Any:
 
 
 _by_coordinates, _by_chains, _by_forearms = (
-    _enclosing(tier) for tier in (forms.COORDINATES, forms.CHAINS, forms.FOREARMS)
+    _enclosing(tier) for tier in (pose_table.COORDINATES, pose_table.CHAINS, pose_table.FOREARMS)
 )
-_CHAINS, _FOREARMS = _bits(forms.CHAINS, forms.FOREARMS), _bits(forms.FOREARMS)
-_CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != forms.COORDINATES and not limit.always)
-"""Margins that mean nothing where a chain is open."""
+_CHAINS, _FOREARMS = _bits(pose_table.CHAINS, pose_table.FOREARMS), _bits(pose_table.FOREARMS)
+# Margins that mean nothing where a chain is open.
+_CLOSED = sum(BITS[limit] for limit in POSE_LIMITS if limit.tier != pose_table.COORDINATES and not limit.always)
 
 
 def numbers(g: DeltaGeometry, limits: Limits, tolerance: float = 0.0) -> np.ndarray:
@@ -55,10 +52,10 @@ def numbers(g: DeltaGeometry, limits: Limits, tolerance: float = 0.0) -> np.ndar
         tolerance: Of every length and offset of every chain, README (43), m.
 
     Returns:
-        (n,) numbers; NaN for limits that are not asked.
+        (n,) numbers; NaN for other limits.
     """
     out = np.full(SIZE, np.nan)
-    out[: forms.NUMBERS] = forms.lengths(g, tolerance)
+    out[: pose_table.NUMBERS] = pose_table.lengths(g, tolerance)
     for limit in limits:
         start = START[type(limit)]
         out[start : start + limit.size] = limit.numbers()
@@ -67,7 +64,7 @@ def numbers(g: DeltaGeometry, limits: Limits, tolerance: float = 0.0) -> np.ndar
 
 def room() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Makes room for `margins`: the table of forms, space to work in, the list of margins."""
-    return forms.table(), np.empty((24, 6)), np.full((MARGINS, COLUMNS), np.nan)
+    return pose_table.table(), np.empty((24, 6)), np.full((MARGINS, COLUMNS), np.nan)
 
 
 @compiled
@@ -82,21 +79,21 @@ def margins(box, k, needed, pose, work, out):
         work: (24, 6) room.
         out: (n, 6) filled: `LOW`, `HIGH`, `CENTRE`, slopes; NaN where nothing can be said.
     """
-    forms.fill_coordinates(box, k, pose)
-    if k[forms.TOLERANCE] > 0.0:
-        forms.widen_coordinates(k, pose)
+    pose_table.fill_coordinates(box, k, pose)
+    if k[pose_table.TOLERANCE] > 0.0:
+        pose_table.widen_coordinates(k, pose)
     _by_coordinates(pose, k, needed, work, out)
     if not needed & _CHAINS:
         return
-    if k[forms.TOLERANCE] > 0.0:  # the chains are those of the drawn machine, widened
-        forms.fill_coordinates(box, k, pose)
-        closed = forms.fill_chains(k, pose)
-        forms.fill_forearms(pose)
-        pose[forms.ROWS :] = pose[: forms.ROWS]
-        closed = closed and forms.widen_chains(k, pose)
-        forms.widen_coordinates(k, pose)
+    if k[pose_table.TOLERANCE] > 0.0:  # the chains are those of the drawn machine, widened
+        pose_table.fill_coordinates(box, k, pose)
+        closed = pose_table.fill_chains(k, pose)
+        pose_table.fill_forearms(pose)
+        pose[pose_table.ROWS :] = pose[: pose_table.ROWS]
+        closed = closed and pose_table.widen_chains(k, pose)
+        pose_table.widen_coordinates(k, pose)
     else:
-        closed = forms.fill_chains(k, pose)
+        closed = pose_table.fill_chains(k, pose)
     if not closed:
         for row in range(MARGINS):
             if (_CLOSED >> row) & 1:
@@ -104,5 +101,5 @@ def margins(box, k, needed, pose, work, out):
         needed &= ~_CLOSED
     _by_chains(pose, k, needed, work, out)
     if needed & _FOREARMS:
-        forms.fill_forearms(pose)
+        pose_table.fill_forearms(pose)
         _by_forearms(pose, k, needed, work, out)

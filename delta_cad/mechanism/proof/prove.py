@@ -23,10 +23,8 @@ from delta_cad.mechanism.proof.findings import Finding, Proof
 from delta_cad.mechanism.proof.margins import BITS, MARGINS, margins, numbers, room
 from delta_cad.mechanism.workspace import Cube
 
-DEEPEST = 40
-"""Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule."""
-CHUNK = 20_000
-"""Boxes between two reports of progress; some 50 ms."""
+DEEPEST = 40  # Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule.
+CHUNK = 20_000  # Boxes between two reports of progress; some 50 ms.
 _MASKS = np.array([BITS[limit] for limit in POSE_LIMITS], dtype=np.int64)
 _STRICT = sum(BITS[limit] for limit in POSE_LIMITS if limit.strict)
 _REFUTED, _GIVEN_UP = 1, 2

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.part import bought_part
+from delta_cad.solids.making import bought_part
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import (
-    feature,
-    turned,
-)
+from delta_cad.solids.primitive import feature, turned
 
 
 def make_bearing(d: Dimensions) -> Part:

@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.part import bought_part
+from delta_cad.solids.making import bought_part
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import (
-    THROUGH_MM,
-    bore_y,
-    box,
-    cut,
-    feature,
-    fuse,
-)
+from delta_cad.solids.primitive import THROUGH_MM, bore_y, box, cut, feature, fuse
 
 
 def make_encoder_board(d: Dimensions) -> Part:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.bought.part import bought_part
+from delta_cad.solids.making import bought_part
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import (
-    bore_y,
-)
+from delta_cad.solids.primitive import bore_y
 
 
 def make_magnet(d: Dimensions) -> Part:

@@ -7,16 +7,9 @@ from math import cos, sin
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.solids.bought.part import bought_part
+from delta_cad.solids.making import bought_part
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import (
-    THROUGH_MM,
-    bore_y,
-    cut,
-    feature,
-    fuse,
-    turned,
-)
+from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, fuse, turned
 
 
 def make_motor(d: Dimensions) -> Part:

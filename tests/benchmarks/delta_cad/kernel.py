@@ -19,6 +19,7 @@ EDGE = 21  # 9,261 points
 ROUNDS = 15
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 FLOP = 370  # +, -, *, / and square roots a point, counted in the source; squares hoisted out of the loop are not
+DIVISIONS, ROOTS = 17, 11  # a point, among them; the count of vdivpd and vsqrtpd in the one vector loop there is
 TERMS = 64  # of the polynomial whose speed stands for the core's peak
 
 
@@ -39,6 +40,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
             raise RuntimeError("the kernel and NumPy solve and cond disagree: nothing to compare")
     say(f"{len(p):,} points, {ROUNDS} rounds")
     horner, room = _peak(), np.linspace(0.0, 0.5, 1024)
+    divide, root = _divider()
+    numbers, results = np.linspace(1.0, 2.0, 1024), np.empty(1024)
     coordinates, out = np.ascontiguousarray(p.T), np.empty((5, len(p)))
     times = interleaved(
         {
@@ -47,6 +50,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
             "figures": lambda: [kernel.figures(PUBLISHED, p) for _ in range(10)],
             "numpy": partial(evaluation_by_solve, PUBLISHED, p),
             "peak": lambda: horner(room, 2_000),
+            "divisions": lambda: divide(numbers, results, 2_000),
+            "roots": lambda: root(numbers, results, 2_000),
         },
         ROUNDS,
         process_time,  # one thread, and the machine is shared
@@ -55,6 +60,11 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     rate = [len(p) / t for t in seconds]
     peak = [2.0 * TERMS * len(room) * 2_000 / t for t in times["peak"]]
     share = [100.0 * FLOP * r / top for r, top in zip(rate, peak, strict=True)]
+    alone = [
+        (DIVISIONS * d + ROOTS * r) / (len(room) * 2_000)
+        for d, r in zip(times["divisions"], times["roots"], strict=True)
+    ]
+    divider = [100.0 * a * r for a, r in zip(alone, rate, strict=True)]
     say("growth with the number of points")
     rng = np.random.default_rng(1)
     grown = []
@@ -89,6 +99,14 @@ def run(say: Callable[[str], None]) -> list[Figure]:
             "%",
             note=f"{FLOP} flop a point against fused Horner of {TERMS} terms, {np.median(peak) / 1e9:.0f} Gflop/s",
         ),
+        of_repeats(
+            SUBJECT,
+            "share of the time in which the core's divider is busy",
+            divider,
+            "%",
+            note=f"{DIVISIONS} divisions and {ROOTS} square roots a point, which alone would allow "
+            f"{1e-6 / np.median(alone):.0f} M points/s",
+        ),
         Figure(
             SUBJECT,
             "growth: time against points, log-log slope",
@@ -122,3 +140,24 @@ def _peak() -> Callable[[np.ndarray, int], object]:
 
     horner(np.zeros(8), 1)
     return horner
+
+
+def _divider() -> tuple[Callable[[np.ndarray, np.ndarray, int], object], ...]:
+    """Compiled loops of nothing but divisions and of nothing but square roots, over arrays in the first cache."""
+    from numba import njit  # noqa: TID251 - outside of what is kept
+
+    @njit(error_model="numpy")
+    def divide(x: np.ndarray, out: np.ndarray, rounds: int) -> None:
+        for n in range(rounds):
+            for k in range(len(x)):
+                out[k] = n / x[k]
+
+    @njit(error_model="numpy")
+    def root(x: np.ndarray, out: np.ndarray, rounds: int) -> None:
+        for n in range(rounds):
+            for k in range(len(x)):
+                out[k] = np.sqrt(n + x[k])
+
+    for function in (divide, root):
+        function(np.ones(8), np.ones(8), 1)
+    return divide, root

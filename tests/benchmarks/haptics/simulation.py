@@ -220,14 +220,13 @@ def twin() -> None:
     from delta_cad.drive import drive_torque
     from delta_cad.export.mass_properties import mass_report
     from delta_cad.export.mjcf import twin as text_of
-    from delta_cad.export.mjcf import write_twin
 
     folder, design = Path(sys.argv[1]), load_design(ROOT / "best.json")
     sizes = dimensions(design)
     assembly = assemble(sizes)
     masses = mass_report(assembly)
     text = text_of(assembly, masses, drive_torque(design), sizes.stops_rad, design.requirements.gravity_m_s2)
-    write_twin(text, folder / "twin.xml")
+    (folder / "twin.xml").write_text(text)
     (folder / "mass_properties.json").write_text(json.dumps(masses))
 
 

@@ -8,7 +8,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from optimizer.problem.evaluator import Figures, figures, sample_points
+from optimizer.problem.evaluator import Figures, figures
+from tests.optimizer.tasks import sample_points
 
 USERS = ("optimizer.problem.step.figures", "optimizer.search.active_set.figures", "optimizer.search.result.figures")
 """Where the search calls the evaluator."""

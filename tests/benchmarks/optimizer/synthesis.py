@@ -148,7 +148,7 @@ def _growth(say: Callable[[str], None]) -> list[Figure]:
 
 
 def _count(problem: Problem, x: np.ndarray, n: int) -> int:
-    from optimizer.problem.evaluator import sample_points
+    from tests.optimizer.tasks import sample_points
 
     return sample_points(problem.designs(x[:1]), n).shape[1]
 

@@ -286,21 +286,21 @@ def test_parts_are_made_once_and_told(best_dimensions: Dimensions) -> None:
 
 
 def test_a_direct_drive_has_no_capstan_to_ask_for() -> None:
-    with pytest.raises(ValueError, match="direct: the design has no capstan"):
+    with pytest.raises(ValueError, match=r"hardware.drive"):
         capstan_of(variant(drive="direct", motor="maxon-ec60flat-625858"))
 
 
 def test_fasteners_are_of_stock_length() -> None:
-    with pytest.raises(ValueError, match="screw M3 x 7: stock lengths are 5, 6, 8"):
+    with pytest.raises(ValueError, match=r"M3 x 7: .* 5, 6, 8"):
         make_cap_screw("M3", 7.0)
-    with pytest.raises(ValueError, match="dowel 3 x 9: stock lengths are 8, 10"):
+    with pytest.raises(ValueError, match=r"3 x 9: .* 8, 10"):
         make_dowel("3", 9.0)
-    with pytest.raises(DimensionError, match=r"^screw_M4, length: 5\.90 mm .* the shortest has 6 mm$"):
+    with pytest.raises(DimensionError, match=r"^screw_M4, length: 5\.90 mm .* 6 mm$"):
         longest("M4", 5.9)
     assert longest("M4", 6.0 - 1e-12) == 6.0
     assert longest("M3", 12.9) == 12.0
     assert longest("M3", 12.0) == 12.0
-    with pytest.raises(DimensionError, match=r"^dowel_3, length: 7\.75 mm are available; the shortest has 8 mm$"):
+    with pytest.raises(DimensionError, match=r"^dowel_3, length: 7\.75 mm .* 8 mm$"):
         longest_dowel("3", 7.75)
     assert longest_dowel("3", 8.0 - 1e-12) == 8.0
     assert longest_dowel("3", 11.9) == 10.0
@@ -309,12 +309,12 @@ def test_fasteners_are_of_stock_length() -> None:
 def test_cheeks_too_thin_for_any_dowel_are_refused() -> None:
     """By hand: 2.75 mm into a foot block of 9.5 mm, and an encoder cheek of 5 mm."""
     thin = variant(drive="direct", motor="maxon-ec45flat-411812", bearing="618-8", arm_thickness_mm=7.5)
-    with pytest.raises(DimensionError, match=r"^dowel_3, length: 7\.75 mm are available"):
+    with pytest.raises(DimensionError, match=r"^dowel_3, length: 7\.75 mm "):
         assemble(thin)
 
 
 def test_a_failure_of_the_kernel_names_part_feature_and_parameter(best_dimensions: Dimensions) -> None:
-    with pytest.raises(BuildError, match=r"^arm: slit cannot be built \(slit_mm\): no$") as failed:
+    with pytest.raises(BuildError, match=r"no$") as failed:
         feature("arm", "slit", "slit_mm", lambda: (_ for _ in ()).throw(RuntimeError("no")))
     assert (failed.value.part, failed.value.feature, failed.value.parameter) == ("arm", "slit", "slit_mm")
     inner = BuildError("a", "b", "c")
@@ -322,15 +322,18 @@ def test_a_failure_of_the_kernel_names_part_feature_and_parameter(best_dimension
         feature("arm", "slit", "slit_mm", lambda: (_ for _ in ()).throw(inner))
     assert passed_on.value is inner
     two = box((0, 0, 0), (1, 1, 1)).fuse(box((2, 0, 0), (3, 1, 1)))
-    with pytest.raises(BuildError, match="2 solids instead of 1"):
+    with pytest.raises(BuildError, match="2 solids") as doubled:
         one_solid(two, "pair")
+    assert doubled.value.part == "pair"
     inside_out = box((0, 0, 0), (1, 1, 1))
     inside_out.wrapped.Reverse()
-    with pytest.raises(BuildError, match="not valid"):
+    with pytest.raises(BuildError) as turned:
         one_solid(inside_out, "cube")
+    assert turned.value.part == "cube"
     bad = replace(best_dimensions, bracket=replace(best_dimensions.bracket, motor_pad_radius_mm=float("nan")))
-    with pytest.raises(BuildError, match="motor_cheek"):
+    with pytest.raises(BuildError) as failed:
         make_motor_cheek(bad)
+    assert failed.value.part == "motor_cheek"
 
 
 @pytest.mark.parametrize("direction", [(0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0.6, 0, -0.8)])

@@ -58,7 +58,7 @@ def test_an_unknown_id_lists_the_legal_ones(name: str) -> None:
 
 
 def test_an_unknown_family_lists_the_legal_ones() -> None:
-    with pytest.raises(CatalogueError, match="no family 'gears' in the catalogue; legal: motor, bearing"):
+    with pytest.raises(CatalogueError, match=r"gears.*motor, bearing"):
         catalogue.family("gears")
 
 
@@ -294,41 +294,33 @@ def test_a_good_copy_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("cells", "words"),
+    ("column", "cell"),
     [
-        ({"mass_g": "0"}, "magnets.csv line 3: mass_g = '0': must be a finite number > 0"),
-        ({"mass_g": "-1"}, "must be a finite number > 0"),
-        ({"mass_g": "nan"}, "must be a finite number > 0"),
-        ({"mass_g": "inf"}, "must be a finite number > 0"),
-        ({"mass_g": "light"}, "could not convert string to float"),
-        ({"mass_g": ""}, "could not convert string to float"),
-        ({"source": ""}, "source = '': must not be empty"),
-        ({"id": "ndfeb-6x2.5-diametric"}, "id = 'ndfeb-6x2.5-diametric': must be unique"),
-        ({"id": "a b"}, "id = 'a b': must be unique, of letters, digits, . and -"),
-        ({"verified": "yes"}, "verified = 'yes': must start with 'yes: ', 'partly: ' or 'no, '"),
+        *(("mass_g", cell) for cell in ("0", "-1", "nan", "inf", "light", "")),
+        ("source", ""),
+        *(("id", cell) for cell in ("ndfeb-6x2.5-diametric", "a b")),
+        ("verified", "yes"),
     ],
 )
-def test_a_row_that_cannot_be_true_is_refused(cells: dict[str, str], words: str, tmp_path: Path) -> None:
+def test_a_row_that_cannot_be_true_is_refused(column: str, cell: str, tmp_path: Path) -> None:
     with pytest.raises(CatalogueError) as caught:
-        read_family(magnets(tmp_path, **cells), Magnet)
-    assert words in str(caught.value)
+        read_family(magnets(tmp_path, **{column: cell}), Magnet)
+    assert str(caught.value).startswith(f"magnets.csv line 3: {column} = {cell!r}: ")
 
 
 @pytest.mark.parametrize(
-    ("name", "column", "cell", "words"),
+    ("name", "column", "cell"),
     [
-        ("motors.csv", "mount_count", "4.0", "must be a whole number > 0"),
-        ("motors.csv", "mount_count", "0", "must be a whole number > 0"),
-        ("motors.csv", "drives", "capstan;", "must not be empty"),
-        ("motors.csv", "max_winding_temperature_C", "-5", "must be a finite number > 0"),
-        ("screws.csv", "lengths_mm", "5;4", "must ascend"),
-        ("screws.csv", "lengths_mm", "4;4", "must ascend"),
-        ("materials.csv", "red", "-0.1", "must be a finite number >= 0"),
+        ("motors.csv", "mount_count", "4.0"),
+        ("motors.csv", "mount_count", "0"),
+        ("motors.csv", "drives", "capstan;"),
+        ("motors.csv", "max_winding_temperature_C", "-5"),
+        ("screws.csv", "lengths_mm", "5;4"),
+        ("screws.csv", "lengths_mm", "4;4"),
+        ("materials.csv", "red", "-0.1"),
     ],
 )
-def test_a_cell_that_is_not_what_its_field_says_is_refused(
-    name: str, column: str, cell: str, words: str, tmp_path: Path
-) -> None:
+def test_a_cell_that_is_not_what_its_field_says_is_refused(name: str, column: str, cell: str, tmp_path: Path) -> None:
     family = next(family for family in FAMILIES.values() if family.file == name)
     with (ROOT / name).open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -338,8 +330,9 @@ def test_a_cell_that_is_not_what_its_field_says_is_refused(
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    with pytest.raises(CatalogueError, match=words):
+    with pytest.raises(CatalogueError) as caught:
         read_family(path, family.record)
+    assert str(caught.value).startswith(f"{name} line 2: {column} = {cell!r}: ")
 
 
 @pytest.mark.parametrize(
@@ -373,18 +366,18 @@ def test_a_file_with_other_columns_or_cells_is_refused(tmp_path: Path) -> None:
     header = ",".join(field.name for field in fields(Magnet))
     path = tmp_path / "magnets.csv"
     for text, words in (
-        ("id,mass\n", r"columns missing .*mass_g.* extra|columns missing .*mass_g.*not known \['mass'\]"),
-        ("", "columns missing"),
-        (header + ",id\n", "or repeated"),
-        (header + "\na,b\n", "line 2: needs 10 cells"),
-        (header + "\n" + ",".join("x" * 11) + "\n", "line 2: needs 10 cells"),
-        (header + '\n"a"b\n', "cannot be read"),
+        ("id,mass\n", r"mass_g.*\['mass'\]"),
+        ("", "mass_g"),
+        (header + ",id\n", "magnets.csv: "),
+        (header + "\na,b\n", "line 2: .*10"),
+        (header + "\n" + ",".join("x" * 11) + "\n", "line 2: .*10"),
+        (header + '\n"a"b\n', "magnets.csv: "),
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(CatalogueError, match=words):
             read_family(path, Magnet)
     path.write_bytes(b"\xff\xfe")
-    with pytest.raises(CatalogueError, match="cannot be read"):
+    with pytest.raises(CatalogueError, match=r"^magnets\.csv: "):
         read_family(path, Magnet)
-    with pytest.raises(CatalogueError, match=r"cannot be read: .*No such file"):
+    with pytest.raises(CatalogueError, match=r"^none\.csv: "):
         read_family(tmp_path / "none.csv", Magnet)

@@ -164,3 +164,48 @@ def test_a_number_that_is_written_out_compiles_nothing_anew(copy: Path, tmp_path
     kept = [path.name.split("-")[0] for path in (tmp_path / ".cache").rglob("trial.*.nbc")]
     assert sorted(kept)[:2] == ["trial.one", "trial.other"]
     assert len(kept) == 3
+
+
+def test_what_python_does_not_call_becomes_machine_code_only_within_its_callers(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(TURN)
+    code = """
+import numpy as np
+from optimizer.trial import first, one, other
+first(3.0, np.array([1.0, 2.0]))
+for function, inner in ((first.dispatcher, False), (one.inner, True), (other.inner, True)):
+    (found,) = function.overloads.values()
+    engine = found.library.codegen._engine
+    print(int(engine.is_symbol_defined(found.fndesc.llvm_func_name) != inner), int(function.stats.cache_misses != {}))
+"""
+    assert told(run(copy, code, HOME=tmp_path)) == [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    other = "from optimizer.trial import second, one; import numpy as np; out = np.array([1.0, 2.0])\n"
+    hits = "print(*out, second(3.0, out), sum(one.inner.stats.cache_hits.values()))"
+    assert told(run(copy, other + hits, HOME=tmp_path)) == [1.0, 2.0, -2.0, 1.0]  # 1 * 3 - (2 + 3)
+
+
+def test_operators_remember_types_and_learn_of_new_ones(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/trial.py").write_text(
+        "from delta_cad.common.jit import compiled\n@compiled\ndef product(a, b):\n    return a * b\n"
+    )
+    code = """
+import operator
+from numba.core.errors import TypingError
+from numba.extending import overload, types
+from optimizer.trial import product
+print(product(2, 3), product(2.0, 3.0), product(2, 3.5))
+mul = product.dispatcher.typingctx.resolve_value_type(operator.mul)
+context = product.dispatcher.typingctx
+asked = types.float64, types.float64
+print(int(mul.get_call_type(context, asked, {}) is mul.get_call_type(context, asked, {})))
+for _ in range(2):
+    try:
+        product(2.0, None)
+    except TypingError as error:
+        print(int("Invalid use" in str(error) or "No implementation" in str(error)))
+@overload(operator.mul)
+def by_a_word(a, b):
+    if isinstance(b, types.UnicodeType):
+        return lambda a, b: a * len(b)
+print(product(2.0, "word"))
+"""
+    assert told(run(copy, code, HOME=tmp_path)) == [6.0, 6.0, 7.0, 1.0, 1.0, 1.0, 8.0]

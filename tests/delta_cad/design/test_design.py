@@ -138,7 +138,7 @@ def test_a_bad_field_is_named_with_its_value_and_what_is_allowed(path: str, valu
     "name", ["", ".", "..", "a/b", "a\\b", "a b", "-a", "a-", "x\n", "a.rejected", "ä", "a" * 65, 5]
 )
 def test_names_that_are_not_safe_as_file_names_are_refused(name: object) -> None:
-    with pytest.raises(DesignError, match="safe as a file name") as caught:
+    with pytest.raises(DesignError) as caught:
         design_from_dict(changed("name", name))
     assert caught.value.field == "name"
 
@@ -157,7 +157,7 @@ def test_names_that_are_safe_as_file_names_are_accepted(name: str) -> None:
 )
 def test_a_motor_that_does_not_suit_the_drive_is_refused(motor: str, drive: str, legal: str) -> None:
     data = minimal() | {"hardware": {"motor": motor, "drive": drive}}
-    with pytest.raises(DesignError, match=f"is not for the {drive} drive; must be one of .*{legal}") as caught:
+    with pytest.raises(DesignError, match=legal) as caught:
         design_from_dict(data)
     assert caught.value.field == "hardware.motor"
     assert design_from_dict(minimal() | {"hardware": {"motor": legal, "drive": drive}}).hardware.motor == legal
@@ -165,9 +165,9 @@ def test_a_motor_that_does_not_suit_the_drive_is_refused(motor: str, drive: str,
 
 @pytest.mark.parametrize(("data", "value"), [([], "[]"), ("design", '"design"'), (None, "null"), (3, "3")])
 def test_a_file_that_holds_no_object_is_refused(data: object, value: str) -> None:
-    with pytest.raises(DesignError, match="must be an object") as caught:
+    with pytest.raises(DesignError) as caught:
         design_from_dict(data, "best.json")
-    assert str(caught.value) == f"best.json: {value}: must be an object"
+    assert (caught.value.file, caught.value.field, caught.value.value) == ("best.json", "", value)
 
 
 def test_a_long_value_is_cut_short_in_the_message() -> None:
@@ -178,48 +178,43 @@ def test_a_long_value_is_cut_short_in_the_message() -> None:
 
 # Files
 
-FILES = {
-    "empty": ("", "is not JSON"),
-    "broken": ('{"schema": ', "is not JSON: Expecting value at line 1 column 12"),
-    "repeated": ('{"name": "a", "name": "b"}', 'name = "b": is given more than once'),
-    "repeated_inside": (
-        '{"cube": {"half_side_mm": 1, "half_side_mm": 2}}',
-        "half_side_mm = 2: is given more than once",
-    ),
-    "overflow": ('{"schema": "delta-design/1", "name": 1e999}', "name = Infinity: must be finite"),
-    "nan": ('{"schema": "delta-design/1", "name": NaN}', "name = NaN: must be finite"),
-    "digits": ("9" * 5000, "is not JSON we can read"),
-    "deep": ("[" * 100_000, "is not JSON we can read"),
+FILES = {  # text -> field, value and place
+    "empty": ("", "", "", ""),
+    "broken": ('{"schema": ', "", "", "line 1 column 12"),
+    "repeated": ('{"name": "a", "name": "b"}', "name", '"b"', ""),
+    "repeated_inside": ('{"cube": {"half_side_mm": 1, "half_side_mm": 2}}', "half_side_mm", "2", ""),
+    "overflow": ('{"schema": "delta-design/1", "name": 1e999}', "name", "Infinity", ""),
+    "nan": ('{"schema": "delta-design/1", "name": NaN}', "name", "NaN", ""),
+    "digits": ("9" * 5000, "", "", ""),
+    "deep": ("[" * 100_000, "", "", ""),
 }
 
 
 @pytest.mark.parametrize("case", FILES)
 def test_a_bad_file_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
-    text, words = FILES[case]
+    text, field, value, place = FILES[case]
     path = tmp_path / "design.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(DesignError) as caught:
         load_design(path)
-    assert words in str(caught.value)
-    assert str(caught.value).startswith("design.json: ")
+    assert (caught.value.file, caught.value.field, caught.value.value) == ("design.json", field, value)
+    assert place in caught.value.allowed
     assert "\n" not in str(caught.value)
 
 
 def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(DesignError, match=r"none\.json: cannot be read: No such file"):
-        load_design(tmp_path / "none.json")
-    with pytest.raises(DesignError, match="cannot be read: Is a directory"):
-        load_design(tmp_path)
     (tmp_path / "latin.json").write_bytes(b'{"name": "\xe4"}')
-    with pytest.raises(DesignError, match="is not UTF-8 text"):
-        load_design(tmp_path / "latin.json")
+    for path in (tmp_path / "none.json", tmp_path, tmp_path / "latin.json"):
+        with pytest.raises(DesignError) as caught:
+            load_design(path)
+        assert (caught.value.file, caught.value.field) == (path.name, "")
 
 
 def test_data_nested_too_deep_is_refused() -> None:
     deep: list[Any] = []
     for _ in range(100_000):
         deep = [deep]
-    with pytest.raises(DesignError, match="is nested too deep"):
+    with pytest.raises(DesignError):
         design_from_dict(changed("provenance", {"deep": deep}))
     while deep:  # taken apart by hand: freeing it in one go would recurse just as deep
         deep = deep.pop()

@@ -18,7 +18,7 @@ from tests.designs import UNTIMED, changed, minimal
 def test_a_cube_under_the_fold_is_refused_with_the_height_of_the_fold() -> None:
     bound = 112.079 - 82.0  # a = R - r = 10 lies inside the cube's half side: the fold is straight above it
     design_from_dict(changed("cube.bottom_height_mm", bound + 1e-9))
-    with pytest.raises(DesignError, match=r"must be >= 30\.079 mm, where upper arm and forearm fold in line") as caught:
+    with pytest.raises(DesignError, match=r">= 30\.079 mm") as caught:
         design_from_dict(changed("cube.bottom_height_mm", bound - 1e-9))
     assert caught.value.field == "cube.bottom_height_mm"
 
@@ -56,16 +56,16 @@ def test_a_refused_cube_has_a_point_the_mechanism_cannot_reach(
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "words"),
+    ("path", "value", "bound"),
     [
-        ("mechanism.forearm_length_mm", 60.0, r"must be >= 73\.1547 mm for chain 1 to reach the cube's corner"),
-        ("mechanism.platform_radius_mm", 122.0, r"must be < 122 mm, base_radius_mm \+ upper_arm_length_mm"),
-        ("mechanism.parallelogram_width_mm", 87.93, r"must be < 87\.923 mm, or the balls of neighbouring chains meet"),
-        ("hardware.capstan_ratio", 12.3, r"must be < 12\.2324, or the pinion's groove .* cuts into the motor's 6 mm"),
+        ("mechanism.forearm_length_mm", 60.0, r">= 73\.1547 mm"),
+        ("mechanism.platform_radius_mm", 122.0, "< 122 mm"),
+        ("mechanism.parallelogram_width_mm", 87.93, r"< 87\.923 mm"),
+        ("hardware.capstan_ratio", 12.3, r"< 12\.2324"),
     ],
 )
-def test_an_impossible_sum_is_refused_with_the_bound(path: str, value: float, words: str) -> None:
-    with pytest.raises(DesignError, match=words) as caught:
+def test_an_impossible_sum_is_refused_with_the_bound(path: str, value: float, bound: str) -> None:
+    with pytest.raises(DesignError, match=bound) as caught:
         design_from_dict(changed(path, value))
     assert caught.value.field == path
 
@@ -81,7 +81,7 @@ def test_a_forearm_too_long_for_a_corner_is_refused() -> None:
         10.0 * (math.sin(math.pi / 3) - math.cos(math.pi / 3)),
     )
     bound = math.hypot(v, math.hypot(u - 80.0, 20.0) + 82.0)  # 151.33 mm
-    with pytest.raises(DesignError, match=rf"must be <= {bound:.6g} mm for chain [12] to reach") as caught:
+    with pytest.raises(DesignError, match=rf"<= {bound:.6g} mm") as caught:
         design_from_dict(data)
     assert caught.value.field == "mechanism.forearm_length_mm"
     data["mechanism"]["forearm_length_mm"] = bound - 1e-6
@@ -106,6 +106,6 @@ def test_a_pinion_bound_does_not_concern_a_direct_drive() -> None:
 def test_the_shoulder_range_must_not_be_empty() -> None:
     data = minimal()
     data["requirements"] |= {"shoulder_min_deg": 10.0, "shoulder_max_deg": 10.0}
-    with pytest.raises(DesignError, match="must be > shoulder_min_deg = 10 deg") as caught:
+    with pytest.raises(DesignError, match="> shoulder_min_deg = 10 deg") as caught:
         design_from_dict(data)
     assert caught.value.field == "requirements.shoulder_max_deg"

@@ -153,7 +153,6 @@ def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_t
     assert end == pytest.approx(c.nose_bar_radius_mm)
     slot = c.slot_radius_mm * np.array([cos(c.slot_angles_rad[0]), sin(c.slot_angles_rad[0])])
     assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
-    assert c.wound_mm == pytest.approx(c.pitch_radius_mm * (c.rim_angles_rad[1] - c.rim_angles_rad[0]) + line * pi / 2)
 
 
 def test_the_keep_out_radius_contains_lugs_screws_nuts_and_sleeves(best_dimensions: Dimensions) -> None:
@@ -242,7 +241,7 @@ def test_arms_that_swing_in_too_far_leave_no_room_for_the_feet() -> None:
         elbow = d.arm.length_mm * sin(radians(lowest))
         return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, d.arm, d.capstan, d.bearing, d.motor)
 
-    with pytest.raises(DimensionError, match=r"^foot_block, place: arms that swing to -80\.0 deg push the foot to "):
+    with pytest.raises(DimensionError, match=r"^foot_block, place: .* -80\.0 deg "):
         arm_down(-80.0)
     refused, made = -80.0, -60.0
     nearest = arm_down(made).foot_u_mm[0]
@@ -300,9 +299,8 @@ def test_the_rod_adds_up_to_its_length(best_dimensions: Dimensions) -> None:
 
 def test_the_beam_tapers_from_root_to_boss(best_dimensions: Dimensions) -> None:
     a = best_dimensions.arm
-    assert a.half_height_mm(0.0) == a.beam_root_radius_mm
-    assert a.half_height_mm(a.length_mm) == a.boss_radius_mm
-    assert a.half_height_mm(a.length_mm / 2) == pytest.approx((a.beam_root_radius_mm + a.boss_radius_mm) / 2)
+    beam = np.interp(a.pocket_x_mm, (0.0, a.length_mm), (a.beam_root_radius_mm, a.boss_radius_mm))
+    assert a.pocket_radii_mm == pytest.approx(beam - 2.8)  # flanges of an even 2.8 mm beside the pockets
 
 
 def test_the_base_plate_carries_the_feet_and_its_holes(best_dimensions: Dimensions) -> None:

@@ -86,9 +86,7 @@ def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: s
 
 
 def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
-    with pytest.raises(
-        DimensionError, match=r"^shoulder_shaft, magnet seat: .* 8 mm needs .* at least 9\.9 mm, not 8 mm$"
-    ):
+    with pytest.raises(DimensionError, match=r"^shoulder_shaft, magnet seat: .* 9\.9 mm"):
         edited(magnet="ndfeb-8x2.5-diametric")
 
 
@@ -116,7 +114,7 @@ def test_a_stop_pin_longer_than_any_in_stock_is_refused(best_dimensions: Dimensi
 
     face = layers.sector_mm[1] + longest - 2.5
     assert pin(face - 1e-9) == longest
-    with pytest.raises(DimensionError, match=r"^stop_pin, length: .* mm are needed; the longest in stock has 40 mm$"):
+    with pytest.raises(DimensionError, match=r"^stop_pin, length: .* 40 mm$"):
         pin(face + 1e-6)
 
 
@@ -143,7 +141,7 @@ def test_a_motor_shaft_too_short_for_the_pinion_is_refused(best_dimensions: Dime
     face, pilot = d.layers.motor_cheek_mm[1], d.motor.pilot_height_mm
     engaged = 5.9
     shaft = face - (face - pilot - 0.5 - engaged)
-    with pytest.raises(DimensionError, match=r"^pinion, bore: .* engages 5\.9 mm; at least 6$"):
+    with pytest.raises(DimensionError, match=r"^pinion, bore: .* 5\.9 mm.* 6$"):
         made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft))
     made_capstan(d, (-0.6, 1.1), replace(d.motor, shaft_length_mm=shaft + 0.2))
 
@@ -153,7 +151,7 @@ def test_a_sector_of_more_than_250_degrees_is_refused(best_dimensions: Dimension
     over = c.rim_angles_rad[1] - c.rim_angles_rad[0] - 2.0  # what the sector has beyond the shoulder's range
     widest = (radians(250.0) - over) / 2
     made_capstan(best_dimensions, (-widest + 1e-9, widest - 1e-9), best_dimensions.motor)
-    with pytest.raises(DimensionError, match=r"^sector, angle: .*at most 250$"):
+    with pytest.raises(DimensionError, match=r"^sector, angle: .* 250$"):
         made_capstan(best_dimensions, (-widest - 1e-6, widest + 1e-6), best_dimensions.motor)
 
 

@@ -82,56 +82,70 @@ def bad(body: str, key: str, value: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("given_data", "message"),
+    ("given_data", "field", "value"),
     [
-        ([], "schema must be"),
-        ({"schema": "delta-mass-properties/2"}, "schema must be"),
-        ({"schema": "delta-mass-properties/1", "bodies": 3}, r"bodies.upper_arm_0: is missing"),
-        (data(platform=None), r"bodies.platform: is missing"),
-        (bad("rod_1_1", "mass_kg", "heavy"), r"bodies.rod_1_1: must have mass_kg"),
-        (bad("rod_1_1", "centre_m", [0.0, 0.0]), r"bodies.rod_1_1: must be finite, with a \(3\) centre"),
-        (bad("platform", "mass_kg", float("nan")), r"bodies.platform: must be finite"),
-        (bad("platform", "mass_kg", 0.0), r"bodies.platform.mass_kg is 0.0; it must be > 0 and at most 1000 kg"),
-        (bad("platform", "mass_kg", 1e200), r"bodies.platform.mass_kg is 1e\+200; it must be > 0 and at most"),
-        (bad("platform", "mass_kg", True), r"bodies.platform: must have mass_kg"),
-        (bad("platform", "mass_kg", 10**400), r"bodies.platform: must have mass_kg"),
-        (bad("rod_0_0", "centre_m", [0.1, "0", 0.0]), r"bodies.rod_0_0: must have mass_kg"),
-        (bad("upper_arm_0", "inertia_kg_m2", np.diag([1e-5, -1.0, 1e-5]).tolist()), r"upper_arm_0.inertia_kg_m2: mom"),
-        (bad("upper_arm_2", "mass_kg", 0.11), r"bodies.upper_arm_\*: the chains differ"),
-        (bad("rod_0_1", "centre_m", [0.051, 0.0, 0.0]), r"bodies.rod_\*: the chains differ"),
-        (bad("rod_2_0", "inertia_kg_m2", np.diag([1e-8, 5e-6, 5e-6]).tolist()), r"bodies.rod_\*: the chains differ"),
+        ([], "schema", ""),
+        ({"schema": "delta-mass-properties/2"}, "schema", ""),
+        ({"schema": "delta-mass-properties/1", "bodies": 3}, "bodies.upper_arm_0", ""),
+        (data(platform=None), "bodies.platform", ""),
+        (bad("rod_1_1", "mass_kg", "heavy"), "bodies.rod_1_1.mass_kg", '"heavy"'),
+        (bad("rod_1_1", "centre_m", [0.0, 0.0]), "bodies.rod_1_1.centre_m", "[0.0, 0.0]"),
+        (bad("platform", "mass_kg", float("nan")), "bodies.platform.mass_kg", "NaN"),
+        (bad("platform", "mass_kg", -0.1), "bodies.platform.mass_kg", "-0.1"),
+        (bad("platform", "mass_kg", 0.0), "bodies.platform.mass_kg", "0.0"),
+        (bad("platform", "mass_kg", 1e200), "bodies.platform.mass_kg", "1e+200"),
+        (bad("platform", "mass_kg", True), "bodies.platform.mass_kg", "true"),
+        (bad("platform", "mass_kg", 10**400), "bodies.platform.mass_kg", "1" + 56 * "0" + "..."),
+        (bad("rod_0_0", "centre_m", [0.1, "0", 0.0]), "bodies.rod_0_0.centre_m", '[0.1, "0", 0.0]'),
+        (bad("rod_0_0", "centre_m", [[0.1], [0.1, 0.2], 0.0]), "bodies.rod_0_0.centre_m", "[[0.1], [0.1, 0.2], 0.0]"),
+        (
+            bad("upper_arm_0", "inertia_kg_m2", np.diag([1e-5, -1.0, 1e-5]).tolist()),
+            "bodies.upper_arm_0.inertia_kg_m2",
+            "",
+        ),
+        (bad("upper_arm_0", "inertia_kg_m2", [1e-5, 1e-5, 1e-5]), "bodies.upper_arm_0.inertia_kg_m2", ""),
+        (bad("upper_arm_2", "mass_kg", 0.11), "bodies.upper_arm_*", ""),
+        (bad("rod_0_1", "centre_m", [0.051, 0.0, 0.0]), "bodies.rod_*", ""),
+        (bad("rod_2_0", "inertia_kg_m2", np.diag([1e-8, 5e-6, 5e-6]).tolist()), "bodies.rod_*", ""),
     ],
 )
-def test_masses_that_are_refused(given_data: object, message: str) -> None:
-    with pytest.raises(MassError, match=message):
+def test_masses_that_are_refused(given_data: object, field: str, value: str) -> None:
+    with pytest.raises(MassError) as caught:
         masses_from_dict(given_data, LENGTH)
+    assert (caught.value.file, caught.value.field, caught.value.value) == ("masses", field, value)
 
 
 def test_a_rod_that_is_no_rod_is_refused() -> None:
     flat = {"mass_kg": 0.003, "centre_m": [0.05, 0.0, 0.0], "inertia_kg_m2": np.diag([1e-8, 4e-6, 5e-6]).tolist()}
-    with pytest.raises(MassError, match="transverse inertias differ"):
+    with pytest.raises(MassError) as caught:
         masses_from_dict(data(**{f"rod_{i}_{j}": flat for i in range(3) for j in range(2)}), LENGTH)
+    assert caught.value.field == "bodies.rod_0_0.inertia_kg_m2"
 
 
 def test_a_malformed_pinion_is_refused() -> None:
-    with pytest.raises(MassError, match="pinion_0"):
+    with pytest.raises(MassError) as caught:
         masses_from_dict(bad("pinion_0", "mass_kg", []), LENGTH, DRIVE)
+    assert caught.value.field == "bodies.pinion_0.mass_kg"
 
 
 @pytest.mark.parametrize("value", [float("nan"), -1e-9])
 def test_masses_must_be_finite_and_not_negative(value: float) -> None:
-    with pytest.raises(MassError, match="platform is"):
+    with pytest.raises(MassError) as caught:
         Masses(value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    with pytest.raises(MassError, match="arm_across is"):
+    assert (caught.value.field, caught.value.value) == ("platform", repr(value))
+    with pytest.raises(MassError) as caught:
         Masses(0.1, 0.0, float("inf"), 0.0, 0.0, 0.0, 0.0)
+    assert caught.value.field == "arm_across"
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(MassError, match=r"none\.json: cannot be read"):
+    with pytest.raises(MassError) as caught:
         load_masses(tmp_path / "none.json", LENGTH)
+    assert (caught.value.file, caught.value.field) == ("none.json", "")
     file = tmp_path / "half.json"
     file.write_text("{")
-    with pytest.raises(MassError, match=r"half\.json: is not JSON"):
+    with pytest.raises(MassError) as caught:
         load_masses(file, LENGTH)
+    assert (caught.value.file, caught.value.field) == ("half.json", "")
     file.write_text(json.dumps(data()))
     assert load_masses(file, LENGTH) == masses_from_dict(data(), LENGTH)

@@ -25,5 +25,5 @@ def meshes(machine: Assembly) -> MeshLibrary:
 @pytest.fixture(scope="session")
 def step_file(machine: Assembly, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("step") / "assembly.step"
-    write_assembly_step(machine, path, author="A. Designer", time_stamp="2026-01-02T03:04:05")
+    write_assembly_step(machine, path)
     return path

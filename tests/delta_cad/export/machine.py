@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.export.mass_properties import part_mass_properties
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 from delta_cad.solids.part import Hole, Material, Occurrence, Part
@@ -88,3 +89,8 @@ VOLUMES_MM3 = {
     "ball_8": 4.0 / 3.0 * math.pi * 64.0,
     "motor_30x68": math.pi * 225.0 * 68.0,
 }
+
+
+def unit_masses(machine: Assembly) -> dict[str, float]:
+    """Part number -> mass of one, kg, integrated from its solid."""
+    return {part.number: part_mass_properties(part).mass_kg for part in machine.parts}

@@ -51,7 +51,8 @@ MOMENTS = ("writing", "sync", "before-exchange", "after-exchange", "cleaning", "
 
 
 def make(out: Path, content: str, name: str = "joy", *, rejected: bool = False) -> None:
-    with output_folder(out, name, rejected=rejected) as build:
+    with output_folder(out, name) as build:
+        build.rejected = rejected
         (build.path / "a").write_text(content)
         (build.path / "parts").mkdir()
         (build.path / "parts" / "b").write_text(content)
@@ -119,7 +120,7 @@ def test_a_rejected_build_never_touches_a_good_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", ".", "..", ".hidden", "a/b", "a b", "joy.rejected"])
 def test_unsafe_names_are_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(FolderError, match="is not the name of a build"), output_folder(tmp_path, name):
+    with pytest.raises(FolderError), output_folder(tmp_path, name):
         pass
     assert entries(tmp_path) == []
 

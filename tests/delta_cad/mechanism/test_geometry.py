@@ -57,9 +57,9 @@ def test_only_the_difference_of_the_radii_matters_for_the_angles():
 
 @pytest.mark.parametrize("p", [0.1, [0.1, 0.2], np.zeros((3, 4)), []])
 def test_last_axis_must_hold_three_numbers(p):
-    with pytest.raises(GeometryError, match="last axis must hold 3 numbers"):
+    with pytest.raises(GeometryError, match="shape"):
         mechanism.inverse_kinematics(PUBLISHED, p)
-    with pytest.raises(GeometryError, match="last axis must hold 3 numbers"):
+    with pytest.raises(GeometryError, match="shape"):
         mechanism.forward_kinematics(PUBLISHED, p)
 
 

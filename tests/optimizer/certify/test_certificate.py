@@ -11,7 +11,7 @@ import pytest
 from delta_cad.design import design_from_dict
 from delta_cad.mechanism import GeometryError, conditioning, cube_extremes, worst_joint_torque
 from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Reach, Shoulder, Torque
-from optimizer.certify.certificate import CertificateError, UnreadableError, asked_of, certify, cube_of, verify
+from optimizer.certify.certificate import CertificateError, UnreadableError, certify, cube_of, limits_of, verify
 from optimizer.certify.file import (
     certificate_from_dict,
     certificate_to_dict,
@@ -19,6 +19,7 @@ from optimizer.certify.file import (
     write_certificate,
 )
 from tests.delta_cad.mechanism.asked import limits
+from tests.optimizer.messages import refuses
 
 PUBLISHED = {
     "schema": "delta-design/1",
@@ -119,9 +120,9 @@ def test_undecided_is_neither(design, tight):
 
 
 def test_limits_of_the_requirements(design):
-    assert asked_of(design, None) == limits(force=3.0, torque_max=0.8)
+    assert limits_of(design, None) == limits(force=3.0, torque_max=0.8)
     asked = design_of(kappa_max=3.0, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    found = asked_of(asked, None)
+    found = limits_of(asked, None)
     assert found.get(Kappa) == Kappa(3.0)
     assert np.radians(28.0) * (1 - 1e-15) < found.get(Lean).lean_max < np.radians(28.0)
     shoulder = found.get(Shoulder)
@@ -135,7 +136,7 @@ def test_limits_of_the_requirements(design):
 
 
 def range_of(**requirements):
-    return asked_of(design_of(**requirements), None)["shoulder"].told()
+    return limits_of(design_of(**requirements), None)["shoulder"].told()
 
 
 def test_written_and_read_back(tmp_path, design, proved, refuted):
@@ -178,12 +179,12 @@ def test_a_changed_threshold_is_noticed(proved, refuted):
         Shoulder(shoulder.shoulder_min, shoulder.shoulder_max - 0.003),
         Reach(e.get(Reach).elbow_arm_min * 1.003),
     ):
-        with pytest.raises(CertificateError, match=f"{changed.name}: it could not be proved again in the box"):
+        with pytest.raises(CertificateError, match=f"^{changed.name}: "):
             verify(about(proved, e.with_(changed)))
     for changed in (Kappa(2.5), Torque(3.0, 0.8), Lean(0.6), Shoulder(-1.0, 1.4)):
-        with pytest.raises(CertificateError, match=f"{changed.name}: the point .* does not break it"):
+        with pytest.raises(CertificateError, match=f"^{changed.name}: "):
             verify(about(refuted, refuted.limits.with_(changed)))
-    with pytest.raises(CertificateError, match="its limits ask reach, assembly_mode, torque, lean, shoulder"):
+    with refuses(CertificateError, "assembly_mode"):
         verify(replace(proved, limits=without(e, Kappa)))
 
 
@@ -193,16 +194,16 @@ def without(asked, kind):
 
 def test_missing_overlapping_and_moved_leaves_are_noticed(proved):
     leaves = proved.leaves
-    with pytest.raises(CertificateError, match="boxes are missing"):
+    with pytest.raises(CertificateError, match="missing"):
         verify(replace(proved, leaves=leaves[1:]))
-    with pytest.raises(CertificateError, match="some overlap"):
+    with pytest.raises(CertificateError, match="overlap"):
         verify(replace(proved, leaves=np.concatenate([leaves, leaves[:1]])))
     twins = next(n for n in range(len(leaves)) if (leaves[n, ::2] == leaves[0, ::2]).all() and n)
     moved = leaves.copy()
     moved[0] = leaves[twins]
     with pytest.raises(CertificateError, match=r"overlap|in no box"):
         verify(replace(proved, leaves=moved))
-    with pytest.raises(CertificateError, match="outside the cube"):
+    with pytest.raises(CertificateError, match="outside"):
         verify(replace(proved, leaves=np.add(leaves, [0, 64, 0, 0, 0, 0])))
 
 
@@ -213,17 +214,17 @@ def test_coarser_leaves_are_still_proved_and_only_cost_time(proved):
 
 def test_another_design_is_noticed(proved):
     longer = design_of({"forearm_length_mm": 112.08})
-    with pytest.raises(CertificateError, match='other dimensions than those of design "published"'):
+    with pytest.raises(CertificateError, match="published"):
         verify(proved, longer)
-    with pytest.raises(CertificateError, match="other dimensions"):
+    with pytest.raises(CertificateError, match="dimensions"):
         verify(proved, design_of(cube={"half_side_mm": 37.6}))
-    with pytest.raises(CertificateError, match="it is about the design of hash"):
+    with pytest.raises(CertificateError, match="hash"):
         verify(proved, design_of(force_N=4.0))
 
 
 def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
     strict = design_of(kappa_max=2.5, lean_max_deg=28.0, shoulder_min_deg=-45.0, shoulder_max_deg=80.0)
-    asked = asked_of(strict, None)
+    asked = limits_of(strict, None)
     verify(certify(strict, asked.with_(Kappa(2.4), Torque(6.0, 1.6))), strict)
     low, high = asked["shoulder"].told()
     for less, name in (
@@ -242,7 +243,7 @@ def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
         certificate = certify(strict, less)
         assert certificate.verdict == "proved"
         verify(certificate)
-        with pytest.raises(CertificateError, match=f'^{name}: design "published" asks for more'):
+        with pytest.raises(CertificateError, match=f"^{name}: "):
             verify(certificate, strict)
     assert asked.laxer(asked.with_(Reach(1e-3))) == "reach"
     assert asked.with_(Reach(1e-3)).laxer(asked) is None
@@ -250,46 +251,46 @@ def test_a_certificate_that_asks_less_than_the_design_is_no_proof_of_it():
 
 def test_a_wrong_verdict_is_noticed(proved, refuted):
     flipped = tuple(replace(f, verdict="proved") if f.condition == "kappa" else f for f in refuted.findings)
-    with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
+    with pytest.raises(CertificateError, match=r"^kappa: "):
         verify(replace(refuted, findings=flipped))
     pointless = tuple(replace(f, point=None) for f in refuted.findings)
-    with pytest.raises(CertificateError, match="torque: it is refuted, but without a point"):
+    with pytest.raises(CertificateError, match=r"^torque: "):
         verify(replace(refuted, findings=pointless))
     outside = tuple(replace(f, point=(0.2, 0.0, 0.1)) if f.point else f for f in refuted.findings)
-    with pytest.raises(CertificateError, match="lies outside the cube"):
+    with pytest.raises(CertificateError, match="outside"):
         verify(replace(refuted, findings=outside))
-    with pytest.raises(CertificateError, match="its findings are reach"):
+    with pytest.raises(CertificateError, match="reach"):
         verify(replace(proved, findings=proved.findings[:1]))
 
 
 def test_a_file_that_was_changed_is_refused(tmp_path, proved):
     data = json.loads(json.dumps(certificate_to_dict(proved)))
     cases = [
-        (data | {"limits": data["limits"] | {"kappa_max": 9.0}}, "its content was changed: the digest"),
-        (data | {"leaves": data["leaves"][1:]}, "its content was changed: the digest"),
-        (data | {"schema": "delta-certificate/2"}, "schema: Input should be"),
-        (data | {"note": 1}, "note: Extra inputs are not permitted"),
-        ({k: v for k, v in data.items() if k != "cube"}, "cube: Field required"),
-        (data | {"leaves": [[0, 0, 0, 0, 0, 2**70]]}, "leaves.0.5: Input should be less than"),
-        (data | {"leaves": [[0, 0, 0]]}, "leaves.0.3: Field required"),
-        ([], "the file: Input should be"),
+        (data | {"limits": data["limits"] | {"kappa_max": 9.0}}, "digest"),
+        (data | {"leaves": data["leaves"][1:]}, "digest"),
+        (data | {"schema": "delta-certificate/2"}, "schema: "),
+        (data | {"note": 1}, "note: "),
+        ({k: v for k, v in data.items() if k != "cube"}, "cube: "),
+        (data | {"leaves": [[0, 0, 0, 0, 0, 2**70]]}, "leaves.0.5: "),
+        (data | {"leaves": [[0, 0, 0]]}, "leaves.0.3: "),
+        ([], "the file: "),
     ]
     for case, message in cases:
         with pytest.raises(CertificateError, match=message) as caught:
             certificate_from_dict(case)
         assert isinstance(caught.value, UnreadableError) == ("digest" not in message)
     for change, message in (
-        ({"verdict": "refuted"}, "verdict is refuted; its findings make it proved"),
-        ({"cube": data["cube"] | {"top_height_m": 0.2}}, "top_height_m is not bottom_height_m plus twice"),
-        ({"geometry": data["geometry"] | {"forearm_length_m": -1.0}}, "forearm_length is -1.0 m"),
+        ({"verdict": "refuted"}, "verdict is refuted"),
+        ({"cube": data["cube"] | {"top_height_m": 0.2}}, "top_height_m"),
+        ({"geometry": data["geometry"] | {"forearm_length_m": -1.0}}, r"forearm_length .*-1\.0"),
     ):
         with pytest.raises(CertificateError, match=message):
             certificate_from_dict(redigested(data | change))
     path = tmp_path / "c.json"
     path.write_text("{")
-    with pytest.raises(UnreadableError, match=r"c\.json: is not JSON we can read"):
+    with refuses(UnreadableError, "c.json"):
         read_certificate(path)
-    with pytest.raises(UnreadableError, match=r"none\.json: cannot be read: No such file"):
+    with refuses(UnreadableError, "none.json"):
         read_certificate(tmp_path / "none.json")
 
 
@@ -305,16 +306,16 @@ def redigested(data):
 def test_a_forged_file_with_a_fitting_digest_is_read_but_does_not_verify(proved):
     data = json.loads(json.dumps(certificate_to_dict(proved)))
     laxer = data | {"limits": data["limits"] | {"kappa_max": 2.2}}
-    with pytest.raises(CertificateError, match="kappa: the limit of its finding is not the one proved"):
+    with pytest.raises(CertificateError, match=r"^kappa: "):
         verify(certificate_from_dict(redigested(laxer)))
     findings = [f | {"limit": 2.2} if f["condition"] == "kappa" else f for f in data["findings"]]
     forged = certificate_from_dict(redigested(laxer | {"findings": findings}))
-    with pytest.raises(CertificateError, match="kappa: it could not be proved again"):
+    with pytest.raises(CertificateError, match=r"^kappa: "):
         verify(forged)
 
 
 def test_impossible_limits_are_refused(design):
-    with pytest.raises(GeometryError, match=r"kappa_max is 0\.5"):
+    with refuses(GeometryError, "kappa_max", "0.5"):
         certify(design, limits(kappa_max=0.5))
 
 

@@ -16,7 +16,7 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, forearm_vectors, jacobian, worst_joint_torque
 from delta_cad.mechanism.limits import Torque
 from delta_cad.mechanism.placement import LinkPlacement
-from optimizer.certify.certificate import CertificateError, asked_of, certify, verify
+from optimizer.certify.certificate import CertificateError, certify, limits_of, verify
 from optimizer.certify.file import certificate_from_dict, certificate_to_dict
 from optimizer.certify.gravity import (
     KNOWN,
@@ -28,6 +28,7 @@ from optimizer.certify.gravity import (
     share_of_masses,
 )
 from tests.delta_cad.mechanism.asked import limits
+from tests.optimizer.messages import refuses
 
 NUMERIC_N_M = 2e-9
 """Of the oracle: central differences over 0.01 mm of an energy of some 0.3 J, see tests/test_holding.py."""
@@ -172,7 +173,7 @@ def test_force_and_gravity_together_stay_within_the_torque_that_is_proved(tmp_pa
     low, high = share.reserve + 0.01, 5.0
     for _ in range(25):
         middle = (low + high) / 2.0
-        enough = certify(design, replace(share, torque=middle).limits(asked_of(design, None))).verdict == "proved"
+        enough = certify(design, replace(share, torque=middle).limits(limits_of(design, None))).verdict == "proved"
         low, high = (low, middle) if enough else (middle, high)
     assert total.max() <= high + NUMERIC_N_M
     assert high <= 2.0 * total.max()  # and no nonsense of a bound either
@@ -205,36 +206,36 @@ def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
     verify(certificate, design)
     assert certificate_from_dict(json.loads(json.dumps(certificate_to_dict(certificate)))).gravity == share
     assert share.masses is not None
-    for forged, words in (
-        (replace(share, weight=share.weight * (1 - 1e-9)), "weight of .* is less than that of the"),
-        (replace(share, reserve=share.reserve * (1 - 1e-9)), "reserve of .* is less than the arms' moment"),
-        (replace(share, weight=share.weight * 2.0), r"force of .* is less than 3 N and the weight"),
-        (replace(share, reserve=share.reserve * 2.0), r"more than gravity's .* N m leave"),
-        (replace(share, reserve=float("nan")), "negative or not finite"),
-        (replace(share, weight=-1.0), "negative or not finite"),
-        (replace(share, masses=replace(share.masses, carried_mass=-0.1)), "a negative mass"),
+    for forged, number in (
+        (replace(share, weight=share.weight * (1 - 1e-9)), f"{share.masses.carried_mass:.9g}"),
+        (replace(share, reserve=share.reserve * (1 - 1e-9)), f"{share.masses.arm_moment:.9g}"),
+        (replace(share, weight=share.weight * 2.0), f"{share.weight * 2.0:.9g}"),
+        (replace(share, reserve=share.reserve * 2.0), f"{share.reserve * 2.0:.9g}"),
+        (replace(share, reserve=float("nan")), ""),
+        (replace(share, weight=-1.0), ""),
+        (replace(share, masses=replace(share.masses, carried_mass=-0.1)), ""),
     ):
-        with pytest.raises(CertificateError, match=f"^torque: .*{words}"):
+        with refuses(CertificateError, f"torque: {number}"):
             verify(replace(certificate, gravity=forged))
-    for forged, words in (
-        (replace(share, force=2.0), "another force or torque than the design's"),
-        (replace(share, torque=0.9), "another force or torque than the design's"),
-        (replace(share, masses=replace(share.masses, acceleration=(0.0, 0.0, -1.0))), "another than the design's grav"),
+    for forged in (
+        replace(share, force=2.0),
+        replace(share, torque=0.9),
+        replace(share, masses=replace(share.masses, acceleration=(0.0, 0.0, -1.0))),
     ):
         verify(replace(certificate, gravity=forged))
-        with pytest.raises(CertificateError, match=f"^torque: .*{words}"):
+        with pytest.raises(CertificateError, match=r"^torque: "):
             verify(replace(certificate, gravity=forged), design)
     without = certify(design, limits())
-    with pytest.raises(CertificateError, match="no torque is asked"):
+    with pytest.raises(CertificateError, match="torque"):
         verify(replace(without, gravity=share))
 
 
 def test_gravity_that_takes_all_of_the_torque_is_refused() -> None:
     design, share = shares()
     for reserve in (0.8, -0.1, float("nan"), float("inf")):
-        with pytest.raises(GravityError, match=r"must be >= 0 and < requirements\.joint_torque_N_m = 0\.8 N m"):
+        with refuses(GravityError, "0", "requirements.joint_torque_N_m", "0.8"):
             given_share(design, reserve)
-    with pytest.raises(GravityError, match=r"gravity takes 0\.9 N m of each joint's 0\.8 N m: none is left"):
+    with refuses(GravityError, "0.9", "0.8"):
         certify(design, gravity=replace(share, reserve=0.9))
 
 
@@ -244,29 +245,38 @@ BODIES = {name: {"mass_kg": 0.01, "centre_m": [0.01, 0.0, 0.0]} for name in KNOW
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"schema": "other/1"}, r'schema: must be "delta-mass-properties/1"'),
-        ({"home_mm": [0.0, 0.0, 99.0]}, r"home_mm = \[0\.0, 0\.0, 99\.0\]: is not the centre"),
-        ({"home_mm": "there"}, "home_mm = there: is not the centre"),
-        ({"bodies": None}, "bodies: is missing"),
-        ({"bodies": BODIES | {"tail": BODIES["base"]}}, "bodies.tail: is no body that the bound knows"),
-        ({"bodies": {n: b for n, b in BODIES.items() if n != "platform"}}, "bodies.platform: is missing"),
-        ({"bodies": {n: b for n, b in BODIES.items() if n != "rod_2_1"}}, "bodies.rod_2_1: is missing"),
-        ({"bodies": BODIES | {"platform": {"mass_kg": -1.0, "centre_m": [0, 0, 0]}}}, r"mass_kg = -1\.0: must be"),
-        ({"bodies": BODIES | {"platform": {"mass_kg": True, "centre_m": [0, 0, 0]}}}, "mass_kg = True: must be"),
-        ({"bodies": BODIES | {"platform": {"mass_kg": 1.0, "centre_m": [0, 0]}}}, r"centre_m = \[0, 0\]: must be"),
+        ({"schema": "other/1"}, "schema: "),
+        ({"home_mm": [0.0, 0.0, 99.0]}, "home_mm = [0.0, 0.0, 99.0]: "),
+        ({"home_mm": "there"}, "home_mm = there: "),
+        ({"bodies": None}, "bodies: "),
+        ({"bodies": BODIES | {"tail": BODIES["base"]}}, "bodies.tail: "),
+        ({"bodies": {n: b for n, b in BODIES.items() if n != "platform"}}, "bodies.platform: "),
+        ({"bodies": {n: b for n, b in BODIES.items() if n != "rod_2_1"}}, "bodies.rod_2_1: "),
+        (
+            {"bodies": BODIES | {"platform": {"mass_kg": -1.0, "centre_m": [0, 0, 0]}}},
+            "mass_kg = -1.0: 0",
+        ),
+        (
+            {"bodies": BODIES | {"platform": {"mass_kg": True, "centre_m": [0, 0, 0]}}},
+            "mass_kg = true: 0",
+        ),
+        (
+            {"bodies": BODIES | {"platform": {"mass_kg": 1.0, "centre_m": [0, 0]}}},
+            "centre_m = [0, 0]: 3",
+        ),
     ],
 )
 def test_mass_properties_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
     path = masses_file(tmp_path / "m.json", **({"bodies": BODIES} | change))
-    with pytest.raises(GravityError, match=rf"^m\.json: (bodies\.platform\.)?{words}"):
+    with refuses(GravityError, "m.json: ", words):
         read_masses(path, design_with())
 
 
 def test_mass_properties_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(GravityError, match=r"none\.json: cannot be read: No such file"):
+    with refuses(GravityError, "none.json"):
         read_masses(tmp_path / "none.json", design_with())
     (tmp_path / "m.json").write_text("{")
-    with pytest.raises(GravityError, match=r"m\.json: is not JSON we can read"):
+    with refuses(GravityError, "m.json"):
         read_masses(tmp_path / "m.json", design_with())
 
 

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from optimizer.certify.tiling import TilingError, check_tiling, corners
+from tests.optimizer.messages import refuses
 
 
 def halved(cells, n, axis):
@@ -44,9 +45,9 @@ def test_every_subdivision_tiles(cells, random):
 @given(tilings(), st.data())
 def test_a_missing_a_doubled_and_a_moved_box_are_noticed(cells, data):
     n = data.draw(st.integers(0, len(cells) - 1))
-    with pytest.raises(TilingError, match="boxes are missing"):
+    with pytest.raises(TilingError, match="missing"):
         check_tiling([*cells[:n], *cells[n + 1 :]])
-    with pytest.raises(TilingError, match="times the cube: some overlap"):
+    with pytest.raises(TilingError, match="overlap"):
         check_tiling([*cells, cells[n]])
     if len(cells) > 1:
         other = data.draw(st.integers(0, len(cells) - 1))
@@ -58,22 +59,22 @@ def test_a_missing_a_doubled_and_a_moved_box_are_noticed(cells, data):
 def test_the_right_volume_in_the_wrong_place():
     left, right = (1, 0, 0, 0, 0, 0), (1, 1, 0, 0, 0, 0)
     check_tiling([left, right])
-    with pytest.raises(TilingError, match=r"part \[1, .* is in no box|overlaps"):
+    with refuses(TilingError, "1"):
         check_tiling([left, left])
-    with pytest.raises(TilingError, match="cannot be halved between its boxes"):
+    with pytest.raises(TilingError, match="overlap"):
         check_tiling([left, (0, 0, 1, 0, 0, 0)])
-    with pytest.raises(TilingError, match=r"the part \[1, 1, 0, 0, 0, 0\] of the cube is in no box"):
+    with refuses(TilingError, "1", "0", "0"):
         check_tiling([(2, 0, 0, 0, 0, 0), (2, 1, 0, 0, 0, 0), (2, 0, 0, 0, 0, 0), (2, 1, 0, 0, 0, 0)])
-    with pytest.raises(TilingError, match="overlaps another"):
+    with pytest.raises(TilingError, match="overlap"):
         check_tiling([right, (2, 2, 0, 0, 0, 0), (2, 3, 0, 0, 0, 0)])
 
 
 @pytest.mark.parametrize("cell", [(-1, 0, 0, 0, 0, 0), (1, 2, 0, 0, 0, 0), (0, -1, 0, 0, 0, 0), (10**9, 1, 0, 0, 0, 0)])
 def test_boxes_outside_the_cube(cell):
-    with pytest.raises(TilingError, match="lies outside the cube"):
+    with pytest.raises(TilingError, match="outside"):
         check_tiling([cell])
 
 
 def test_no_boxes():
-    with pytest.raises(TilingError, match="a part of 1 of the cube is in no box"):
+    with refuses(TilingError, "1"):
         check_tiling([])

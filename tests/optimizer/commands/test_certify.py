@@ -16,12 +16,10 @@ import pytest
 
 from delta_cad.common import console
 from delta_cad.design import design_hash, load_design
-from delta_cad.mechanism import Cube, DeltaGeometry, conditioning, reach_excess, rod_lean, worst_joint_torque
-from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
-from optimizer.certify.bounds import bounds
-from optimizer.certify.certificate import asked_of, cube_of, values_of
-from optimizer.certify.report import rounded
-from tests.optimizer.designs_to_certify import BEST, call, changed, masses, redigested
+from delta_cad.mechanism import conditioning, reach_excess, rod_lean, worst_joint_torque
+from tests.committed import BEST
+from tests.optimizer.certify.designs import call, changed, masses, redigested
+from tests.optimizer.messages import holds
 from tests.terminal import shown_on_a_terminal
 
 
@@ -153,7 +151,7 @@ def test_gravity_by_hand_decides_the_verdict(tmp_path: Path, capsys: pytest.Capt
     assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.49") == 1
     err = capsys.readouterr().err
     assert err.startswith("design.json: torque is refuted: torque with gravity is 0.805971 N m at (")
-    assert "0.00597 N m above the limit of 0.8 N m" in err
+    assert holds(err, "0.00597 0.8")
 
 
 def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
@@ -176,17 +174,6 @@ def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
         assert rows[figure]["verdict"] == "proved"
         assert rows[figure]["proved"] == rows[figure]["limit"], figure
     assert call("verify", out, "--design", path, "--without-gravity") == 0
-
-
-@pytest.mark.parametrize("degrees", [*range(1, 90), 65.5, 27.1])
-def test_a_limit_in_degrees_is_told_as_it_was_given(degrees: float) -> None:
-    """It is rounded to its strict side in radians by two doubles at least: never to more than was given."""
-    design = load_design(BEST)
-    asked = design.requirements.model_copy(update={"lean_max_deg": degrees, "shoulder_min_deg": -degrees})
-    limits = asked_of(design.model_copy(update={"requirements": asked}), None)
-    (lean,), (shoulder_min, _) = (limits[name].figures for name in ("lean", "shoulder"))
-    assert rounded(limits["lean"].bound(lean) * lean.scale, True) == f"{degrees:g}"
-    assert rounded(limits["shoulder"].bound(shoulder_min) * shoulder_min.scale, False) == f"{-degrees:g}"
 
 
 def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -225,11 +212,10 @@ def test_refuted_design_exits_1_with_each_condition_its_excess_and_its_point(
     assert call("certify", "--design", path, "--out", out) == 1
     told, err = capsys.readouterr()
     assert err.count("\n") == 1
-    assert "kappa is refuted: kappa is 2.26769 at (-37.500, -37.500, 132.112) mm, 0.0677 above the limit of 2.2" in err
-    assert "shoulder is refuted: shoulder, smallest is -39.2403 deg" in err
-    assert "9.24 deg below the limit of -30 deg" in err
+    assert holds(err, "kappa 2.26769 -37.500 132.112 0.0677 2.2")
+    assert holds(err, "shoulder -39.2403 9.24 -30")
     assert "shoulder, largest is" not in err
-    assert "lean is refuted: lean is 27.1971 deg" in err
+    assert holds(err, "lean 27.1971")
     words = {line.split("  ")[0]: line for line in told.splitlines()}
     assert "proved" in words["shoulder, largest"]
     assert "refuted" in words["shoulder, smallest"]
@@ -314,34 +300,37 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
     faint = changed(tmp_path, joint_torque_N_m=1e-9).rename(tmp_path / "faint.json")
     changed(tmp_path)
     cases = (
-        (("certify",), "required: --design"),
-        (("certify", "--design", "none.json"), "none.json: cannot be read"),
-        (("certify", "--design", "text.json"), "text.json: is not JSON"),
-        (("certify", "--design", weak), "weak.json: requirements.force_N = 1e-09: must be within 1e-06 and 1e+06 N"),
-        (("certify", "--design", faint), "faint.json: requirements.joint_torque_N_m = 1e-09: must be within 1e-06"),
-        (("certify", "--design", path, "--gravity-torque", "0.8"), "gravity torque = 0.8: must be >= 0 and <"),
-        (("certify", "--design", path, "--gravity-torque", "x"), "invalid float"),
-        (("certify", "--design", path, "--mass-properties", "none.json"), "none.json: cannot be read"),
-        (("certify", "--design", path, "--mass-properties", "list.json"), "list.json: schema: must be"),
-        (("certify", "--design", path, "--mass-properties", "a", "--gravity-torque", "0.1"), "not allowed with"),
-        (("certify", "--design", path, "--out", "dir"), "dir: Is a directory"),
+        (("certify",), "--design"),
+        (("certify", "--design", "none.json"), "none.json: "),
+        (("certify", "--design", "text.json"), "text.json: "),
+        (("certify", "--design", weak), "weak.json: requirements.force_N 1e-09 1e-06 1e+06"),
+        (("certify", "--design", faint), "faint.json: requirements.joint_torque_N_m 1e-09 1e-06"),
+        (("certify", "--design", path, "--gravity-torque", "0.8"), "gravity torque = 0.8: 0"),
+        (("certify", "--design", path, "--gravity-torque", "x"), "--gravity-torque"),
+        (("certify", "--design", path, "--mass-properties", "none.json"), "none.json: "),
+        (("certify", "--design", path, "--mass-properties", "list.json"), "list.json: "),
+        (
+            ("certify", "--design", path, "--mass-properties", "a", "--gravity-torque", "0.1"),
+            "--mass-properties --gravity-torque",
+        ),
+        (("certify", "--design", path, "--out", "dir"), "dir: "),
         (("certify", "--design", path, "--out", "text.json/c.json"), "text.json/c.json: "),
         (("verify",), "required: CERT"),
-        (("verify", "none.json"), "none.json: cannot be read"),
-        (("verify", "text.json"), "text.json: is not JSON"),
-        (("verify", "list.json"), "list.json: the file: "),
+        (("verify", "none.json"), "none.json: "),
+        (("verify", "text.json"), "text.json: "),
+        (("verify", "list.json"), "list.json: "),
         (("verify", path), "design.json: schema: "),
-        (("verify", path, "--mass-properties", "none.json"), "--mass-properties needs --design"),
-        (("verify", path, "--gravity-torque", "0.1"), "--gravity-torque needs --design"),
-        (("verify", path, "--gravity-torque", "0.1", "--mass-properties", "a"), "not allowed with"),
-        (("verify", "right.json", "--design", path, "--gravity-torque", "nan"), "gravity torque = nan: must be >= 0"),
-        (("verify", path, "--design", "none.json"), "none.json: cannot be read"),
+        (("verify", path, "--mass-properties", "none.json"), "--mass-properties --design"),
+        (("verify", path, "--gravity-torque", "0.1"), "--gravity-torque --design"),
+        (("verify", path, "--gravity-torque", "0.1", "--mass-properties", "a"), "--mass-properties --gravity-torque"),
+        (("verify", "right.json", "--design", path, "--gravity-torque", "nan"), "gravity torque = nan: 0"),
+        (("verify", path, "--design", "none.json"), "none.json: "),
     )
     for arguments, words in cases:
         assert refused(tmp_path, *arguments) == (2, set()), arguments
         told, err = capsys.readouterr()
         assert told == ""
-        assert words in err
+        assert holds(err, words)
         assert err.count("\n") == 1
 
 
@@ -403,47 +392,3 @@ def test_help_and_verify_load_no_compiler(tmp_path: Path) -> None:
         f"assert main(['verify', {str(tmp_path / 'c.json')!r}]) == 0\nassert 'numba' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-
-
-def searched(tmp_path: Path) -> tuple[DeltaGeometry, Cube, dict[str, WorstFigure]]:
-    design = load_design(changed(tmp_path))
-    g, cube = design.geometry, cube_of(design)
-    return g, cube, {one.figure.name: one for one in worst_figures(g, cube, values_of(design))}
-
-
-def test_a_bound_moves_on_to_the_point_that_refutes_its_extreme(tmp_path: Path) -> None:
-    """Told of too small a kappa, the prover finds points beyond it until none is left that a bound near by excludes."""
-    g, cube, worst = searched(tmp_path)
-    true = worst["kappa"].value
-    (found,) = bounds(g, cube, [worst["kappa"]._replace(value=true * 0.9, position=(0.0, 0.0, 0.0))])
-    assert found.figure.name == "kappa"
-    assert float(conditioning(g, np.array(found.point))) == found.attained
-    assert found.proved is not None
-    assert found.attained <= true * (1.0 + 1e-12)  # the true extreme lies in a corner, which both find
-    assert true <= found.proved <= found.attained * (1.0 + 1.001e-5)
-
-
-def test_a_figure_without_bound_has_no_row_of_numbers(tmp_path: Path) -> None:
-    """Limits beyond what the prover takes, and figures without an end, are left out."""
-    g, cube, worst = searched(tmp_path)
-    odd = {
-        "torque": 2e6,
-        "kappa": np.inf,
-        "lean": np.pi / 2.0,
-        "shoulder_min": -np.pi,
-        "shoulder_max": np.pi,
-    }
-    told = [one._replace(value=odd.get(name, one.value), position=(0.0, 0.0, 0.1)) for name, one in worst.items()]
-    found = {b.figure.name: b.proved for b in bounds(g, cube, told) if b.figure.threshold}
-    assert "kappa" not in found
-    assert [name for name, proved in found.items() if proved is None] == [
-        "torque", "lean", "shoulder_min", "shoulder_max",
-    ]  # fmt: skip
-
-
-def test_rounding_keeps_a_bound_true() -> None:
-    for x in (2.2676939276602437, 0.1, 54.909705274, -39.24005, 1e-7, 123456.5):
-        assert float(rounded(x, True)) >= x >= float(rounded(x, False))
-    assert rounded(2.2676931, True) == "2.2677"
-    assert rounded(0.8, True) == rounded(0.8, False) == "0.8"
-    assert rounded(2.2676931, False) == "2.26769"

@@ -14,7 +14,7 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.certify.certificate import cube_of
-from tests.optimizer.designs_to_certify import call, changed, masses
+from tests.optimizer.certify.designs import call, changed, masses
 
 
 def heaviest(path: Path, file: Path) -> float:
@@ -75,7 +75,7 @@ def test_an_effective_mass_without_masses_is_refused_with_field_and_option(
         assert err.count("\n") == 1
     file = masses(tmp_path, load_design(path))  # enough for gravity, but without moments of inertia
     assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--mass-properties", file) == 2
-    assert "mass_properties.json: bodies.upper_arm_0: must have" in capsys.readouterr().err
+    assert "mass_properties.json: bodies.upper_arm_0.inertia_kg_m2: must" in capsys.readouterr().err
     assert not (tmp_path / "c.json").exists()
 
 

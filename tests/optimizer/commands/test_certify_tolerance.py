@@ -12,7 +12,8 @@ import pytest
 from delta_cad.design import load_design
 from optimizer.certify.certificate import CertificateError, verify
 from optimizer.certify.file import read_certificate
-from tests.optimizer.designs_to_certify import BEST, call, changed, masses, redigested
+from tests.committed import BEST
+from tests.optimizer.certify.designs import call, changed, masses, redigested
 
 ROOMY = {"kappa_max": 2.35, "lean_max_deg": 29.0, "shoulder_min_deg": -45.0, "shoulder_max_deg": 70.0}
 

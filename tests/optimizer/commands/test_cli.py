@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from optimizer.search.genetic import Generation
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from optimizer.synthesis.output import design_of, write_design
 from optimizer.synthesis.three_step import METHODS, Run
+from tests.optimizer.messages import refuses
 from tests.terminal import shown_on_a_terminal
 
 JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
@@ -222,7 +224,8 @@ def test_a_killed_run_is_taken_up_to_the_same_file(tmp_path: Path, done: tuple[P
     lines = tmp_path / "best.json.checkpoint.jsonl"
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     while run.poll() is None and (not lines.exists() or lines.read_bytes().count(b"\n") < 4):
-        pass
+        with suppress(subprocess.TimeoutExpired):  # asking without a pause takes half of a machine of two cores
+            run.wait(0.01)
     run.kill()
     assert run.wait() == -signal.SIGKILL
     lines.write_bytes(lines.read_bytes()[:-20])
@@ -292,13 +295,13 @@ def test_checkpoint_of_another_run_or_no_checkpoint_is_refused(
 ) -> None:
     path = tmp_path / "b.json.checkpoint.jsonl"
     Checkpoint(path, KEY, resume=False).close()
-    with pytest.raises(CheckpointError, match="is of another run"):
+    with pytest.raises(CheckpointError, match="another run"):
         Checkpoint(path, KEY | {"seed": 2}, resume=True)
     assert call("synthesize", JOYSTICK, "--out", tmp_path / "b.json", "--resume") == 2
     assert capsys.readouterr().err.startswith("b.json.checkpoint.jsonl: is of another run: requirements, method, seed")
     for text in ("nonsense\n", "[]\n", '{"key":{"seed":1,"steps":[1,2]}}\n{"phase":"1/ga"}\n'):
         path.write_text(text)
-        with pytest.raises(CheckpointError, match="is not a checkpoint"):
+        with pytest.raises(CheckpointError):
             Checkpoint(path, KEY, resume=True)
 
 
@@ -310,7 +313,7 @@ def test_design_of_a_result_carries_the_limits_and_refuses_what_the_design_file_
     write_design(design, tmp_path / "b.json")
     assert load_design(tmp_path / "b.json") == design
     wide = load_requirements(requirements(tmp_path, parallelogram_width_mm="400"))
-    with pytest.raises(DesignError, match=r"^b\.json: mechanism\.parallelogram_width_mm = 400\.0"):
+    with refuses(DesignError, "b.json", "mechanism.parallelogram_width_mm", "400.0"):
         design_of(wide, results, "sqp", 0, "b.json")
 
 

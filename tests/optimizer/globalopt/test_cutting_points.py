@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from delta_cad.mechanism.enclosure.affine_form import add, constant, scale
+from delta_cad.mechanism.enclosure.symmetric import quotient
 from delta_cad.mechanism.enclosure.table import EXCLUDED
 from delta_cad.mechanism.limits import (
     AssemblyMode,
@@ -210,3 +213,26 @@ def test_contraction_never_cuts_off_what_meets_all_cuts() -> None:
         assert (points[kept] <= box[1] + 1e-17).all()
         cut += share < 0.9
     assert cut > 50
+
+
+def test_a_rayleigh_quotient_counts_eight_roundings_of_each_factor() -> None:
+    """Beside what its products and sums count themselves; the exact quotient of constants lies inside."""
+    rng = np.random.default_rng(8)
+    for _ in range(50):
+        vector = rng.normal(size=3)
+        work = np.zeros((6, 1))
+        work[3:, 0] = vector
+        entries = rng.normal(size=6) * 10.0 ** rng.uniform(-4.0, 4.0, 6)
+        matrix = tuple(constant(float(a), 0.0) for a in entries)
+        found = quotient(matrix, work, 0)
+        x, y, z = (Fraction(float(v)) for v in vector)
+        products = [x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z]
+        exact = sum(f * Fraction(float(a)) for f, a in zip(products, entries, strict=True)) / (x * x + y * y + z * z)
+        assert abs(exact - Fraction(found[0])) <= Fraction(found[5])
+        x, y, z = vector.tolist()
+        f = 1.0 / (x * x + y * y + z * z)
+        factors = (f * x * x, f * y * y, f * z * z, 2.0 * f * x * y, 2.0 * f * x * z, 2.0 * f * y * z)
+        parts = [scale(k, a) for k, a in zip(factors, matrix, strict=True)]
+        own = add(add(add(parts[0], parts[1]), parts[2]), add(add(parts[3], parts[4]), parts[5]))
+        eight = Fraction(8, 2**53) * sum(abs(Fraction(a)) for a in entries.tolist())
+        assert Fraction(found[5]) - Fraction(own[5]) >= eight

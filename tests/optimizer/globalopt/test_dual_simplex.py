@@ -17,7 +17,7 @@ def room() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         np.zeros(SIZE, dtype=np.int64),
         np.zeros(SIZE),
         np.empty((SIZE, SIZE)),
-        np.empty((SIZE, 1)),
+        np.empty(SIZE),
     )
 
 

@@ -21,7 +21,9 @@ from delta_cad.mechanism import (
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.problem import evaluator
-from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface, sample_points
+from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface
+from tests.optimizer.messages import refuses
+from tests.optimizer.tasks import sample_points
 
 NAMES = Figures._fields[:6]
 """Of the figures; what they are the figures of stands behind them."""
@@ -186,7 +188,7 @@ def test_another_missing_module_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setitem(sys.modules, "optimizer.problem.compiled", None)
     evaluator._compiled.cache_clear()
     try:
-        with pytest.raises(ModuleNotFoundError, match=r"optimizer\.problem\.compiled"):
+        with refuses(ModuleNotFoundError, "optimizer.problem.compiled"):
             figures(DESIGNS, half_surface(3))
     finally:
         evaluator._compiled.cache_clear()

@@ -11,10 +11,11 @@ from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.workspace import CubeSearch
-from optimizer.problem.evaluator import VARIABLES, half_surface, sample_points
+from optimizer.problem.evaluator import VARIABLES, half_surface
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_of, step_problem
-from tests.optimizer.tasks import INERTIA, task
+from tests.optimizer.messages import refuses
+from tests.optimizer.tasks import INERTIA, sample_points, task
 
 PUBLISHED = np.array([82, 112.079, 40, 30, 57.112, 35])
 
@@ -62,13 +63,13 @@ def test_what_a_step_reaches_bounds_the_next() -> None:
 
 
 def test_steps_and_constraints_that_do_not_exist_are_refused() -> None:
-    with pytest.raises(ProblemError, match="step is 4; it must be 1, 2 or 3"):
+    with refuses(ProblemError, "4", "1", "2", "3"):
         step_problem(task(), 4)
-    with pytest.raises(ProblemError, match="there is no constraint 'speed'; known: outline, reach"):
+    with pytest.raises(ProblemError, match="'speed'"):
         step_problem(task(), 1, without=frozenset({"speed"}))
-    with pytest.raises(ProblemError, match=r"step 3 needs step_3\.half_side_mm or what step 2 reached"):
+    with refuses(ProblemError, "3", "step_3.half_side_mm", "2"):
         step_problem(task(), 3)
-    with pytest.raises(ProblemError, match="step 3 needs a cube; its half side is 0 mm"):
+    with refuses(ProblemError, "3", "0"):
         step_problem(task(), 3, 0.0)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import re
 import subprocess
 import sys
 import tomllib
@@ -21,6 +20,7 @@ from optimizer.problem.requirements import (
     requirements_from_dict,
     requirements_hash,
 )
+from tests.optimizer.messages import holds, refuses
 from tests.optimizer.tasks import INERTIA
 
 JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
@@ -98,63 +98,63 @@ def test_an_effective_mass_is_asked_with_its_masses() -> None:
 
 
 REFUSED = [
-    ("name", "../up", 'name = "../up": must be 1 to 64 letters'),
-    ("name", MISSING, "name: is missing; must be 1 to 64 letters"),
-    ("requirements", 3, "requirements = 3: must be a table"),
-    ("requirements", MISSING, "requirements: is missing; must be a table"),
-    ("requirements.force_N", MISSING, "requirements.force_N: is missing; must be a number > 0 and <= 1000 N"),
-    ("requirements.force_N", 0, "requirements.force_N = 0: must be a number > 0 and <= 1000 N"),
-    ("requirements.force_N", True, "requirements.force_N = true: must be a number"),
-    ("requirements.force_N", float("nan"), "requirements.force_N = NaN: must be finite"),
-    ("requirements.joint_torque_N_m", float("inf"), "requirements.joint_torque_N_m = Infinity: must be finite"),
-    ("requirements.envelope_width_m", 0.27, "requirements.envelope_width_m = 0.27: unknown key; known here: envelope"),
-    ("speed", 1, "speed = 1: unknown key; known here: name, requirements, bounds_mm, limits, step_3"),
-    ("bounds_mm.half_side", [100, 0], "bounds_mm.half_side = [100.0, 0.0]: bounds are swapped: must be [lower, upper]"),
-    ("bounds_mm.half_side", [0, 0], "bounds_mm.half_side = [0.0, 0.0]: upper bound must be > 0 mm"),
-    ("bounds_mm.half_side", [0, float("nan")], "bounds_mm.half_side[1] = NaN: must be finite"),
-    ("bounds_mm.base_radius", [40], "bounds_mm.base_radius[1] = [40]: must be [lower, upper], two numbers"),
-    ("bounds_mm.base_radius", 40, "bounds_mm.base_radius = 40: must be [lower, upper], two numbers, each >= 1"),
-    ("bounds_mm.base_radius", [0, 40], "bounds_mm.base_radius[0] = 0: must be [lower, upper], two numbers"),
-    ("bounds_mm.base_radius", ["40", 40], 'bounds_mm.base_radius[0] = "40": must be [lower, upper]'),
-    ("bounds_mm.base_radius", MISSING, "bounds_mm.base_radius: is missing; must be [lower, upper]"),
-    ("limits.kappa_max", 0.5, "limits.kappa_max = 0.5: must be a number >= 1 and <= 1e+06"),
-    ("limits.lean_max_deg", 90, "limits.lean_max_deg = 90: must be a number > 0 and < 90 deg"),
-    ("limits.shoulder_deg", [80, -45], "limits.shoulder_deg = [80.0, -45.0]: bounds are swapped"),
-    ("limits.gravity_m_s2", [0, 0], "limits.gravity_m_s2[2] = [0, 0]: must be a list of 3 numbers"),
-    ("limits.outline_overhead_mm", [-1, 0], "limits.outline_overhead_mm[0] = -1: must be [along W, along D]"),
-    ("limits.gravity_torque_N_m", 0.8, "limits.gravity_torque_N_m = 0.8: must be < requirements.joint_torque_N_m"),
-    ("limits.shoulder_deg", [10, 10], "shoulder: shoulder is (0.1745"),
+    ("name", "../up", 'name = "../up": 1 64'),
+    ("name", MISSING, "name: 1 64"),
+    ("requirements", 3, "requirements = 3: "),
+    ("requirements", MISSING, "requirements: "),
+    ("requirements.force_N", MISSING, "requirements.force_N: 0 1000"),
+    ("requirements.force_N", 0, "requirements.force_N = 0: 0 1000"),
+    ("requirements.force_N", True, "requirements.force_N = true: "),
+    ("requirements.force_N", float("nan"), "requirements.force_N = NaN: "),
+    ("requirements.joint_torque_N_m", float("inf"), "requirements.joint_torque_N_m = Infinity: "),
+    ("requirements.envelope_width_m", 0.27, "requirements.envelope_width_m = 0.27: "),
+    ("speed", 1, "speed = 1: bounds_mm step_3"),
+    ("bounds_mm.half_side", [100, 0], "bounds_mm.half_side = [100.0, 0.0]: "),
+    ("bounds_mm.half_side", [0, 0], "bounds_mm.half_side = [0.0, 0.0]: 0"),
+    ("bounds_mm.half_side", [0, float("nan")], "bounds_mm.half_side[1] = NaN: "),
+    ("bounds_mm.base_radius", [40], "bounds_mm.base_radius[1] = [40]: "),
+    ("bounds_mm.base_radius", 40, "bounds_mm.base_radius = 40: 1"),
+    ("bounds_mm.base_radius", [0, 40], "bounds_mm.base_radius[0] = 0: "),
+    ("bounds_mm.base_radius", ["40", 40], 'bounds_mm.base_radius[0] = "40": '),
+    ("bounds_mm.base_radius", MISSING, "bounds_mm.base_radius: "),
+    ("limits.kappa_max", 0.5, "limits.kappa_max = 0.5: 1 1e+06"),
+    ("limits.lean_max_deg", 90, "limits.lean_max_deg = 90: 0 90"),
+    ("limits.shoulder_deg", [80, -45], "limits.shoulder_deg = [80.0, -45.0]: "),
+    ("limits.gravity_m_s2", [0, 0], "limits.gravity_m_s2[2] = [0, 0]: 3"),
+    ("limits.outline_overhead_mm", [-1, 0], "limits.outline_overhead_mm[0] = -1: "),
+    ("limits.gravity_torque_N_m", 0.8, "limits.gravity_torque_N_m = 0.8: requirements.joint_torque_N_m"),
+    ("limits.shoulder_deg", [10, 10], "shoulder: "),
     (
         "limits.effective_mass_max_kg",
         0.4,
-        "limits.effective_mass_max_kg = 0.4: needs the masses of what moves: table ",
+        "limits.effective_mass_max_kg = 0.4: ",
     ),
-    ("limits.effective_mass_max_kg", 0, "limits.effective_mass_max_kg = 0: must be a number > 0 and <= 1000 kg"),
-    ("limits.effective_mass_max_kg", 1001, "limits.effective_mass_max_kg = 1001: must be a number > 0 and <= 1000 kg"),
-    ("limits.effective_mass_max_kg", True, "limits.effective_mass_max_kg = true: must be a number"),
-    ("inertia", INERTIA | {"carried_mass_kg": 0}, "inertia.carried_mass_kg = 0: must be a number > 0 and <= 1000 kg"),
+    ("limits.effective_mass_max_kg", 0, "limits.effective_mass_max_kg = 0: 0 1000"),
+    ("limits.effective_mass_max_kg", 1001, "limits.effective_mass_max_kg = 1001: 0 1000"),
+    ("limits.effective_mass_max_kg", True, "limits.effective_mass_max_kg = true: "),
+    ("inertia", INERTIA | {"carried_mass_kg": 0}, "inertia.carried_mass_kg = 0: 0 1000"),
     (
         "inertia",
         INERTIA | {"elbow_mass_kg": -1e-9},
-        "inertia.elbow_mass_kg = -1e-09: must be a number >= 0 and <= 1000",
+        "inertia.elbow_mass_kg = -1e-09: 0 1000",
     ),
     (
         "inertia",
         INERTIA | {"cross_mass_kg": -1001},
-        "inertia.cross_mass_kg = -1001: must be a number >= -1000 and",
+        "inertia.cross_mass_kg = -1001: -1000",
     ),
     (
         "inertia",
         INERTIA | {"joint_inertia_kg_m2": 2000},
-        "inertia.joint_inertia_kg_m2 = 2000: must be a number >= 0",
+        "inertia.joint_inertia_kg_m2 = 2000: 0",
     ),
-    ("inertia", {"carried_mass_kg": 0.1}, "inertia.elbow_mass_kg: is missing; must be a number >= 0 and <= 1000 kg"),
-    ("inertia", INERTIA | {"speed": 1}, "inertia.speed = 1: unknown key; known here: carried_mass_kg, elbow_mass_kg"),
-    ("inertia", 3, "inertia = 3: must be a table"),
-    ("requirements.force_N", 1e-9, "torque: force is 1e-09; it must be within 1e-06 and 1e+06 N"),
-    ("requirements.joint_torque_N_m", 1e-9, "torque: torque_max is 1e-09; it must be within 1e-06 and 1e+06 N m"),
-    ("step_3.half_side_mm", 120, "step_3.half_side_mm = 120.0: must be within bounds_mm.half_side = [0, 100] mm"),
-    ("step_3.half_side_mm", 0, "step_3.half_side_mm = 0: must be a number > 0 and <= 1000 mm"),
+    ("inertia", {"carried_mass_kg": 0.1}, "inertia.elbow_mass_kg: 0 1000"),
+    ("inertia", INERTIA | {"speed": 1}, "inertia.speed = 1: carried_mass_kg elbow_mass_kg"),
+    ("inertia", 3, "inertia = 3: "),
+    ("requirements.force_N", 1e-9, "torque: 1e-09 1e-06 1e+06"),
+    ("requirements.joint_torque_N_m", 1e-9, "torque: torque_max 1e-09 1e-06 1e+06"),
+    ("step_3.half_side_mm", 120, "step_3.half_side_mm = 120.0: bounds_mm.half_side 0 100"),
+    ("step_3.half_side_mm", 0, "step_3.half_side_mm = 0: 0 1000"),
 ]
 
 
@@ -169,36 +169,39 @@ def test_refusal_names_file_field_value_and_what_is_allowed(field: str, value: A
         del table[last]
     else:
         table[last] = value
-    with pytest.raises(RequirementsError, match="^" + re.escape(f"task.toml: {words}")) as caught:
+    with pytest.raises(RequirementsError) as caught:
         requirements_from_dict(data, "task.toml")
-    assert "\n" not in str(caught.value)
+    text = str(caught.value)
+    assert text.startswith("task.toml: ")
+    assert holds(text, words)
+    assert "\n" not in text
 
 
 def test_a_value_that_is_no_table_is_refused() -> None:
-    with pytest.raises(RequirementsError, match=r"^requirements: \[1, 2\]: must be a table$"):
+    with refuses(RequirementsError, "1", "2"):
         requirements_from_dict([1, 2])
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"name = \xff", "task.toml: is not UTF-8 text: invalid start byte at byte 7"),
-        (b"name = ", "task.toml: is not TOML we can read: Invalid value"),
-        (b"name = 'a'\nname = 'b'", "task.toml: is not TOML we can read: Cannot overwrite a value"),
-        (b"name = " + b"1" * 5000, "task.toml: is not TOML we can read: Exceeds the limit"),
-        (b"name = " + b"[" * 100_000, "task.toml: is not TOML we can read: "),
+        (b"name = \xff", "task.toml: 7"),
+        (b"name = ", "task.toml: "),
+        (b"name = 'a'\nname = 'b'", "task.toml: "),
+        (b"name = " + b"1" * 5000, "task.toml: 4300"),
+        (b"name = " + b"[" * 100_000, "task.toml: "),
     ],
     ids=["encoding", "syntax", "twice", "digits", "nested"],
 )
 def test_unreadable_file_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     file = tmp_path / "task.toml"
     file.write_bytes(content)
-    with pytest.raises(RequirementsError, match="^" + re.escape(words)):
+    with refuses(RequirementsError, words):
         load_requirements(file)
 
 
 def test_missing_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RequirementsError, match=r"^none\.toml: cannot be read: No such file"):
+    with refuses(RequirementsError, "none.toml"):
         load_requirements(tmp_path / "none.toml")
 
 

@@ -8,6 +8,7 @@ import pytest
 from optimizer.problem.step import step_problem
 from optimizer.search import sqp
 from optimizer.search.genetic import Generation, GeneticError, Population, evolve
+from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import task
 
 STEP_3 = step_problem(task((90, 130), (30, 45), half_side_mm=35), 3)
@@ -56,19 +57,19 @@ def test_a_record_is_taken_up_where_it_ends(first: Population, kept: list[Genera
 
 
 def test_a_record_of_another_search_is_refused(kept: list[Generation]) -> None:
-    with pytest.raises(GeneticError, match="generation 1 of the record is not of this search"):
+    with refuses(GeneticError, "1"):
         evolve(STEP_3, 4, 12, 8, record=kept)
 
 
 @pytest.mark.parametrize(("population", "generations"), [(3, 5), (8, 0)])
 def test_too_small_a_search_is_refused(population: int, generations: int) -> None:
-    with pytest.raises(GeneticError, match=r"at least 1, 4 and 1 are needed"):
+    with refuses(GeneticError, "1", "1", "4"):
         evolve(STEP_3, 0, population, generations)
 
 
 def test_nothing_free_is_refused() -> None:
     problem = step_problem(task((112, 112), (30, 30), (57, 57), half_side_mm=35), 3)
-    with pytest.raises(GeneticError, match=r"^0 free variables"):
+    with refuses(GeneticError, "0"):
         evolve(problem, 0, 8, 8)
 
 

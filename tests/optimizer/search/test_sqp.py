@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from optimizer.problem.evaluator import sample_points
 from optimizer.problem.extremes import design_worst
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search import sqp
 from optimizer.search.active_set import DIFFERENCE, SLACK, Active, Program
-from tests.optimizer.tasks import task
+from tests.optimizer.tasks import sample_points, task
 
 
 def solved(problem: Problem, starts: int = 2) -> tuple[float, np.ndarray]:

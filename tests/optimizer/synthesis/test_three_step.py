@@ -19,7 +19,8 @@ from optimizer.search.result import ADVICE, Result
 from optimizer.search.sqp import Ending, Search
 from optimizer.synthesis import three_step
 from optimizer.synthesis.infeasible import InfeasibleError, _smallest, explain
-from optimizer.synthesis.three_step import METHODS, Progress, Run, presentable
+from optimizer.synthesis.three_step import METHODS, Progress, Run, best_holding
+from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import Memory, task
 
 PAPER = task(platform_radius=(30, 45), half_side_mm=35)
@@ -140,7 +141,7 @@ def test_a_step_without_a_feasible_design_bounds_nothing(monkeypatch: pytest.Mon
     def too_large(problem: Problem, last: Population) -> np.ndarray:
         return last.x[0] * np.where(np.array(problem.free) == "half_side", 1.1, 1.0)
 
-    monkeypatch.setattr(three_step, "presentable", too_large)
+    monkeypatch.setattr(three_step, "best_holding", too_large)
     one, two = run(task((82, 140), (30, 45), limits={"kappa_max": 2.27}), "ga", generations=30)
     assert not one.feasible
     assert two.problem.upper[5] == 100.0
@@ -199,7 +200,7 @@ def test_smallest_contradiction_is_named(given: Requirements, step: int, conflic
 def test_one_constraint_alone_is_named_before_two_others() -> None:
     """Reach and half side contradict each other too, but the outline cannot be met whatever else is given up."""
     given = task(half_side=(100, 100), limits={"outline_radius_max_mm": 100.0})
-    with pytest.raises(InfeasibleError, match=r"^step 1: R \+ L_A <= 100 mm .* cannot be met within") as caught:
+    with refuses(InfeasibleError, "1", "L_A", "100") as caught:
         run(given, "sqp", steps=(1,))
     assert caught.value.conflict == ("outline",)
     others = explain(given, step_problem(given, 1, without=frozenset({"outline"})), None, 0)
@@ -207,9 +208,7 @@ def test_one_constraint_alone_is_named_before_two_others() -> None:
 
 
 def test_the_ga_alone_finds_the_contradiction_too() -> None:
-    with pytest.raises(
-        InfeasibleError, match=r"limits\.kappa_max = 1\.2 and step_3\.half_side_mm = 40 mm cannot be met"
-    ):
+    with pytest.raises(InfeasibleError, match=r"limits\.kappa_max = 1\.2 .*step_3\.half_side_mm = 40 mm "):
         run(task(limits={"kappa_max": 1.2}, half_side_mm=40), "ga", steps=(3,))
 
 
@@ -222,10 +221,10 @@ def test_a_ga_that_meets_no_feasible_design_says_what_to_do() -> None:
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        ({"method": "magic"}, "method is 'magic'; it must be one of ga, sqp"),
-        ({"steps": (2, 1)}, r"steps are \[2, 1\]; each of 1, 2, 3"),
-        ({"steps": ()}, r"steps are \[\]; each of 1, 2, 3"),
-        ({"given": task(), "steps": (1, 3)}, "step 3 needs"),
+        ({"method": "magic"}, "'magic'"),
+        ({"steps": (2, 1)}, r"\[2, 1\]"),
+        ({"steps": ()}, r"\[\]"),
+        ({"given": task(), "steps": (1, 3)}, "step 3"),
     ],
 )
 def test_runs_that_make_no_sense_are_refused(other: dict[str, Any], words: str) -> None:
@@ -240,7 +239,7 @@ def test_a_ga_that_fails_between_its_samples_says_so(monkeypatch: pytest.MonkeyP
     def too_large(problem: Problem, last: Population) -> np.ndarray:
         return last.x[0] * np.where(np.array(problem.free) == "half_side", 1.1, 1.0)
 
-    monkeypatch.setattr(three_step, "presentable", too_large)
+    monkeypatch.setattr(three_step, "best_holding", too_large)
     result = run(given, "ga", steps=(2,), generations=12)[0]
     assert result.status == "between the samples"
     assert result.violations["kappa"] > 1e-6
@@ -252,14 +251,14 @@ def test_what_is_too_large_between_the_samples_is_made_smaller_until_it_holds() 
     k = problem.free.index("half_side")
     x = last.x[:1].copy()
     x[0, k] *= 1.02
-    found = presentable(problem, replace(last, x=x))
+    found = best_holding(problem, replace(last, x=x))
     np.testing.assert_array_equal(np.delete(found, k), np.delete(x[0], k))
     worst = design_worst(problem, problem.designs(found[None])[0], 41)["kappa"].values[0]
     # it holds, and a cube 1e-5 larger would not, or the whole of it held
     assert worst >= -1e-9
     assert found[k] == x[0, k] or worst < 1e-5
     x[0, k] *= 2.0
-    np.testing.assert_array_equal(presentable(problem, replace(last, x=x)), x[0])
+    np.testing.assert_array_equal(best_holding(problem, replace(last, x=x)), x[0])
 
 
 def test_an_sqp_that_finds_nothing_better_keeps_its_start(monkeypatch: pytest.MonkeyPatch) -> None:

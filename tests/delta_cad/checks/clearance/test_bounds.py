@@ -37,7 +37,7 @@ def random_frame(spread: float) -> np.ndarray:
 
 def space_named(start: str) -> ConfigurationSpace:
     pairs = held_apart(MACHINE, LIMITS, MESHES)
-    (found,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS) if s.name.startswith(start)]
+    (found,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS, 0.0) if s.name.startswith(start)]
     return found
 
 
@@ -115,7 +115,7 @@ def test_what_lies_inside_a_swept_body_is_not_called_apart() -> None:
     )
     a = Assembly("test", occurrences, (), (), arm, LIMITS.centre_mm)
     pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5))
-    (arms,) = spaces_of(pairs, arm, DOMAINS, LIMITS)
+    (arms,) = spaces_of(pairs, arm, DOMAINS, LIMITS, 0.0)
     assert np.isneginf(arms.always_apart(DistanceEngine())).all()
 
 
@@ -216,7 +216,7 @@ def test_a_halved_bound_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> Non
     meshes = MeshLibrary(a.parts, 0.1, 0.5)
 
     def undecided() -> bool:
-        (wrist,) = spaces_of(held_apart(a, LIMITS, meshes), a.placement, DOMAINS, LIMITS)
+        (wrist,) = spaces_of(held_apart(a, LIMITS, meshes), a.placement, DOMAINS, LIMITS, 0.0)
         return bool(prove(wrist, DistanceEngine()).undecided)
 
     assert undecided()

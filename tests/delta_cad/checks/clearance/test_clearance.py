@@ -17,6 +17,7 @@ from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import free_tilt
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism import closure_margin, rod_lean
 from delta_cad.mechanism.placement import LINKS
@@ -56,7 +57,9 @@ def proven(a: Assembly, clearance_mm: float) -> bool:
     limits = replace(LIMITS, clearance_min_mm=clearance_mm)
     pairs = held_apart(a, limits, MeshLibrary(a.parts, 0.02, 0.2))
     engine = DistanceEngine()
-    return not any(prove(s, engine, 3000).undecided for s in spaces_of(pairs, a.placement, DOMAINS, limits))
+    return not any(
+        prove(s, engine, 3000).undecided for s in spaces_of(pairs, a.placement, DOMAINS, limits, free_tilt(a))
+    )
 
 
 @pytest.mark.parametrize("ratio", [9.5, 1.0])

@@ -14,6 +14,7 @@ from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
+from delta_cad.checks.links import free_tilt
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, machine, part, rod
@@ -25,7 +26,7 @@ CUBE = LIMITS.centre_mm[None], np.full((1, 3), LIMITS.half_side_mm)
 
 def handle_space(assembly: Assembly) -> Handle:
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
-    (space,) = [s for s in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS) if isinstance(s, Handle)]
+    (space,) = [s for s in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, 0.0) if isinstance(s, Handle)]
     return space
 
 
@@ -107,7 +108,7 @@ def test_no_two_points_come_closer_along_a_direction_than_the_bound_says(ratio: 
 def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
     assembly = machine()
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
-    for space in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS):
+    for space in spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, free_tilt(assembly)):
         bounds, pair = BoxBounds(space), RNG.integers(len(space.pairs.limit), size=40)
         middle, half = space.root()
         halves = np.repeat(half, 40, axis=0) * RNG.uniform(0.02, 0.4, (40, 1))
@@ -148,7 +149,7 @@ def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
     a = replace(m, occurrences=placed, joints=(), fits=())
     pairs = held_apart(a, LIMITS, MeshLibrary(a.parts, 0.05, 0.3))
     pairs = [replace(p, a=straying(p.a, deviation_mm), b=straying(p.b, deviation_mm)) for p in pairs]
-    (space,) = spaces_of(pairs, a.placement, DOMAINS, LIMITS)
+    (space,) = spaces_of(pairs, a.placement, DOMAINS, LIMITS, 0.0)
     return not prove(space, DistanceEngine()).undecided
 
 

@@ -132,7 +132,7 @@ def test_a_cube_with_a_fold_is_refused() -> None:
 def test_every_space_places_pairs_as_the_placement_does_and_bounds_their_travel(ratio: float) -> None:
     assembly = machine(ratio)
     pairs = held_apart(assembly, LIMITS, MESHES)
-    spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS)
+    spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, 0.0)
     names = [space.name for space in spaces]
     assert len(names) == (7 if ratio > 1.0 else 6)  # a direct drive leaves nothing fixed but the base
     kinds = [{frozenset(names) for names in space.pairs.names} for space in spaces]  # pieces of a body share its name
@@ -263,7 +263,7 @@ def test_box_levers_count_the_deviation() -> None:
 
 def test_bounds_for_all_angles_are_below_the_distance_at_any() -> None:
     pairs = held_apart(MACHINE, LIMITS, MESHES)
-    (swing,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS) if s.name.startswith("an arm")]
+    (swing,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS, 0.0) if s.name.startswith("an arm")]
     engine = DistanceEngine()
     always = swing.always_apart(engine)
     assert (always > 1.0).any()

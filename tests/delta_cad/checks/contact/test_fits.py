@@ -78,7 +78,7 @@ def test_the_rotor_of_a_direct_drive_may_not_run_into_its_arm() -> None:
     assert direct.placement == placement(1.0)
     # the pinion of this machine stands in the shaft: as one rigid body with the arm it is found
     assert not found["overlap on one link"].passed
-    assert "pinion" in found["overlap on one link"].detail
+    assert any("pinion" in name for name in found["overlap on one link"].worst_pair or ())
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, np.pi / 2])
@@ -103,7 +103,7 @@ def test_a_kernel_that_contradicts_itself_is_a_failure(monkeypatch: pytest.Monke
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None
     result = check(MACHINE)["overlap on one link"]
     assert not result.passed
-    assert "booleans disagree" in result.detail
+    assert result.value is None
     monkeypatch.setattr(fits, "_boolean", lambda *_: None)
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None
 

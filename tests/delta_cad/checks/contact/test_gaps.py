@@ -29,7 +29,6 @@ def test_a_gap_is_refused_where_it_is_wider_than_its_limit() -> None:
     (bad,) = check_largest_gaps(largest(4.0 + unsure - 1e-6), LIMITS, meshes)
     assert not bad.passed
     assert bad.name == "largest gap sector_0 / motor_0"
-    assert "wider" in bad.detail
 
 
 def test_gaps_without_a_limit_are_left_to_the_clearance() -> None:

@@ -9,16 +9,18 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of
 from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.links import turn_about_x
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.checks.outline.envelope import DIRECTIONS, shoulder_range, swept_outline
 from delta_cad.checks.outline.rod_reach import GAP_MM, RodReach
 from delta_cad.mechanism import inverse_kinematics
-from delta_cad.mechanism.geometry import RADIAL
+from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from tests.delta_cad.checks.machines import GEOMETRY, LIMITS, at, changed, machine, part, placement, rod
 
 RING = part("ring", rod(5.5, (0, -2.25, 0), (0, 2.25, 0)))  # a socket's eye: its axis swings with the rod's lean
 PLACEMENT = placement()
+TILT = np.radians(30.0)  # of the synthetic machine's sockets
 CUBES = [LIMITS, replace(LIMITS, bottom_height_mm=85.0, half_side_mm=20.0), replace(LIMITS, half_side_mm=30.0)]
 
 
@@ -35,19 +37,29 @@ MESHES = MeshLibrary(MACHINE.parts, 0.05, 0.35)
 BODIES = bodies_of(MACHINE.occurrences, MESHES)
 
 
-def reach(body: CollisionBody, p: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """(n,) reach of a body's mesh at handle positions (n, 3), straight from the placement."""
+def reach(body: CollisionBody, p: np.ndarray, d: np.ndarray, turns: np.ndarray | None = None) -> np.ndarray:
+    """(n,) reach of a body's mesh at handle positions (n, 3), straight from the placement.
+
+    With turns (k,), shares of the free turn, it is the farthest of them.
+    """
     frame = PLACEMENT(p)[body.link]
+    if turns is not None and body.link.startswith("rod"):
+        lean = np.arccos(np.clip(frame[:, :3, 1] @ TANGENTIAL[int(body.link[4])], -1.0, 1.0))
+        free = np.arccos(np.clip(np.cos(TILT) / np.cos(lean), 0.0, 1.0))
+        turned = (frame @ turn_about_x(share * free) for share in turns)
+        return np.max(
+            [((f[:, :3, :3] @ body.hull.T + f[:, :3, 3:]).transpose(0, 2, 1) @ d).max(axis=1) for f in turned], 0
+        )
     return ((frame[:, :3, :3] @ body.vertices.T + frame[:, :3, 3:]).transpose(0, 2, 1) @ d).max(axis=1)
 
 
-def polished(body: CollisionBody, limits: CheckLimits, d: np.ndarray) -> float:
+def polished(body: CollisionBody, limits: CheckLimits, d: np.ndarray, turns: np.ndarray | None = None) -> float:
     """The extreme over the cube from below: random positions, then ever closer about the best of them."""
     rng, low = np.random.default_rng(5), limits.centre_mm - limits.half_side_mm
     best, value, scale = limits.centre_mm, -np.inf, 2.0 * limits.half_side_mm
     for _ in range(40):
         p = np.clip(best + rng.uniform(-scale, scale, (200, 3)), low, low + 2.0 * limits.half_side_mm)
-        found = reach(body, p, d)
+        found = reach(body, p, d, turns)
         if found.max() > value:
             best, value = p[found.argmax()], float(found.max())
         scale *= 0.8
@@ -67,6 +79,25 @@ def test_no_position_in_a_box_reaches_beyond_its_bound(name: str) -> None:
         assert at_centre == pytest.approx(reach(body, centres, d), abs=1e-9)  # rounding of 100 mm
         for inside in np.clip(rng.uniform(-1.6, 1.6, (30, 1, 3)), -1.0, 1.0):
             assert (reach(body, centres + inside * halves, d) <= bound + 1e-9).all()
+
+
+@pytest.mark.parametrize("name", ["socket_0_0_elbow", "socket_1_1_elbow", "socket_2_0_wrist"])
+def test_no_turn_of_a_rod_about_itself_reaches_beyond_its_bound(name: str) -> None:
+    rng, body, shares = np.random.default_rng(12), BODIES[name], np.linspace(-1.0, 1.0, 7)
+    theta = shoulder_range(GEOMETRY, LIMITS)
+    rods, still = RodReach(PLACEMENT, LIMITS, theta, TILT), RodReach(PLACEMENT, LIMITS, theta)
+    halves = np.exp(rng.uniform(np.log(0.01), np.log(6.0), (60, 1))) * rng.uniform(0.0, 1.0, (60, 3))
+    centres = LIMITS.centre_mm + rng.uniform(-1.0, 1.0, (60, 3)) * (LIMITS.half_side_mm - halves)
+    exceeded = False
+    for angle in rng.uniform(0.0, 2.0 * np.pi, 5):
+        d = np.array([np.cos(angle), np.sin(angle), 0.0])
+        bound, at_centre = rods.bounds(body, d, centres, halves)
+        assert (reach(body, centres, d, shares) <= at_centre + 1e-9).all()
+        for inside in np.clip(rng.uniform(-1.6, 1.6, (6, 1, 3)), -1.0, 1.0):
+            turned = reach(body, centres + inside * halves, d, shares)
+            assert (turned <= bound + 1e-9).all()
+            exceeded |= bool((turned > still.bounds(body, d, centres, halves)[0] + 0.01).any())
+    assert exceeded  # without the turn the bound would be wrong
 
 
 def test_bounds_err_by_no_more_than_the_boxes_own_travel() -> None:
@@ -102,7 +133,7 @@ def test_the_outline_of_the_whole_machine_is_as_tight() -> None:
     for k, d in enumerate(DIRECTIONS):
         body = outline.bodies[k]
         assert not body.link.startswith("platform")
-        true = polished(body, LIMITS, d)
+        true = polished(body, LIMITS, d, np.linspace(-1.0, 1.0, 9))
         assert true <= outline.reach_mm[k] - body.mesh.deviation_mm <= true + 0.05
 
 

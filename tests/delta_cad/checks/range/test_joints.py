@@ -59,9 +59,9 @@ def test_an_assembly_without_joints_is_refused() -> None:
 
 
 def test_unknown_kinds_and_missing_limits_are_refused() -> None:
-    with pytest.raises(ValueError, match="unknown kind 'screw'"):
+    with pytest.raises(ValueError, match="screw"):
         check_joints(spoiled("elbow_0_0", kind="screw"), LIMITS)
-    with pytest.raises(ValueError, match="no tilt limit"):
+    with pytest.raises(ValueError, match="elbow_0_0"):
         check_joints(spoiled("elbow_0_0", tilt_limit_rad=None), LIMITS)
 
 

@@ -28,7 +28,7 @@ LINES = (
 TRIAL = """
 import json
 import numpy as np
-from delta_cad.design.file import Requirements
+from delta_cad.design.file import DesignRequirements
 from delta_cad.mechanism import Cube, DeltaGeometry, elbow_positions, inverse_kinematics
 from delta_cad.mechanism.limits import LIMITS, Limits
 from delta_cad.mechanism.proof.extremes import worst_figures
@@ -41,7 +41,7 @@ FIELD = "elbow_height_max_mm"
 g, cube = DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375)
 worst = next(w for w in worst_figures(g, cube, {"force_N": 3.0}) if w.figure.name == "elbow_height")
 out = {"worst": worst.value, "searched": [], "said": []}
-out["fields"] = [FIELD in table.model_fields for table in (LimitTable, Requirements)]
+out["fields"] = [FIELD in table.model_fields for table in (LimitTable, DesignRequirements)]
 middle = np.array([0.0, 0.0, cube.bottom_height + cube.half_side])
 place = (np.array([worst.position]) - middle) / cube.half_side
 seen = figures_numpy(np.array([[0.082, 0.112079, 0.040, 0.030, cube.bottom_height, cube.half_side]]), place)

@@ -10,8 +10,7 @@ from typing import Any
 from delta_cad.design import Design, design_to_dict, load_design
 from optimizer.certify.gravity import KNOWN
 from optimizer.commands import cli
-
-BEST = Path(__file__).parents[2] / "best.json"
+from tests.committed import BEST
 
 
 def call(*arguments: str | Path) -> int:

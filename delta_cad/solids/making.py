@@ -1,0 +1,81 @@
+"""Records of parts, each around one valid solid: those we make with their bores, those we buy with their order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypedDict, Unpack
+
+import cadquery as cq
+
+from delta_cad.catalogue import CatalogueRow
+from delta_cad.solids.materials import material
+from delta_cad.solids.part import Hole, Material, Part
+from delta_cad.solids.primitive import one_solid
+
+
+class Order(TypedDict, total=False):
+    """The order of a bought part, or of the stock that a part is made from; see `Part`."""
+
+    standard: str
+    order_code: str
+    source: str
+
+
+def made_part(
+    number: str,
+    description: str,
+    shape: cq.Shape,
+    substance: Material,
+    holes: Iterable[Hole] = (),
+    **order: Unpack[Order],
+) -> Part:
+    """Makes the record of a part that is machined or printed.
+
+    Args:
+        number: Part number.
+        description: One line for the bill of materials.
+        shape: Its shape, mm.
+        substance: Its material.
+        holes: Its bores; groups of equal diameter are joined, because a bore in a solid is recognised by its diameter.
+        order: Order of the stock it is made from, see `ordered`.
+
+    Raises:
+        BuildError: The shape is not one valid solid.
+    """
+    groups: dict[float, list[Hole]] = {}
+    for hole in holes:
+        groups.setdefault(round(hole.diameter_mm, 6), []).append(hole)
+    bores = tuple(map(_joined, groups.values()))
+    return Part(number, description, one_solid(shape, number), substance, True, bores, **order)
+
+
+def bought_part(
+    number: str, row: CatalogueRow, shape: cq.Shape, substance: str, mass_g: float | None = None, size: str = ""
+) -> Part:
+    """Makes the record of a bought part of its catalogue row.
+
+    Args:
+        number: Part number.
+        row: Row it is ordered by.
+        shape: Its outer shape, mm.
+        substance: Id of the material it is mostly made of, for its colour.
+        mass_g: Mass as the maker gives it; None: volume times density.
+        size: What is added to description and order code, such as " x 8".
+
+    Raises:
+        BuildError: The shape is not one valid solid.
+    """
+    description, solid = row.description + size, one_solid(shape, number)
+    return Part(number, description, solid, material(substance), False, mass_g=mass_g, **ordered(row, size))
+
+
+def ordered(row: CatalogueRow, size: str = "") -> Order:
+    """Gives standard, order code and source of a catalogue row, and what of the source was verified."""
+    code = row.order_code if row.maker == "any" else f"{row.maker} {row.order_code}"
+    source = f"{row.source}; verified: {row.verified}"
+    return {"standard": row.standard, "order_code": code + size, "source": source}
+
+
+def _joined(same: list[Hole]) -> Hole:
+    callouts = "; ".join(f"{hole.count}x {hole.callout}" for hole in same)
+    return Hole(same[0].diameter_mm, sum(hole.count for hole in same), callouts) if len(same) > 1 else same[0]
