@@ -148,7 +148,7 @@ def exact_margins(
                 la * (cos * cosine(middle) + sin * cosine(half_pi - middle) - cosine(half)) for _, cos, sin, _ in arms
             ]
         if kappa := limits.get(Kappa):
-            rows = [[v / arm[0] for v in forearm] for forearm, arm in zip(forearms, arms, strict=True)]
+            rows = [[v / (la * arm[0]) for v in forearm] for forearm, arm in zip(forearms, arms, strict=True)]
             smallest, largest = eigenvalues([[_dot(r, s) for s in rows] for r in rows])
             out[Kappa] = [D(kappa.kappa_max) ** 2 * smallest - largest]
         if mass := limits.get(EffectiveMass):
