@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import json
+import signal
 import subprocess
 import sys
 
@@ -13,6 +14,9 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from tests.committed import BEST, Built
+
+# A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
