@@ -133,7 +133,7 @@ class Limit(ABC):
 
     name: ClassVar[str]
     fields_: ClassVar[tuple[Field, ...]] = ()
-    """Of the requirements files."""
+    """What requirements files may state for it."""
     first_step: ClassVar[bool] = False
     """Whether the paper's first step asks it."""
     evaluates: ClassVar[tuple[str, ...]] = ()
