@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.assembly.contacts import contacts, stops
 from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.statement import statement
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.dimensions.layers import motor_thread_mm
@@ -257,7 +259,7 @@ def _capstan(bench: _Assembler, i: int) -> None:
     circle = a.sector_screw_circle_mm / 2
     for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_screw_angles_rad)):
         bench.put(f"sector_screw_{i}_{k}", screw, link, pointing((0, -1, 0), x, seat, z))
-    pin = bench.dowel("3", 12.0)
+    pin = bench.dowel("3", longest_dowel("3", y[1] - d.layers.arm_mm[0] - 1.0))
     for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
         bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
     bearing = bench.once("bearing", lambda: make_bearing(d))
@@ -279,7 +281,7 @@ def _capstan(bench: _Assembler, i: int) -> None:
             bench.gap(
                 moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design"
             )
-    bench.gap(f"sector_{i}", f"pinion_{i}", 0.6, "capstan gap, 0.8 mm by design, the cable runs in it")
+    bench.gap(f"sector_{i}", f"pinion_{i}", 0.6, "capstan gap, 0.8 mm by design, the cable runs in it", 1.0)
     bench.gap(f"capstan_cable_{i}", f"pinion_{i}", 0.1, "cable leaves the rim for the pinion here")
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
 
@@ -366,4 +368,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
             d.capstan.ratio if d.capstan is not None else 1.0,
         ),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
+        contacts=contacts(d),
+        stated=statement(d),
+        stops=stops(d),
     )

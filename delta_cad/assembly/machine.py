@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.solids.part import Fit, Joint, Occurrence, Part
+from delta_cad.solids.part import Contact, Fit, Joint, Occurrence, Part, Stated, Stop
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,9 @@ class Assembly:
         fits: Pairs that are meant to be closer than the general clearance.
         placement: Handle position -> link frames.
         home_mm: (3,) handle position in which the assembly is exported, mm.
+        contacts: Pairs of which one holds, guides or carries the other.
+        stated: What every joint and drive is made of.
+        stops: Both ends of every joint that a stop holds.
     """
 
     name: str
@@ -30,6 +33,9 @@ class Assembly:
     fits: tuple[Fit, ...]
     placement: LinkPlacement
     home_mm: np.ndarray
+    contacts: tuple[Contact, ...] = ()
+    stated: tuple[Stated, ...] = ()
+    stops: tuple[Stop, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -13,11 +13,14 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.clearance import check_clearance
 from delta_cad.checks.contact.attachment import check_attachment
+from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
+from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.range.joints import check_joints
@@ -42,6 +45,7 @@ def run_checks(
     """
     progress("ranges of the mechanism")
     results = check_ranges(assembly.placement.geometry, limits)
+    results.append(check_presence(assembly))
     progress("solids")
     results += check_solidity(assembly.parts, meshes)
     reachable = next(r.passed for r in results if r.name == "reach")
@@ -51,6 +55,7 @@ def run_checks(
     results.append(check_forward(assembly.placement.geometry, limits))
     results += check_joints(assembly, limits)
     results.append(check_joint_axes(assembly))
+    results += [check_contacts(assembly), check_stops(assembly)]
     results += check_fits(assembly, limits, meshes, progress)
     results += check_largest_gaps(assembly, limits, meshes)
     progress("parts attached")

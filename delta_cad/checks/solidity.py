@@ -1,4 +1,4 @@
-"""Every part is one sound solid with the bores it declares."""
+"""Every part is one sound solid that reaches as far as it declares, with the bores it declares."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -17,6 +17,7 @@ from delta_cad.solids.part import Part
 
 AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; machinists' positions differ by 0.01 mm
 ON_SURFACE_MM = 1e-4  # nodes lie on their surfaces to the tolerance of the edges there, 1e-5 mm at worst
+EXTENT_MM = 0.005  # exact boxes of free surfaces are wider by a thousandth; a machinist sees no less than 0.01 mm
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
 
 
@@ -48,9 +49,10 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
             faults.append(f"its mesh has no points on {len(bare)} cylinders, the first of {bare[0]:g} mm diameter")
         bores = bore_counts(part.solid)
         hole_faults, undeclared = compared_bores(part, bores)
-        faults += hole_faults
+        faults += hole_faults + extent_faults(part)
         note = f"; bores not declared: {undeclared}" if undeclared else ""
-    detail = "; ".join(faults) or f"one valid closed solid, {len(part.holes)} kinds of declared bores present"
+    sound = f"one valid closed solid, {len(part.holes)} kinds of declared bores present, as long and wide as declared"
+    detail = "; ".join(faults) or sound
     return CheckResult(
         f"solid {part.number}", not faults, value, limit, "mm^3", worst_pair=(part.number,), detail=detail + note
     )
@@ -99,6 +101,19 @@ def solid_faults(shape: Any) -> list[str]:
     if not faults and not shape.Volume() > 0.0:
         faults.append(f"its volume is {shape.Volume():.3f} mm^3")
     return faults
+
+
+def extent_faults(part: Part) -> list[str]:
+    """Says along which axes a part does not reach as far as it declares, from where to where, mm."""
+    if part.extent_mm is None:
+        return []
+    box = part.solid.BoundingBox(EXTENT_MM / 100.0)
+    seen = (box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax)
+    return [
+        f"it reaches along {axis} from {low:.3f} to {high:.3f} mm, declared {declared[0]:.3f} to {declared[1]:.3f}"
+        for axis, (low, high), declared in zip("xyz", seen, part.extent_mm, strict=True)
+        if declared is not None and max(abs(low - declared[0]), abs(high - declared[1])) > EXTENT_MM
+    ]
 
 
 def bore_counts(shape: Any) -> dict[float, int]:

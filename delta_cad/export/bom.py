@@ -77,8 +77,9 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
 
 
 def hole_list(assembly: Assembly) -> list[HoleRow]:
-    """Lists every declared group of bores of every part, in order of first use."""
-    return [HoleRow(part.number, h.diameter_mm, h.count, h.callout) for part in assembly.parts for h in part.holes]
+    """Lists every declared group of bores of every part that is made, in order of first use."""
+    made = (part for part in assembly.parts if part.make)
+    return [HoleRow(part.number, h.diameter_mm, h.count, h.callout) for part in made for h in part.holes]
 
 
 def write_bom(rows: list[BomRow], directory: Path) -> None:

@@ -10,7 +10,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
-from delta_cad.solids.making import made_part
+from delta_cad.solids.making import made_part, round_z
 from delta_cad.solids.materials import GRAPHITE, material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.platform import turned_to_chain
@@ -60,5 +60,5 @@ def make_base_plate(d: Dimensions) -> Part:
         Hole(b.mount_hole_mm, 6, f"{b.mount_hole_mm:g} through, mounting"),
         Hole(WINDOW_MM, 3, f"{WINDOW_MM:g} through, lightening"),
     ]
-    description = f"base plate {2 * b.radius_mm:g} x {b.thickness_mm:g}"
-    return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), holes)
+    description, extent = f"base plate {2 * b.radius_mm:g} x {b.thickness_mm:g}", round_z(b.radius_mm, (low, high))
+    return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), extent, holes)

@@ -14,7 +14,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
-from delta_cad.solids.making import made_part
+from delta_cad.solids.making import hull_y, made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, Circle, bore_y, bore_z, box, cut, edge_break, feature, hull_along_y
@@ -109,14 +109,9 @@ def make_motor_cheek(d: Dimensions) -> Part:
     inside, outside = d.layers.motor_cheek_mm
     through = (inside - THROUGH_MM, outside + THROUGH_MM)
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
-    body = feature(
-        number,
-        "outline",
-        "motor diameter, base_radius_mm",
-        lambda: hull_along_y(
-            [(0.0, 0.0, b.head_radius_mm), (x, z, b.motor_pad_radius_mm), *_foot(d)], (inside, outside)
-        ),
-    )
+    outline = [(0.0, 0.0, b.head_radius_mm), (x, z, b.motor_pad_radius_mm), *_foot(d)]
+    what = "motor diameter, base_radius_mm"
+    body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
     screw, block = catalogue.screw(d.motor.mount_thread), catalogue.screw(BLOCK_SCREW)
     seat_depth = screw.counterbore_depth_mm
@@ -147,8 +142,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
         tools += _bearing_seat(d, inside, 1.0)
         holes += _bearing_holes(d)
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
-    description = f"motor cheek, plate {outside - inside:g}"
-    return made_part(number, description, solid, material("aluminium-6082"), holes)
+    description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
+    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:
@@ -158,12 +153,8 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     through = (outside - THROUGH_MM, inside + THROUGH_MM)
     board = board_screw_positions(d)
     pads = [(x, z, 4.0) for x, z in board]
-    body = feature(
-        number,
-        "outline",
-        "base_radius_mm",
-        lambda: hull_along_y([(0.0, 0.0, b.head_radius_mm), *pads, *_foot(d)], (outside, inside)),
-    )
+    outline = [(0.0, 0.0, b.head_radius_mm), *pads, *_foot(d)]
+    body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(outline, (outside, inside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
     screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
     tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, through) for at in board]
@@ -181,8 +172,8 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
-    description = f"encoder cheek, plate {inside - outside:g}"
-    return made_part(number, description, solid, material("aluminium-6082"), holes)
+    description, extent = f"encoder cheek, plate {inside - outside:g}", hull_y(outline, (outside, inside))
+    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
 def _bearing_seat(d: Dimensions, inside: float, outwards: float) -> list[cq.Shape]:
@@ -238,4 +229,5 @@ def make_foot_block(d: Dimensions) -> Part:
             f"2 x {cheek_dowel_depth_mm(d):g} deep from both sides",
         ),
     )
-    return made_part(number, "foot block between the cheeks", solid, material("aluminium-6082"), holes)
+    extent = (low, high), y, z
+    return made_part(number, "foot block between the cheeks", solid, material("aluminium-6082"), extent, holes)

@@ -12,7 +12,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids.making import bought_part, made_part
+from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
@@ -31,6 +31,7 @@ from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
 
 TENSION_SCREW = "M2.5"
 TENSION_SCREW_LENGTH_MM = 8.0
+TENSION_TRAVEL_MM = 3.0  # by which a screw can be turned out: stretch and settling of the cable
 TENSION_SCREW_OUT_MM = 2.0  # room for the lock nut; drawn with the screw as far in as it goes
 CABLE_BORE_MM = 0.8
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeve crimped on the cable
@@ -146,7 +147,8 @@ def make_sector(d: Dimensions) -> Part:
         *([Hole(LIGHTENING_MM, len(lights), f"{LIGHTENING_MM:g} through, lightening")] if lights else []),
     )
     description = f"capstan sector, rim radius {c.rim_radius_mm:g}, ratio {c.ratio:g}:1"
-    return made_part(number, description, solid, material("aluminium-7075"), holes)
+    extent = None, (y[0], d.layers.motor_cheek_mm[0]), None
+    return made_part(number, description, solid, material("aluminium-7075"), extent, holes)
 
 
 def make_pinion(d: Dimensions) -> Part:
@@ -161,7 +163,8 @@ def make_pinion(d: Dimensions) -> Part:
     depth = c.pinion_radius_mm - c.pinion_pitch_radius_mm + d_c / 2
     description = f"capstan pinion, helical groove R{d_c / 2:.2f} x {depth:.2f} deep, pitch {1.4 * d_c:.2f}"
     callout = f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft"
-    return made_part(number, description, solid, material("stainless-1.4305"), [Hole(c.pinion_bore_mm, 1, callout)])
+    hole, extent = Hole(c.pinion_bore_mm, 1, callout), round_y(c.pinion_radius_mm, c.pinion_y_mm)
+    return made_part(number, description, solid, material("stainless-1.4305"), extent, [hole])
 
 
 def make_cable(d: Dimensions) -> Part:
@@ -193,7 +196,8 @@ def make_cable(d: Dimensions) -> Part:
 
     solid, mass_g = feature(number, "sweep", "hardware.cable", body), d.cable.mass_g_m * c.cable_length_mm / 1000.0
     ends = f"{d.cable.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
-    return replace(bought_part(number, d.cable, solid, "stainless-1.4305", mass_g), description=ends)
+    extent = None, (y - c.cable_diameter_mm / 2, y + c.cable_diameter_mm / 2), None
+    return replace(bought_part(number, d.cable, solid, "stainless-1.4305", extent, mass_g), description=ends)
 
 
 def make_crimp_sleeve(d: Dimensions) -> Part:
@@ -208,6 +212,8 @@ def make_crimp_sleeve(d: Dimensions) -> Part:
         one_solid(cut(sleeve, [bore]), number),
         material("brass"),
         False,
+        (Hole(c.cable_diameter_mm, 1, f"{c.cable_diameter_mm:g} through, crimped"),),
+        extent_mm=round_z(outer / 2, (0.0, length)),
         order_code=f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope",
         source="usual size for wire rope as thin; verified: no, from memory, check before ordering",
     )

@@ -6,9 +6,9 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.solids.making import bought_part, made_part, ordered
+from delta_cad.solids.making import bought_part, made_part, ordered, round_z
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Extent, Hole, Part, Span
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder
 
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter
@@ -22,7 +22,8 @@ def make_cap_screw(size: str, length_mm: float) -> Part:
     shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
     key = _hexagon(row.socket_mm, (row.head_height_mm - row.socket_depth_mm, row.head_height_mm + THROUGH_MM))
     solid = cut(head.fuse(shank), [key])
-    return bought_part(f"screw_{size}x{length_mm:g}", row, solid, "stainless-1.4305", size=f" x {length_mm:g}")
+    extent, x = round_z(row.head_diameter_mm / 2, (-length_mm, row.head_height_mm)), f"x{length_mm:g}"
+    return bought_part(f"screw_{size}{x}", row, solid, "stainless-1.4305", extent, size=f" x {length_mm:g}")
 
 
 def _require_stock(name: str, length_mm: float, lengths_mm: tuple[float, ...]) -> None:
@@ -37,6 +38,11 @@ def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
     return plane.polygon(6, across_flats_mm / SIN_60).extrude(z[1] - z[0]).val()  # type: ignore[return-value]
 
 
+def _hexagon_extent(across_flats_mm: float, z: Span) -> Extent:
+    corner, flat = across_flats_mm / SIN_60 / 2, across_flats_mm / 2
+    return (-corner, corner), (-flat, flat), z
+
+
 def make_tension_screw(size: str, length_mm: float, bore_mm: float) -> Part:
     """Hexagon head screw drilled through along its axis for the capstan cable, whose sleeve bears on the head."""
     row = catalogue.hex_screw(size)
@@ -45,7 +51,8 @@ def make_tension_screw(size: str, length_mm: float, bore_mm: float) -> Part:
     solid = cut(body, [bore_z(bore_mm, (0.0, 0.0), (-length_mm - THROUGH_MM, row.head_height_mm + THROUGH_MM))])
     description = f"cable tension screw: {row.order_code} x {length_mm:g}, drilled {bore_mm:g} through"
     hole, order = Hole(bore_mm, 1, f"{bore_mm:g} through along the axis"), ordered(row, f" x {length_mm:g}")
-    return made_part("tension_screw", description, solid, material("stainless-1.4305"), [hole], **order)
+    extent = _hexagon_extent(row.across_flats_mm, (-length_mm, row.head_height_mm))
+    return made_part("tension_screw", description, solid, material("stainless-1.4305"), extent, [hole], **order)
 
 
 def make_lock_nut(size: str) -> Part:
@@ -53,7 +60,9 @@ def make_lock_nut(size: str) -> Part:
     row = catalogue.hex_nut(size)
     bore = bore_z(row.tap_drill_mm, (0.0, 0.0), (-THROUGH_MM, row.height_mm + THROUGH_MM))
     nut = cut(_hexagon(row.across_flats_mm, (0.0, row.height_mm)), [bore])
-    return bought_part(f"nut_{size}", row, nut, "stainless-1.4305")
+    extent = _hexagon_extent(row.across_flats_mm, (0.0, row.height_mm))
+    holes = (Hole(row.tap_drill_mm, 1, f"{size} through"),)
+    return bought_part(f"nut_{size}", row, nut, "stainless-1.4305", extent, holes=holes)
 
 
 def make_dowel(key: str, length_mm: float) -> Part:
@@ -61,7 +70,8 @@ def make_dowel(key: str, length_mm: float) -> Part:
     row = catalogue.dowel(key)
     _require_stock(f"dowel {key}", length_mm, row.lengths_mm)
     pin = cylinder(row.diameter_mm, (0, 0, 0), (0, 0, length_mm))
-    return bought_part(f"dowel_{row.diameter_mm:g}x{length_mm:g}", row, pin, "steel", size=f" x {length_mm:g}")
+    number, extent = f"dowel_{row.diameter_mm:g}x{length_mm:g}", round_z(row.diameter_mm / 2, (0.0, length_mm))
+    return bought_part(number, row, pin, "steel", extent, size=f" x {length_mm:g}")
 
 
 def make_spacer(bore_mm: float, length_mm: float) -> Part:
@@ -70,5 +80,5 @@ def make_spacer(bore_mm: float, length_mm: float) -> Part:
     bore = bore_z(bore_mm, (0.0, 0.0), (-THROUGH_MM, length_mm + THROUGH_MM))
     solid = cut(cylinder(outer, (0, 0, 0), (0, 0, length_mm)), [bore])
     description = f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} under the encoder board"
-    hole = Hole(bore_mm, 1, f"{bore_mm:g} through")
-    return made_part("board_spacer", description, solid, material("brass"), [hole])
+    hole, extent = Hole(bore_mm, 1, f"{bore_mm:g} through"), round_z(outer / 2, (0.0, length_mm))
+    return made_part("board_spacer", description, solid, material("brass"), extent, [hole])

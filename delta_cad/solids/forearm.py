@@ -9,7 +9,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.making import made_part, ordered
+from delta_cad.solids.making import cut_circle, made_part, ordered, round_y
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, ball, bevelled, bore_y, box, cut, cylinder, feature, fuse, stepped
@@ -32,7 +32,7 @@ def make_cross_bar(d: Dimensions) -> Part:
     hole = Hole(drill, 1, f"{STUD_THREAD} x {depth:g} in both ends, on one axis")
     solid = feature(number, "threads", "parallelogram_width_mm", lambda: cut(bar, tools))
     description = f"cross-bar {f.bar_diameter_mm:g} h6 x {f.bar_length_mm:g}"
-    return made_part(number, description, solid, material("aluminium-7075"), [hole])
+    return made_part(number, description, solid, material("aluminium-7075"), round_y(r, (-half, half)), [hole])
 
 
 def make_ball_stud(d: Dimensions) -> Part:
@@ -51,7 +51,9 @@ def make_ball_stud(d: Dimensions) -> Part:
     description = (
         f"ball stud {f.ball_diameter_mm:g} h6 polished, {STUD_THREAD} x {f.stud_thread_length_mm:g}, flats 4.5"
     )
-    return made_part(number, description, solid, material("stainless-1.4305"))
+    wide = max(radius, collar)
+    extent = (-wide, wide), (-radius, end), (-radius, radius)
+    return made_part(number, description, solid, material("stainless-1.4305"), extent)
 
 
 def make_socket(d: Dimensions) -> Part:
@@ -74,7 +76,10 @@ def make_socket(d: Dimensions) -> Part:
     ]
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, tools))
     description = f"ball socket, spherical seat {f.seat_diameter_mm:.2f}, spigot {f.spigot_diameter_mm:g}"
-    return made_part(number, description, solid, material("pom-c", BLUE))
+    x = (-cut_circle(outer, f.socket_slit_mm / 2), f.shoulder_mm + f.spigot_length_mm)
+    wide, high = max(half, neck / 2), max(outer, neck / 2)
+    extent = x, (-wide, wide), (-high, high)
+    return made_part(number, description, solid, material("pom-c", BLUE), extent)
 
 
 def make_rod_tube(d: Dimensions) -> Part:
@@ -85,4 +90,6 @@ def make_rod_tube(d: Dimensions) -> Part:
     row, hole = d.tube, Hole(f.tube_bore_mm, 1, f"{f.tube_bore_mm:g} through, as bought")
     length = f"cut {f.tube_length_mm:.2f}; bond in a jig to {f.length_mm:.3f} between seat centres"
     description = f"{row.description}, {length}"
-    return made_part(number, description, cut(tube, [bore]), material(row.material), [hole], **ordered(row))
+    across = (-f.tube_outer_mm / 2, f.tube_outer_mm / 2)
+    extent = (0.0, f.tube_length_mm), across, across
+    return made_part(number, description, cut(tube, [bore]), material(row.material), extent, [hole], **ordered(row))

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from math import sqrt
 from typing import TypedDict, Unpack
 
 import cadquery as cq
 
 from delta_cad.catalogue import CatalogueRow
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Material, Part
+from delta_cad.solids.part import Extent, Hole, Material, Part, Span
 from delta_cad.solids.primitive import one_solid
 
 
@@ -26,6 +27,7 @@ def made_part(
     description: str,
     shape: cq.Shape,
     substance: Material,
+    extent_mm: Extent,
     holes: Iterable[Hole] = (),
     **order: Unpack[Order],
 ) -> Part:
@@ -36,6 +38,7 @@ def made_part(
         description: One line for the bill of materials.
         shape: Its shape, mm.
         substance: Its material.
+        extent_mm: How far it reaches along its axes.
         holes: Its bores; groups of equal diameter are joined, because a bore in a solid is recognised by its diameter.
         order: Order of the stock it is made from, see `ordered`.
 
@@ -46,11 +49,18 @@ def made_part(
     for hole in holes:
         groups.setdefault(round(hole.diameter_mm, 6), []).append(hole)
     bores = tuple(map(_joined, groups.values()))
-    return Part(number, description, one_solid(shape, number), substance, True, bores, **order)
+    return Part(number, description, one_solid(shape, number), substance, True, bores, extent_mm=extent_mm, **order)
 
 
 def bought_part(
-    number: str, row: CatalogueRow, shape: cq.Shape, substance: str, mass_g: float | None = None, size: str = ""
+    number: str,
+    row: CatalogueRow,
+    shape: cq.Shape,
+    substance: str,
+    extent_mm: Extent | None,
+    mass_g: float | None = None,
+    size: str = "",
+    holes: tuple[Hole, ...] = (),
 ) -> Part:
     """Makes the record of a bought part of its catalogue row.
 
@@ -59,14 +69,17 @@ def bought_part(
         row: Row it is ordered by.
         shape: Its outer shape, mm.
         substance: Id of the material it is mostly made of, for its colour.
+        extent_mm: How far it reaches along its axes, as its row says.
         mass_g: Mass as the maker gives it; None: volume times density.
         size: What is added to description and order code, such as " x 8".
+        holes: Bores that other parts go by.
 
     Raises:
         BuildError: The shape is not one valid solid.
     """
     description, solid = row.description + size, one_solid(shape, number)
-    return Part(number, description, solid, material(substance), False, mass_g=mass_g, **ordered(row, size))
+    order = ordered(row, size)
+    return Part(number, description, solid, material(substance), False, holes, mass_g, extent_mm=extent_mm, **order)
 
 
 def ordered(row: CatalogueRow, size: str = "") -> Order:
@@ -74,6 +87,28 @@ def ordered(row: CatalogueRow, size: str = "") -> Order:
     code = row.order_code if row.maker == "any" else f"{row.maker} {row.order_code}"
     source = f"{row.source}; verified: {row.verified}"
     return {"standard": row.standard, "order_code": code + size, "source": source}
+
+
+def round_y(radius: float, y: Span) -> Extent:
+    """Reach of a part of revolution about y, of its largest radius."""
+    return (-radius, radius), y, (-radius, radius)
+
+
+def round_z(radius: float, z: Span) -> Extent:
+    """Reach of a part of revolution about z, of its largest radius."""
+    return (-radius, radius), (-radius, radius), z
+
+
+def hull_y(circles: Sequence[tuple[float, float, float]], y: Span) -> Extent:
+    """Reach of the hull of circles (x, z, radius) in a plane across y."""
+    lows, highs = zip(*(((x - r, z - r), (x + r, z + r)) for x, z, r in circles), strict=True)
+    (x0, z0), (x1, z1) = (map(min, zip(*lows, strict=True)), map(max, zip(*highs, strict=True)))
+    return (x0, x1), y, (z0, z1)
+
+
+def cut_circle(radius: float, half_slit: float) -> float:
+    """How far a circle reaches in a direction in which a slit of half a width is open."""
+    return sqrt(radius**2 - half_slit**2)
 
 
 def _joined(same: list[Hole]) -> Hole:

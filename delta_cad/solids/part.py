@@ -1,4 +1,4 @@
-"""The records that solids, assembly, checks and export share: material, hole, part, occurrence.
+"""The records that solids, assembly, checks and export share: material, hole, part, occurrence, joint, fit, contact.
 
 Loads no geometry kernel on import: `Part.solid` is a `cadquery.Solid` that only `solids` makes.
 """
@@ -15,6 +15,11 @@ import numpy as np
 
 if TYPE_CHECKING:
     import cadquery as cq
+
+
+Span = tuple[float, float]
+Extent = tuple[Span | None, Span | None, Span | None]
+"""What a part reaches along its x, y and z, lowest and highest, mm; None along an axis where nothing is declared."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,7 @@ class Part:
         standard: Standard of a bought part ("ISO 4762") or "".
         order_code: Supplier and order code or "".
         source: Where its data come from or "".
+        extent_mm: Declared reach along the part's axes, checked against the solid; None: not declared.
     """
 
     number: str
@@ -68,6 +74,7 @@ class Part:
     standard: str = ""
     order_code: str = ""
     source: str = ""
+    extent_mm: Extent | None = None
 
 
 @dataclass(frozen=True)
@@ -146,3 +153,65 @@ class Fit:
     overlap_mm3: float = 0.0
     reason: str = ""
     gap_max_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A pair of occurrences of which one holds, guides or carries the other: how much of it, and how closely.
+
+    Attributes:
+        a: Occurrence name; the inner one: shaft, pin, core of a thread, ball, cable.
+        b: Occurrence name; the outer one, or the one that `a` stands on.
+        kind: "cylinder": `a` in a bore of `b`; "plane": flat faces upon one another; "ball": `a` in a spherical seat of
+            `b`; "cable": `a` lies on round outer faces of `b`.
+        least: Least engaged length of a cylinder or a cable, mm; least common area of planes or of a ball's seat, mm^2.
+        gap_mm: Largest gap, mm: of radii and between the axes, along the normal of planes, of cable and face.
+        reason: What the contact is for, a few words.
+    """
+
+    a: str
+    b: str
+    kind: str
+    least: float
+    gap_mm: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Stop:
+    """An end of a joint's travel: two occurrences, one on each of its links, meet there and not before.
+
+    Attributes:
+        joint: Name of a revolute joint.
+        a: Occurrence name, on the joint's link a.
+        b: Occurrence name, on the joint's link b.
+        angle_rad: Angle of link b about the joint, from its x towards its z, at which they meet.
+        sense: Where they meet, towards smaller (-1) or larger (1) angles.
+        least_mm: Least length along the joint's axis over which they meet.
+    """
+
+    joint: str
+    a: str
+    b: str
+    angle_rad: float
+    sense: int
+    least_mm: float
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What a joint, a drive or the frame is made of, stated by the design and not by what was placed.
+
+    Attributes:
+        group: What it belongs to, such as "shoulder_0".
+        names: Pattern of the occurrences' names, `*` for any text.
+        count: How many of them there are.
+        number: Pattern of their part number.
+        link: Name of the rigid body that carries them.
+    """
+
+    group: str
+    names: str
+    count: int
+    number: str
+    link: str

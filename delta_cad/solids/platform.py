@@ -6,13 +6,13 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import BOSS_BEVEL_MM
-from delta_cad.mechanism.placement import CHAINS
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM, PlatformDimensions
+from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.forearm import STUD_THREAD
-from delta_cad.solids.making import bought_part, made_part
+from delta_cad.solids.making import bought_part, made_part, round_z
 from delta_cad.solids.materials import BLUE, material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Hole, Part, Span
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bevelled,
@@ -78,7 +78,23 @@ def make_platform(d: Dimensions) -> Part:
         Hole(stem.tap_drill_mm, 1, f"{p.stem_thread} through, handle"),
     )
     description = f"platform, wrist radius {r:g}"
-    return made_part(number, description, solid, material("aluminium-7075", BLUE), holes)
+    extent = *_reach(p), (-top, top)
+    return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, holes)
+
+
+def _reach(p: PlatformDimensions) -> tuple[Span, Span]:
+    """Reach of the wrist bosses along x and y: their bevelled ends, or their sides."""
+    boss, half = p.boss_diameter_mm / 2, p.boss_length_mm / 2
+    along: list[Span] = []
+    for axis in range(2):
+        reach = []
+        for u in (chain_frame(i)[axis] for i in CHAINS):
+            middle = p.radius_mm * u[0]
+            for radius, end in ((boss, half - BOSS_BEVEL_MM), (boss - BOSS_BEVEL_MM, half)):
+                beyond = radius * abs(u[0]) + end * abs(u[1])
+                reach += [middle - beyond, middle + beyond]
+        along.append((min(reach), max(reach)))
+    return along[0], along[1]
 
 
 def make_handle_stem(d: Dimensions) -> Part:
@@ -94,7 +110,8 @@ def make_handle_stem(d: Dimensions) -> Part:
     flats = [box((low, -far, 2.0), (low + far, far, 2.0 + STEM_FLATS_HEIGHT_MM)) for low in (r - flat, flat - r - far)]
     solid = feature(number, "spanner flats", "stem", lambda: cut(stem, flats))
     description = f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends, flats {STEM_FLATS_MM:g}"
-    return made_part(number, description, solid, material("aluminium-6082"))
+    extent = round_z(r, (-down, length + up))
+    return made_part(number, description, solid, material("aluminium-6082"), extent)
 
 
 def make_knob(d: Dimensions) -> Part:
@@ -109,4 +126,6 @@ def make_knob(d: Dimensions) -> Part:
     shape = feature("knob", "ball", "hardware.knob", lambda: sphere.intersect(keep).fuse(neck))
     thread = bore_z(drill, (0.0, 0.0), (-THROUGH_MM, row.thread_depth_mm))
     solid = feature("knob", "thread", "hardware.knob", lambda: cut(shape, [thread]))
-    return bought_part("knob", row, solid, "pf31", row.mass_g)
+    extent = round_z(max(radius, foot), (0.0, row.height_mm))
+    hole = Hole(drill, 1, f"{row.thread} x {row.thread_depth_mm:g}")
+    return bought_part("knob", row, solid, "pf31", extent, row.mass_g, holes=(hole,))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.making import made_part
+from delta_cad.solids.making import made_part, round_y
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, turned
@@ -23,4 +23,4 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
     solid = feature(number, "magnet seat", "hardware.magnet", lambda: cut(turned(profile), [seat]))
     description = f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}"
     hole = Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush")
-    return made_part(number, description, solid, material("stainless-1.4305"), [hole])
+    return made_part(number, description, solid, material("stainless-1.4305"), round_y(head, s.y_mm), [hole])

@@ -12,7 +12,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
-from delta_cad.solids.making import made_part
+from delta_cad.solids.making import cut_circle, made_part
 from delta_cad.solids.materials import ORANGE, material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
@@ -51,16 +51,13 @@ def make_upper_arm(d: Dimensions) -> Part:
 
     def body() -> cq.Shape:
         beam = hull_along_y([(0.0, 0.0, a.beam_root_radius_mm), (length, 0.0, a.boss_radius_mm)], y)
-        others: list[cq.Shape] = [
-            bore_y(2 * a.flange_radius_mm, (0.0, 0.0), y),
-            bore_y(2 * a.boss_radius_mm, (length, 0.0), boss),
-        ]
-        if d.capstan is not None:
-            others.append(bore_y(a.collar_diameter_mm, (0.0, 0.0), (d.layers.encoder_cheek_mm[1], y[0] + THROUGH_MM)))
-        return fuse(beam, *others)
+        flange = bore_y(2 * a.flange_radius_mm, (0.0, 0.0), y)
+        return fuse(beam, flange, bore_y(2 * a.boss_radius_mm, (length, 0.0), boss))
 
     shape = feature(number, "outline", "upper_arm_length_mm", body)
     shape = edge_break(number, shape, ">Y or <Y", 0.4)
+    if d.capstan is not None:  # after the edges are broken: the collar's own carries the inner ring
+        shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (d.layers.encoder_cheek_mm[1], y[0] + THROUGH_MM)))
     clamp, grip = catalogue.screw(SHOULDER_SCREW), catalogue.screw(ELBOW_SCREW)
     z, x = a.shoulder_clamp_z_mm, a.elbow_clamp_x_mm
     outside, half = a.flange_radius_mm + THROUGH_MM, a.slit_mm / 2
@@ -110,4 +107,8 @@ def make_upper_arm(d: Dimensions) -> Part:
         ]
     solid = feature(number, "bores", "arm_thickness_mm", lambda: cut(shape, tools))
     description = f"upper arm, {length:g} mm between axes"
-    return made_part(number, description, solid, material("aluminium-7075", ORANGE), holes)
+    flange = max(a.flange_radius_mm, a.beam_root_radius_mm)
+    first = min(y[0], boss[0], d.layers.encoder_cheek_mm[1]) if d.capstan is not None else min(y[0], boss[0])
+    across = first, max(y[1], boss[1])
+    extent = (-flange, length + cut_circle(a.boss_radius_mm, half)), across, (-flange, cut_circle(flange, half))
+    return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, holes)

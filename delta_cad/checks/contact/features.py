@@ -1,4 +1,4 @@
-"""Cylinders and balls of parts, read off the faces of their solids: what seats, threads and joint axes are made of."""
+"""Cylinders, spheres and planes of parts, read off their solids: what seats, threads and joint axes are made of."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -30,6 +30,7 @@ class Cylinder:
         end_mm: Where it ends.
         is_bore: Whether the material is outside.
         turn_rad: Angle that the face spans about the axis.
+        first: (3,) unit vector from the axis to where the face begins.
     """
 
     point: np.ndarray
@@ -39,24 +40,58 @@ class Cylinder:
     end_mm: float
     is_bore: bool
     turn_rad: float
+    first: np.ndarray
 
     def moved(self, frame: np.ndarray) -> Cylinder:
         """The cylinder seen from the frame into which `frame` (4, 4) takes it."""
         turn, shift = frame[:3, :3], frame[:3, 3]
-        return replace(self, point=turn @ self.point + shift, direction=turn @ self.direction)
+        return replace(self, point=turn @ self.point + shift, direction=turn @ self.direction, first=turn @ self.first)
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """A spherical face: (3,) centre and radius, mm, area, mm^2, and whether the material is outside."""
+
+    centre: np.ndarray
+    radius_mm: float
+    area_mm2: float
+    is_seat: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane face: (3,) a point of it, mm, (3,) unit normal out of the material, and the kernel's face."""
+
+    point: np.ndarray
+    normal: np.ndarray
+    face: object
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """A round face of a cable or ring, part of a torus: radii in mm, the rest as for a `Cylinder`."""
+
+    centre: np.ndarray
+    direction: np.ndarray
+    ring_mm: float
+    radius_mm: float
+    turn_rad: float
+    first: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Faces of a part that centre something, in the part's frame.
-
-    Attributes:
-        cylinders: Cylindrical faces.
-        balls: (n, 3) centres of spherical faces, mm.
-    """
+    """Faces of a part by which it holds or is held, in the part's frame."""
 
     cylinders: tuple[Cylinder, ...]
-    balls: np.ndarray
+    spheres: tuple[Sphere, ...]
+    planes: tuple[Plane, ...]
+    arcs: tuple[Arc, ...]
+
+    @property
+    def balls(self) -> np.ndarray:
+        """(n, 3) centres of the spherical faces, mm."""
+        return np.array([s.centre for s in self.spheres], dtype=float).reshape(-1, 3)
 
 
 class FeatureLibrary:
@@ -73,25 +108,45 @@ class FeatureLibrary:
 
 
 def features(solid: cq.Shape) -> Features:
-    """Reads the cylinders and balls among the faces of a part."""
+    """Reads the faces of a part by their kinds."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Sphere
+    from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
     from OCP.TopAbs import TopAbs_REVERSED
 
-    cylinders, balls = [], []
+    cylinders, spheres, planes, arcs = [], [], [], []
     for face in solid.Faces():
         surface = BRepAdaptor_Surface(face.wrapped)
-        if surface.GetType() == GeomAbs_Cylinder:
+        kind = surface.GetType()
+        is_reversed = face.wrapped.Orientation() == TopAbs_REVERSED
+        if kind == GeomAbs_Cylinder:
             shape = surface.Cylinder()
-            is_bore = shape.Position().Direct() == (face.wrapped.Orientation() == TopAbs_REVERSED)
             # the parameter along the axis counts from the cylinder's own origin, along its own z
             ends = float(surface.FirstVParameter()), float(surface.LastVParameter())
-            turn = float(surface.LastUParameter() - surface.FirstUParameter())
-            point, direction = _array(shape.Axis().Location()), _array(shape.Axis().Direction())
-            cylinders.append(Cylinder(point, direction, float(shape.Radius()), *ends, is_bore, turn))
-        elif surface.GetType() == GeomAbs_Sphere:
-            balls.append(_array(surface.Sphere().Location()))
-    return Features(tuple(cylinders), np.array(balls, dtype=float).reshape(-1, 3))
+            axis = _array(shape.Axis().Location()), _array(shape.Axis().Direction())
+            is_bore = shape.Position().Direct() == is_reversed
+            cylinders.append(Cylinder(*axis, float(shape.Radius()), *ends, is_bore, *_turn(surface, shape)))
+        elif kind == GeomAbs_Sphere:
+            shape = surface.Sphere()
+            is_seat = shape.Position().Direct() == is_reversed
+            spheres.append(Sphere(_array(shape.Location()), float(shape.Radius()), float(face.Area()), is_seat))
+        elif kind == GeomAbs_Plane:
+            shape = surface.Plane()
+            sense = 1.0 if shape.Position().Direct() != is_reversed else -1.0
+            planes.append(Plane(_array(shape.Location()), sense * _array(shape.Axis().Direction()), face))
+        elif kind == GeomAbs_Torus:
+            shape = surface.Torus()
+            axis = _array(shape.Axis().Location()), _array(shape.Axis().Direction())
+            radii = float(shape.MajorRadius()), float(shape.MinorRadius())
+            arcs.append(Arc(*axis, *radii, *_turn(surface, shape)))
+    return Features(tuple(cylinders), tuple(spheres), tuple(planes), tuple(arcs))
+
+
+def _turn(surface: object, shape: object) -> tuple[float, np.ndarray]:
+    """Angle that a face of revolution spans, and (3,) unit vector from the axis to where it begins."""
+    first, last = surface.FirstUParameter(), surface.LastUParameter()  # type: ignore[attr-defined]
+    position = shape.Position()  # type: ignore[attr-defined]
+    x, y = _array(position.XDirection()), _array(position.YDirection())
+    return float(last - first), np.cos(first) * x + np.sin(first) * y
 
 
 def off_axis(cylinder: Cylinder, frame: np.ndarray, lever_mm: float) -> float:

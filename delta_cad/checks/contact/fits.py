@@ -1,12 +1,7 @@
 """Bodies that may touch: parts on one link, and contacts across links, must not share volume.
 
-The common volume is the kernel's boolean. Coincident faces (a screw in its hole, a bearing in its seat) are what
-booleans get wrong, so a result is only believed when `volume(A) - volume(A cut B)` agrees with `volume(A common B)`;
-otherwise fuzzy tolerances are tried one after another, and a pair that never agrees is a failure that says so.
+A pair whose common volume the kernel cannot tell is a failure that says so.
 """
-
-# pyright: reportAttributeAccessIssue=false
-# OCP builds its modules at run time, so a type checker does not see their names
 
 from __future__ import annotations
 
@@ -21,6 +16,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.bodies import DistanceEngine, bodies_of, body
 from delta_cad.checks.clearance.containment import holds
+from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.placing import Key, gaps_on_one_link, located, relative_key
 from delta_cad.checks.contact.poses import contact_positions
 from delta_cad.checks.limits import CheckLimits
@@ -29,8 +25,6 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Occurrence, Part
 
 OVERLAP_MM3 = 0.01  # a 0.2 mm cube: above what booleans leave on coincident faces, below any real clash
-FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
-AGREEMENT = 1e-6  # of the smaller solid's volume: Gauss integration of the kernel is good to about 1e-9
 
 
 @dataclass(frozen=True)
@@ -139,7 +133,7 @@ class _Overlaps:
     def _size(self, part: Part) -> float:
         """Volume of a part, mm^3."""
         if part.number not in self._sizes:
-            self._sizes[part.number] = _measure(part.solid.wrapped)
+            self._sizes[part.number] = volume(part.solid.wrapped)
         return self._sizes[part.number]
 
     def _certainly_apart(self, a: Part, b: Part, b_in_a: np.ndarray) -> bool:
@@ -162,58 +156,7 @@ def common_volume(a: Any, b: Any, b_in_a: np.ndarray, volumes: tuple[float, floa
         volumes: Their volumes by the kernel where they are known, mm^3.
 
     Returns:
-        Volume, mm^3; None where common and cut contradict each other either way round at every fuzzy tolerance. The
-        smaller solid is cut first: that is less work, and its volume is not lost beside a large one.
+        Volume, mm^3; None where the kernel contradicts itself, see `common_size`.
     """
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut
-
     shapes = (a.wrapped, located(b, b_in_a))
-    size_a, size_b = volumes or (_measure(shapes[0]), _measure(shapes[1]))
-    (smaller, one), (larger, other) = ((size_a, shapes[0]), (size_b, shapes[1]))
-    if larger < smaller:
-        (smaller, one), (larger, other) = (larger, other), (smaller, one)
-    for fuzzy in FUZZY_MM:
-        crossing = _crossing(one, other, fuzzy)
-        common = _boolean(BRepAlgoAPI_Common, one, other, crossing)
-        if common is None:
-            continue
-        for volume, cut, by in ((smaller, one, other), (larger, other, one)):
-            rest = _boolean(BRepAlgoAPI_Cut, cut, by, crossing)
-            # what the fuzzy tolerance itself may move is far below the limit on the volume
-            if rest is not None and abs(volume - rest - common) <= max(AGREEMENT * smaller, OVERLAP_MM3 / 10.0):
-                return max(common, 0.0)
-    return None
-
-
-def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
-    """Intersects the faces of two shapes: the costly half of a boolean, which common and cut share."""
-    from OCP.BOPAlgo import BOPAlgo_PaveFiller
-    from OCP.TopTools import TopTools_ListOfShape
-
-    arguments = TopTools_ListOfShape()
-    arguments.Append(a)
-    arguments.Append(b)
-    filler = BOPAlgo_PaveFiller()
-    filler.SetArguments(arguments)
-    filler.SetNonDestructive(True)
-    filler.SetUseOBB(True)
-    if fuzzy_mm:
-        filler.SetFuzzyValue(fuzzy_mm)
-    filler.Perform()
-    return filler
-
-
-def _boolean(operation: Any, a: Any, b: Any, crossing: Any) -> float | None:
-    """Volume of a boolean's result, mm^3; None where it fails."""
-    done = operation(a, b, crossing)
-    return _measure(done.Shape()) if done.IsDone() and done.Shape() is not None else None
-
-
-def _measure(shape: Any) -> float:
-    """Volume of a shape, mm^3."""
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties)
-    return float(properties.Mass())
+    return common_size(shapes, volumes or (volume(shapes[0]), volume(shapes[1])), volume, OVERLAP_MM3 / 10.0)

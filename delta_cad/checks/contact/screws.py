@@ -1,4 +1,4 @@
-"""Screws hold: each has its length of thread and clamps what lies under its head, and no tapped hole is empty."""
+"""Screws hold: each has its length of thread and clamps what lies under its head; no tapped or reamed hole is empty."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ from delta_cad.solids.part import Occurrence, Part
 
 ENGAGED_LEAST = 1.0  # thread lengths in diameters: what steel screws need in aluminium under hand torque
 THREAD_PLAY_MM = 0.05  # radius by which a tap drill may exceed the drawn core of its screw (0.02), and axes may differ
+FILLED = r"M\d|[\d.]+ [HG]7"  # callouts of holes that hold something: threads and fits
 CLAMPING = "screw_"  # part numbers of screws that clamp with their heads
 ADJUSTING = "tension_screw"  # part number of screws that are turned to set something: nothing lies under their heads
 
 
 @dataclass(frozen=True, eq=False)
 class _Cylinders:
-    """All cylindrical faces of one kind on a link, in its frame, mm."""
+    """All cylindrical faces of one kind, of a link or of the machine, in its frame, mm."""
 
     owner: np.ndarray  # (n,) index of the occurrence
     point: np.ndarray  # (n, 3) on the axes
@@ -61,36 +62,45 @@ class _Screw:
 
 
 def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
-    """Checks every screw of a link, and every tapped hole.
+    """Checks every screw of a link, and every tapped or reamed hole.
 
     Returns:
         `screws engaged` (least length of thread in diameters), `screws seated` (largest gap between the parts that a
-        screw clamps, from under its head to the thread, mm) and `tapped holes filled` (number of empty ones).
+        screw clamps, from under its head to the thread, mm) and `holes filled` (number of empty ones).
     """
     library = FeatureLibrary()
     engaged: list[tuple[float, str]] = []
     seated: list[tuple[float, str]] = []
-    empty: list[str] = []
-    holes = 0
     for carried in carried_by_link(assembly).values():
-        bores, shafts = (_cylinders(carried, library, is_bore) for is_bore in (True, False))
+        bores = _cylinders(carried, [o.placement for o in carried], library, True)
         for screw in _screws(carried, library):
             o = carried[screw.index]
             length, start = _engagement(screw, o, bores)
-            engaged.append((-length / screw.nominal, o.name))
+            engaged.append((-length / screw.nominal if length > 0.0 else 0.0, o.name))
             if o.part.number.startswith(CLAMPING):
                 seated.append((_unseated(screw, carried, start, meshes), o.name))
-        for k, o in enumerate(carried):
-            needed, missing = _empty_holes(k, o, bores, shafts)
-            holes += needed
-            empty += [f"{o.name} {hole}" for hole in missing]
-    pair = tuple(dict.fromkeys(text.split(" ")[0] for text in empty[:8])) or None
-    detail = f"{'; '.join(empty[:8]) + ' without a screw; ' if empty else ''}{holes} kinds of tapped holes"
     return [
         _worst("screws engaged", engaged, -ENGAGED_LEAST, "", "diameters of thread"),
         _worst("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
-        CheckResult("tapped holes filled", not empty, len(empty), 0, "", worst_pair=pair, detail=detail),
+        _filled(assembly, library),
     ]
+
+
+def _filled(assembly: Assembly, library: FeatureLibrary) -> CheckResult:
+    """Whether every tapped or reamed hole holds something, on whatever link, at the exported position."""
+    every, placed = assembly.occurrences, assembly.poses(assembly.home_mm)
+    frames = [placed[o.name] for o in every]
+    bores, shafts = (_cylinders(every, frames, library, is_bore) for is_bore in (True, False))
+    empty: list[tuple[str, str]] = []
+    holes = 0
+    for k, o in enumerate(every):
+        needed, missing = _empty_holes(k, o, bores, shafts)
+        holes += needed
+        empty += [(o.name, f"{o.name} {hole}") for hole in missing]
+    names = tuple(dict.fromkeys(name for name, _ in empty[:8])) or None
+    told = "; ".join(text for _, text in empty[:8]) + " with nothing in it; " if empty else ""
+    detail = f"{told}{holes} kinds of tapped or reamed holes"
+    return CheckResult("holes filled", not empty, len(empty), 0, "", worst_pair=names, detail=detail)
 
 
 def _worst(name: str, values: Sequence[tuple[float, str]], limit: float, unit: str, what: str) -> CheckResult:
@@ -105,11 +115,13 @@ def _worst(name: str, values: Sequence[tuple[float, str]], limit: float, unit: s
     return CheckResult(name, not bad, shown, abs(limit), unit, worst_pair=(worst,), detail=detail)
 
 
-def _cylinders(carried: Sequence[Occurrence], library: FeatureLibrary, is_bore: bool) -> _Cylinders:
-    """All bores, or all outer cylinders, of a link."""
+def _cylinders(
+    carried: Sequence[Occurrence], frames: Sequence[np.ndarray], library: FeatureLibrary, is_bore: bool
+) -> _Cylinders:
+    """All bores, or all outer cylinders, of occurrences in their (4, 4) frames."""
     rows = [
-        (k, c.moved(o.placement))
-        for k, o in enumerate(carried)
+        (k, c.moved(frame))
+        for k, (o, frame) in enumerate(zip(carried, frames, strict=True))
         for c in library[o.part].cylinders
         if c.is_bore == is_bore
     ]
@@ -136,7 +148,7 @@ def _screws(carried: Sequence[Occurrence], library: FeatureLibrary) -> list[_Scr
         ends = [sorted(c.point[2] + c.direction[2] * v for v in (c.start_mm, c.end_mm)) for c in on_axis]
         shank = [(low, c.radius_mm) for c, (low, high) in zip(on_axis, ends, strict=True) if high <= 1e-6]
         head = [c.radius_mm for c, (low, _) in zip(on_axis, ends, strict=True) if low >= -1e-6]
-        low, radius = min(shank)
+        low, radius = min(shank, default=(0.0, 0.0))  # one without a shank engages nothing
         screws.append(_Screw(k, radius, -low, max(head, default=2.0 * radius), _nominal(o.part, radius)))
     return screws
 
@@ -183,13 +195,13 @@ def _unseated(screw: _Screw, carried: Sequence[Occurrence], start: float, meshes
 
 
 def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -> tuple[int, list[str]]:
-    """Number of kinds of tapped holes of an occurrence, and those of which too many hold no shank."""
+    """Number of kinds of holes of an occurrence that hold something, and those of which too many hold nothing."""
     missing, needed = [], 0
     for hole in o.part.holes:
         groups = [re.fullmatch(r"(?:(\d+)x )?(.*)", text.strip()) for text in hole.callout.split(";")]
         counts = [(int(g[1]) if g[1] else hole.count, g[2]) for g in groups if g]
-        tapped = sum(count for count, text in counts if re.match(r"M\d", text))
-        if not tapped:
+        filled = sum(count for count, text in counts if re.match(FILLED, text))
+        if not filled:
             continue
         needed += 1
         mine = np.flatnonzero((bores.owner == k) & (np.abs(2.0 * bores.radius - hole.diameter_mm) < 1e-3))
@@ -201,7 +213,7 @@ def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -
             at = bores.point[b] - (bores.point[b] @ bores.direction[b]) * bores.direction[b]
             if not held.any() and not any(np.linalg.norm(at - seen) < 1e-3 for seen in bare):
                 bare.append(at)
-        allowed = hole.count - tapped  # bores of the same diameter that are no threads
+        allowed = hole.count - filled  # bores of the same diameter that hold nothing
         if len(bare) > allowed:
             missing.append(f"{hole.callout} ({len(bare) - allowed})")
     return needed, missing

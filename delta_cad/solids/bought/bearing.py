@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.making import bought_part
-from delta_cad.solids.part import Part
+from delta_cad.solids.making import bought_part, round_y
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import feature, turned
 
 
@@ -28,6 +28,6 @@ def make_bearing(d: Dimensions) -> Part:
         (inner_edge, w),
         (bore, w),
     ]
-    return bought_part(
-        "bearing", b, feature("bearing", "rings", "hardware.bearing", lambda: turned(ring)), "steel", b.mass_g
-    )
+    shape = feature("bearing", "rings", "hardware.bearing", lambda: turned(ring))
+    holes = Hole(b.bore_mm, 1, "bore"), Hole(b.outer_ring_inner_mm, 1, "inside of the outer ring")
+    return bought_part("bearing", b, shape, "steel", round_y(outer, (0.0, w)), b.mass_g, holes=holes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.making import bought_part
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, box, cut, feature, fuse
 
 
@@ -25,4 +25,6 @@ def make_encoder_board(d: Dimensions) -> Part:
         for sz in (-1, 1)
     ]
     shape = feature("encoder_board", "board", "hardware.encoder", lambda: cut(fuse(board, chip, plug), holes))
-    return bought_part("encoder_board", e, shape, "fr4", e.mass_g)
+    hole = Hole(e.hole_diameter_mm, e.hole_count, f"{e.hole_diameter_mm:g} through, screws")
+    extent = (-half_x, half_x), (-e.board_thickness_mm - 4.0, e.chip_height_mm), (-half_z, half_z)
+    return bought_part("encoder_board", e, shape, "fr4", extent, e.mass_g, holes=(hole,))

@@ -7,7 +7,7 @@ from typing import cast
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.making import bought_part
+from delta_cad.solids.making import bought_part, round_z
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_z, cut, fuse
 
@@ -26,4 +26,5 @@ def make_foot(d: Dimensions) -> Part:
         tools = [bore_z(hole, (0.0, 0.0), (-f.height_mm - 1, 1))]
         tools.append(bore_z(row.counterbore_diameter_mm, (0.0, 0.0), (-f.height_mm - 1, seat)))
         shape = cut(pad, tools)
-    return bought_part("foot", f, shape, "rubber", f.mass_g)
+    extent = round_z(f.diameter_mm / 2, (-f.height_mm, f.stud_length_mm or 0.0))
+    return bought_part("foot", f, shape, "rubber", extent, f.mass_g)

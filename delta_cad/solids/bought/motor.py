@@ -7,8 +7,8 @@ from math import cos, sin
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.solids.making import bought_part
-from delta_cad.solids.part import Part
+from delta_cad.solids.making import bought_part, round_y
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, fuse, turned
 
 
@@ -36,4 +36,6 @@ def make_motor(d: Dimensions) -> Part:
         at = (m.mount_circle_mm / 2 * cos(angle), m.mount_circle_mm / 2 * sin(angle))
         tools.append(bore_y(drill, at, (-THROUGH_MM, motor_thread_mm(m))))
     shape = feature("motor", "body", "hardware.motor", lambda: cut(fuse(body, shaft), tools))
-    return bought_part("motor", m, shape, "aluminium-black", m.mass_g)
+    extent = round_y(r, (-m.shaft_length_mm, m.length_mm))
+    threads = Hole(drill, m.mount_count, f"{m.mount_thread} x {motor_thread_mm(m):g}, mounting")
+    return bought_part("motor", m, shape, "aluminium-black", extent, m.mass_g, holes=(threads,))

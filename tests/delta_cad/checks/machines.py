@@ -12,7 +12,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
-from delta_cad.solids.part import Fit, Hole, Joint, Material, Occurrence, Part
+from delta_cad.solids.part import Contact, Fit, Hole, Joint, Material, Occurrence, Part, Stated, Stop
 
 GEOMETRY = DeltaGeometry(base_radius=0.040, platform_radius=0.030, upper_arm_length=0.082, forearm_length=0.112079)
 L_A, L_B, R, RADIUS_PLATFORM, WIDTH = 82.0, 112.079, 40.0, 30.0, 54.0
@@ -26,6 +26,11 @@ LIMITS = CheckLimits(
     grid=5,
     random_poses=40,
 )
+
+
+EDGE = np.array([60.0 - R, -64.0])  # of the plate, seen from the shoulder of chain 0
+STOP_RAD = np.arctan2(EDGE[1], EDGE[0]) + np.arcsin(6.0 / np.linalg.norm(EDGE))  # the arm's lower face lies on it
+STOP = Stop("shoulder_0", "base_plate", "arm_0", float(STOP_RAD), -1, 7.9)
 
 
 def placement(drive_ratio: float = 9.5) -> LinkPlacement:
@@ -153,7 +158,19 @@ def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
                 limit = np.radians(30.0)
                 joints.append(Joint(f"{end}_{i}_{j}", "ball", holder, link, frame, at(x), limit))
     out.append(Occurrence("platform", p["platform"], "platform", np.eye(4)))
-    return Assembly("synthetic", tuple(out), tuple(joints), tuple(fits), placement(drive_ratio), LIMITS.centre_mm)
+    stated = tuple(Stated(o.link, o.name, 1, o.part.number, o.link) for o in out)
+    touching = tuple(_contact(f) for f in fits if f.kind == "contact")
+    where = placement(drive_ratio)
+    return Assembly(
+        "synthetic", tuple(out), tuple(joints), tuple(fits), where, LIMITS.centre_mm, touching, stated, (STOP,)
+    )
+
+
+def _contact(fit: Fit) -> Contact:
+    """What holds in a fit: 7 mm of the shaft in its bearing, a zone of the ball in its socket."""
+    if fit.reason == "ball":
+        return Contact(fit.b, fit.a, "ball", 60.0, 0.06, fit.reason)
+    return Contact(fit.a, fit.b, "cylinder", 7.0, 0.01, fit.reason)
 
 
 def changed(assembly: Assembly, name: str, **changes: object) -> Assembly:

@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, all_passed, run_checks
 from delta_cad.solids.part import Part
-from tests.delta_cad.checks.machines import LIMITS, STEEL, box, changed, machine
+from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
 from tests.delta_cad.mechanism.asked import limits as asked
 
 MACHINE = machine()
@@ -47,10 +47,11 @@ def test_an_unreachable_cube_ends_the_checks() -> None:
 
 
 def test_an_unsound_part_ends_the_checks() -> None:
-    shell = Part("hollow", "hollow", box((0, 0, 0), (1, 1, 1)).Shells()[0], STEEL, True)  # type: ignore[arg-type]
-    bad = changed(MACHINE, "screw_0", part=shell)
+    hollow = Part("screw", "screw", box((0, 0, 0), (1, 1, 1)).Shells()[0], STEEL, True)  # type: ignore[arg-type]
+    screws = (replace(o, part=hollow) if o.part.number == "screw" else o for o in MACHINE.occurrences)
+    bad = replace(MACHINE, occurrences=tuple(screws))
     results = run_checks(bad, LIMITS, MeshLibrary(bad.parts, 0.3, 0.8))
-    assert [r.name for r in results if not r.passed] == ["solid hollow"]
+    assert [r.name for r in results if not r.passed] == ["solid screw"]
     assert not any(r.name.startswith("clearance") for r in results)
 
 

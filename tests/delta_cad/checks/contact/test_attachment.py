@@ -1,4 +1,4 @@
-"""Parts that float, screws that hold nothing, and tapped holes left empty are refused."""
+"""Parts that float, screws that hold nothing, and tapped or reamed holes left empty are refused."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -134,12 +134,12 @@ def test_the_slit_of_a_clamp_is_no_gap() -> None:
 
 def test_a_tapped_hole_without_its_screw_is_refused() -> None:
     bare = replace(joint(), occurrences=joint().occurrences[:2])
-    result = checked(bare)["tapped holes filled"]
+    result = checked(bare)["holes filled"]
     assert not result.passed
     assert result.worst_pair == ("block",)
     assert result.value == 1.0
     other = replace(block(), holes=(Hole(2.5, 1, "2.5 through"),))  # no thread: nobody misses the screw
-    assert checked(of([("block", other, np.eye(4))]))["tapped holes filled"].passed
+    assert checked(of([("block", other, np.eye(4))]))["holes filled"].passed
 
 
 def shifted(a: Assembly, name: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Assembly:
@@ -166,6 +166,6 @@ def test_the_committed_machine_is_screwed_together_and_its_spoiled_copies_are_re
     assert any(
         name.startswith("motor_screw_1_") for name in failed(shifted(best_assembly, "motor_1", y=2.0))["screws seated"]
     )
-    assert failed(without("cheek_screw_0_"))["tapped holes filled"] == ("foot_block_0",)
-    assert failed(without("base_screw_0"))["tapped holes filled"] == ("foot_block_0",)
+    assert failed(without("cheek_screw_0_"))["holes filled"] == ("foot_block_0",)
+    assert failed(without("base_screw_0"))["holes filled"] == ("foot_block_0",)
     assert "screws engaged" in failed(shifted(best_assembly, "tension_screw_1_0", z=30.0))

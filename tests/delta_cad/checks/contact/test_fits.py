@@ -7,7 +7,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.contact import fits
+from delta_cad.checks.contact import common, fits
 from delta_cad.checks.contact.fits import check_fits, common_volume
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Fit
@@ -99,12 +99,12 @@ def test_common_volumes_in_closed_form() -> None:
 
 
 def test_a_kernel_that_contradicts_itself_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fits, "_boolean", lambda *_: 1.0)  # common and rest cannot both be 1 mm^3
+    monkeypatch.setattr(common, "_boolean", lambda *_: 1.0)  # common and rest cannot both be 1 mm^3
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None
     result = check(MACHINE)["overlap on one link"]
     assert not result.passed
     assert result.value is None
-    monkeypatch.setattr(fits, "_boolean", lambda *_: None)
+    monkeypatch.setattr(common, "_boolean", lambda *_: None)
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None
 
 

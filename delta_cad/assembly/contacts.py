@@ -1,0 +1,212 @@
+"""What holds what: every seat, press, bond, thread, clamp and stop of a design, with the least that does its job.
+
+Lengths and areas come from the dimensions, so that a solid that was made otherwise is noticed. `SHARE` of what is drawn
+is asked where chamfers and neighbouring bores take some of a face; a bore's length is asked but for its chamfers.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.capstan import SHAFT_ENGAGEMENT_MM, CapstanDimensions
+from delta_cad.dimensions.forearm import BALL_CLEARANCE_MM, TUBE_GLUE_MM
+from delta_cad.dimensions.layers import STUB_DEPTH_MM
+from delta_cad.mechanism.placement import CHAINS, SIDES
+from delta_cad.solids import brackets, capstan, fasteners, platform
+from delta_cad.solids.part import Contact, Stop
+
+FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
+GLUE_MM = 0.06  # radius: the widest bond, of the magnet
+SEATED_MM = 0.02  # along a normal: what a shim cannot enter
+THREAD_MM = fasteners.CORE_PLAY_MM  # radius, threads being drawn as their cores
+CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together
+SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
+
+
+class _Contacts:
+    """Collects contacts of four kinds."""
+
+    def __init__(self) -> None:
+        self.all: list[Contact] = []
+
+    def cylinder(self, a: str, b: str, length_mm: float, gap_mm: float, reason: str) -> None:
+        self.all.append(Contact(a, b, "cylinder", length_mm, gap_mm, reason))
+
+    def plane(self, a: str, b: str, area_mm2: float, reason: str, gap_mm: float = SEATED_MM) -> None:
+        self.all.append(Contact(a, b, "plane", area_mm2, gap_mm, reason))
+
+    def ball(self, a: str, b: str, area_mm2: float, gap_mm: float, reason: str) -> None:
+        self.all.append(Contact(a, b, "ball", area_mm2, gap_mm, reason))
+
+    def cable(self, a: str, b: str, length_mm: float, gap_mm: float, reason: str) -> None:
+        self.all.append(Contact(a, b, "cable", length_mm, gap_mm, reason))
+
+
+def _ring(outer_mm: float, inner_mm: float) -> float:
+    """Area between two diameters, mm^2."""
+    return pi / 4 * (outer_mm**2 - inner_mm**2)
+
+
+def contacts(d: Dimensions) -> tuple[Contact, ...]:
+    """Declares the contacts of a design by the names of its occurrences."""
+    bench = _Contacts()
+    for i in CHAINS:
+        _foot(bench, d, i)
+        _bracket(bench, d, i)
+        _sensor(bench, d, i)
+        _elbow(bench, d, i)
+        if d.capstan is not None:
+            _shoulder(bench, d, i)
+            _capstan(bench, d, d.capstan, i)
+        else:
+            _direct(bench, d, i)
+        for j in SIDES:
+            _rod(bench, d, i, j)
+    _handle(bench, d)
+    return tuple(bench.all)
+
+
+def _foot(bench: _Contacts, d: Dimensions, i: int) -> None:
+    inner = d.foot.hole_diameter_mm or catalogue.screw(d.foot.thread).diameter_mm
+    bench.plane(f"foot_{i}", "base_plate", SHARE * _ring(d.foot.diameter_mm, inner), "foot under the plate")
+    if d.foot.stud_length_mm is not None:
+        held = min(d.foot.stud_length_mm, d.base.thickness_mm) - CHAMFERS_MM
+        bench.cylinder(f"foot_{i}", "base_plate", held, THREAD_MM, "the foot's stud in its thread")
+
+
+def _bracket(bench: _Contacts, d: Dimensions, i: int) -> None:
+    b, block = d.bracket, f"foot_block_{i}"
+    inside, outside = d.layers.motor_cheek_mm
+    length, width = b.foot_u_mm[1] - b.foot_u_mm[0], inside - d.layers.encoder_cheek_mm[1]
+    bench.plane(block, "base_plate", SHARE * length * width, "foot block on the plate")
+    for k in range(2):
+        _dowel(bench, f"base_dowel_{i}_{k}", block, "base_plate")
+    for side, cheek in (("m", f"motor_cheek_{i}"), ("e", f"encoder_cheek_{i}")):
+        bench.plane(block, cheek, SHARE * length * b.foot_height_mm, "cheek on the foot block")
+        for k in range(2):
+            _dowel(bench, f"cheek_dowel_{i}_{side}{k}", block, cheek)
+    for k in range(len(b.stop_pins_mm)):
+        held = outside - inside - brackets.STOP_SUNK_MM - CHAMFERS_MM
+        bench.cylinder(f"stop_pin_{i}_{k}", f"motor_cheek_{i}", held, FIT_MM, "stop pin pressed in the cheek")
+    motor, cheek, m = f"motor_{i}", f"motor_cheek_{i}", d.motor
+    bench.cylinder(motor, cheek, 0.8 * m.pilot_height_mm, FIT_MM, "the motor's pilot in the cheek")
+    bench.plane(motor, cheek, SHARE * _ring(m.diameter_mm - 1.0, m.pilot_diameter_mm), "motor on the cheek")
+
+
+def _dowel(bench: _Contacts, pin: str, *parts: str) -> None:
+    for part in parts:
+        bench.cylinder(pin, part, brackets.DOWEL_MM, FIT_MM, "dowel, engaged by its diameter")
+
+
+def _sensor(bench: _Contacts, d: Dimensions, i: int) -> None:
+    magnet, board = f"encoder_magnet_{i}", f"encoder_board_{i}"
+    bench.cylinder(magnet, f"shoulder_shaft_{i}", 0.9 * d.magnet.thickness_mm, GLUE_MM, "magnet bonded in the shaft")
+    screw = catalogue.screw(brackets.BOARD_SCREW)
+    face = SHARE * _ring(screw.clearance_hole_mm + 2.0, screw.clearance_hole_mm)
+    play = (screw.clearance_hole_mm - screw.tap_drill_mm) / 2 + THREAD_MM
+    length = d.layers.encoder_cheek_mm[0] - d.layers.encoder_board_mm[1]
+    thick, in_board = d.encoder.board_thickness_mm, (d.encoder.hole_diameter_mm - screw.tap_drill_mm) / 2 + THREAD_MM
+    for k in range(d.encoder.hole_count):
+        spacer = f"board_spacer_{i}_{k}"
+        bench.plane(spacer, board, face, "spacer under the board")
+        bench.plane(spacer, f"encoder_cheek_{i}", face, "spacer on the cheek")
+        bench.cylinder(f"board_screw_{i}_{k}", spacer, 0.9 * length, play, "screw through its spacer")
+        bench.cylinder(f"board_screw_{i}_{k}", board, 0.9 * thick, in_board, "screw through the board")
+
+
+def _elbow(bench: _Contacts, d: Dimensions, i: int) -> None:
+    f, bar = d.forearm, f"cross_bar_{i}"
+    boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
+    bench.cylinder(bar, f"upper_arm_{i}", boss - CHAMFERS_MM, FIT_MM, "cross-bar clamped in the elbow's boss")
+    for j in SIDES:
+        _stud(bench, d, f"ball_stud_{i}_{j}_elbow", bar)
+        _stud(bench, d, f"ball_stud_{i}_{j}_wrist", "platform")
+        for end in ("elbow", "wrist"):
+            seat = 0.8 * pi * f.seat_diameter_mm * f.socket_width_mm  # a zone of the sphere, less the slit
+            pair = f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}"
+            bench.ball(*pair, seat, 2 * BALL_CLEARANCE_MM, "ball in its seat")
+
+
+def _stud(bench: _Contacts, d: Dimensions, stud: str, held_by: str) -> None:
+    f = d.forearm
+    bench.cylinder(stud, held_by, f.stud_thread_length_mm - CHAMFERS_MM, THREAD_MM, "ball stud in its thread")
+    bench.plane(stud, held_by, 0.3 * _ring(f.collar_diameter_mm, catalogue.screw("M3").diameter_mm), "stud's collar")
+
+
+def _shoulder(bench: _Contacts, d: Dimensions, i: int) -> None:
+    arm, shaft, b, a = f"upper_arm_{i}", f"shoulder_shaft_{i}", d.bearing, d.arm
+    for side, cheek, turns in (("e", "encoder_cheek", arm), ("m", "motor_cheek", f"sector_{i}")):
+        bearing = f"bearing_{i}_{side}"
+        bench.cylinder(bearing, f"{cheek}_{i}", b.width_mm - CHAMFERS_MM, FIT_MM, "bearing in its seat")
+        lip = _ring(b.outer_mm, max(d.bracket.passage_mm, b.outer_ring_inner_mm))
+        bench.plane(bearing, f"{cheek}_{i}", SHARE * lip, "bearing on the lip of its seat")
+        bench.cylinder(shaft, bearing, b.width_mm - CHAMFERS_MM, FIT_MM, "shaft in the bearing's bore")
+        collar = _ring(min(a.collar_diameter_mm, b.inner_ring_outer_mm), b.bore_mm)
+        bench.plane(turns, bearing, SHARE * collar, "collar on the inner ring")
+    thickness = d.layers.arm_mm[1] - d.layers.arm_mm[0]
+    bench.cylinder(shaft, arm, thickness - CHAMFERS_MM, FIT_MM, "shaft clamped in the arm")
+
+
+def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> None:
+    arm, sector, cable, pinion = f"upper_arm_{i}", f"sector_{i}", f"capstan_cable_{i}", f"pinion_{i}"
+    thickness = d.layers.sector_mm[1] - d.layers.sector_mm[0]
+    bench.cylinder(f"shoulder_shaft_{i}", sector, thickness - CHAMFERS_MM, FIT_MM, "sector centred on the shaft")
+    bench.plane(sector, arm, SHARE * _ring(2 * c.hub_radius_mm, d.arm.shaft_bore_mm), "sector on the arm")
+    for k in range(len(d.arm.sector_dowel_angles_rad)):
+        _dowel(bench, f"sector_dowel_{i}_{k}", sector, arm)
+    bench.cylinder(f"motor_{i}", pinion, SHAFT_ENGAGEMENT_MM, FIT_MM, "pinion bonded on the motor's shaft")
+    low, high = c.rim_angles_rad
+    around = c.pitch_radius_mm * (high - low) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
+    bench.cable(cable, sector, 0.98 * around, 0.02, "cable on the rim and round the nose")
+    nut, head = catalogue.hex_nut(capstan.TENSION_SCREW), catalogue.hex_screw(capstan.TENSION_SCREW)
+    seat = SHARE * _ring(nut.across_flats_mm, head.diameter_mm)
+    left = head.diameter_mm + capstan.TENSION_TRAVEL_MM
+    bore = (capstan.CABLE_BORE_MM - c.cable_diameter_mm) / 2 + FIT_MM
+    for end in range(2):
+        screw, sleeve = f"tension_screw_{i}_{end}", f"crimp_sleeve_{i}_{end}"
+        bench.cylinder(cable, screw, 0.9 * capstan.TENSION_SCREW_LENGTH_MM, bore, "cable through its tension screw")
+        bench.cylinder(cable, sleeve, 0.9 * capstan.CRIMP_MM[1], FIT_MM, "cable crimped in its sleeve")
+        bench.plane(sleeve, screw, SHARE * _ring(capstan.CRIMP_MM[0], capstan.CABLE_BORE_MM), "sleeve on the head")
+        bench.cylinder(screw, sector, left, THREAD_MM, "tension screw in its lug, a diameter left after its travel")
+        bench.cylinder(screw, f"lock_nut_{i}_{end}", 0.9 * nut.height_mm, THREAD_MM, "nut on its screw")
+        bench.plane(f"lock_nut_{i}_{end}", sector, seat, "nut on its lug")
+
+
+def _direct(bench: _Contacts, d: Dimensions, i: int) -> None:
+    arm, m = f"upper_arm_{i}", d.motor
+    clamped = d.layers.arm_mm[1] - (d.layers.motor_cheek_mm[1] - m.shaft_length_mm)
+    bench.cylinder(f"motor_{i}", arm, min(clamped, m.shaft_diameter_mm / 2), FIT_MM, "arm clamped on the motor's shaft")
+    bench.cylinder(f"shoulder_shaft_{i}", arm, STUB_DEPTH_MM - CHAMFERS_MM / 2, GLUE_MM, "stub bonded in the arm")
+
+
+def _rod(bench: _Contacts, d: Dimensions, i: int, j: int) -> None:
+    f, tube = d.forearm, f"rod_tube_{i}_{j}"
+    for end in ("elbow", "wrist"):
+        socket = f"ball_socket_{i}_{j}_{end}"
+        bench.cylinder(socket, tube, f.spigot_length_mm - CHAMFERS_MM, TUBE_GLUE_MM, "spigot bonded in the tube")
+        bench.plane(tube, socket, SHARE * _ring(f.tube_outer_mm, f.tube_bore_mm), "tube on the socket's shoulder")
+
+
+def _handle(bench: _Contacts, d: Dimensions) -> None:
+    p, thread = d.platform, catalogue.screw(d.platform.stem_thread)
+    into = min(platform.STEM_CORE_DEPTH_MM, p.boss_diameter_mm - 0.5) - CHAMFERS_MM
+    bench.cylinder("handle_stem", "platform", into, THREAD_MM, "stem in the platform's thread")
+    seat = SHARE * _ring(p.stem_diameter_mm, thread.diameter_mm)
+    bench.plane("handle_stem", "platform", seat, "stem on the platform")
+    up = d.knob.thread_depth_mm - 1.0 - CHAMFERS_MM
+    bench.cylinder("handle_stem", "knob", up, THREAD_MM, "stem in the knob's thread")
+    flat = _ring(min(d.knob.foot_diameter_mm, p.stem_diameter_mm), thread.diameter_mm)
+    bench.plane("knob", "handle_stem", SHARE * flat, "knob on its stem")
+
+
+def stops(d: Dimensions) -> tuple[Stop, ...]:
+    """Declares both ends of the shoulders: one pin in the sector's slot, or one pin beside either edge of the arm."""
+    found = []
+    for i in CHAINS:
+        moving = f"upper_arm_{i}" if d.capstan is None else f"sector_{i}"
+        for end, (angle, sense) in enumerate(zip(d.stops_rad, (-1, 1), strict=True)):
+            pin = f"stop_pin_{i}_{end if d.capstan is None else 0}"
+            found.append(Stop(f"shoulder_{i}", pin, moving, angle, sense, SHARE * brackets.STOP_ENGAGEMENT_MM))
+    return tuple(found)

@@ -1,0 +1,93 @@
+"""What every joint and drive of a design is made of: counted here from the design, held against what was placed."""
+
+from __future__ import annotations
+
+from delta_cad.dimensions import Dimensions
+from delta_cad.mechanism.placement import CHAINS, SIDES
+from delta_cad.solids.part import Stated
+
+
+def statement(d: Dimensions) -> tuple[Stated, ...]:
+    """States the parts of frame, shoulders, drives, sensors, rods and handle, each with its count and its link."""
+    stated = [
+        Stated("frame", "base_plate", 1, "base_plate", "base"),
+        Stated("frame", "foot_?", 3, "foot", "base"),
+        Stated("handle", "platform", 1, "platform", "platform"),
+        Stated("handle", "handle_stem", 1, "handle_stem", "platform"),
+        Stated("handle", "knob", 1, "knob", "platform"),
+    ]
+    if d.foot.stud_length_mm is None:
+        stated.append(Stated("frame", "foot_screw_?", 3, f"screw_{d.foot.thread}x*", "base"))
+    for i in CHAINS:
+        stated += _bracket(i) + _shoulder(i) + _drive(d, i) + _sensor(d, i)
+        for j in SIDES:
+            stated += _rod(i, j)
+    return tuple(stated)
+
+
+def _bracket(i: int) -> list[Stated]:
+    group = f"bracket_{i}"
+    return [
+        Stated(group, f"motor_cheek_{i}", 1, "motor_cheek", "base"),
+        Stated(group, f"encoder_cheek_{i}", 1, "encoder_cheek", "base"),
+        Stated(group, f"foot_block_{i}", 1, "foot_block", "base"),
+        *(Stated(group, f"cheek_screw_{i}_{side}?", 2, "screw_M3x*", "base") for side in "me"),
+        *(Stated(group, f"cheek_dowel_{i}_{side}?", 2, "dowel_3x*", "base") for side in "me"),
+        Stated(group, f"base_screw_{i}_?", 2, "screw_M4x*", "base"),
+        Stated(group, f"base_dowel_{i}_?", 2, "dowel_3x*", "base"),
+    ]
+
+
+def _shoulder(i: int) -> list[Stated]:
+    group, link = f"shoulder_{i}", f"upper_arm_{i}"
+    return [
+        Stated(group, f"upper_arm_{i}", 1, "upper_arm", link),
+        Stated(group, f"shoulder_shaft_{i}", 1, "shoulder_shaft", link),
+        Stated(group, f"shoulder_clamp_{i}", 1, "screw_M3x*", link),
+        Stated(group, f"cross_bar_{i}", 1, "cross_bar", link),
+        Stated(group, f"elbow_clamp_{i}", 1, "screw_M2.5x*", link),
+    ]
+
+
+def _drive(d: Dimensions, i: int) -> list[Stated]:
+    group, link = f"drive_{i}", f"upper_arm_{i}"
+    of_both = [
+        Stated(group, f"motor_{i}", 1, "motor", "base"),
+        Stated(group, f"motor_screw_{i}_?", d.motor.mount_count, f"screw_{d.motor.mount_thread}x*", "base"),
+    ]
+    if d.capstan is None:  # the arm is clamped on the motor's shaft and turns in the motor's bearings
+        return [*of_both, Stated(group, f"stop_pin_{i}_?", 2, "dowel_4x*", "base")]
+    return [
+        *of_both,
+        Stated(group, f"stop_pin_{i}_?", 1, "dowel_4x*", "base"),
+        Stated(f"shoulder_{i}", f"bearing_{i}_?", 2, "bearing", "base"),
+        Stated(group, f"pinion_{i}", 1, "pinion", f"pinion_{i}"),
+        Stated(group, f"sector_{i}", 1, "sector", link),
+        Stated(group, f"sector_screw_{i}_?", 3, "screw_M3x*", link),
+        Stated(group, f"sector_dowel_{i}_?", 2, "dowel_3x*", link),
+        Stated(group, f"capstan_cable_{i}", 1, "capstan_cable", link),
+        Stated(group, f"tension_screw_{i}_?", 2, "tension_screw", link),
+        Stated(group, f"lock_nut_{i}_?", 2, "nut_M2.5", link),
+        Stated(group, f"crimp_sleeve_{i}_?", 2, "crimp_sleeve", link),
+    ]
+
+
+def _sensor(d: Dimensions, i: int) -> list[Stated]:
+    group, screws = f"sensor_{i}", d.encoder.hole_count
+    return [
+        Stated(group, f"encoder_magnet_{i}", 1, "encoder_magnet", f"upper_arm_{i}"),
+        Stated(group, f"encoder_board_{i}", 1, "encoder_board", "base"),
+        Stated(group, f"board_spacer_{i}_?", screws, "board_spacer", "base"),
+        Stated(group, f"board_screw_{i}_?", screws, "screw_M2.5x*", "base"),
+    ]
+
+
+def _rod(i: int, j: int) -> list[Stated]:
+    rod = f"rod_{i}_{j}"
+    return [
+        Stated(f"elbow_{i}_{j}", f"ball_stud_{i}_{j}_elbow", 1, "ball_stud", f"upper_arm_{i}"),
+        Stated(f"elbow_{i}_{j}", f"ball_socket_{i}_{j}_elbow", 1, "ball_socket", rod),
+        Stated(rod, f"rod_tube_{i}_{j}", 1, "rod_tube", rod),
+        Stated(f"wrist_{i}_{j}", f"ball_socket_{i}_{j}_wrist", 1, "ball_socket", rod),
+        Stated(f"wrist_{i}_{j}", f"ball_stud_{i}_{j}_wrist", 1, "ball_stud", "platform"),
+    ]

@@ -1,0 +1,90 @@
+"""What two shapes share, by the kernel's booleans, believed only where they agree with themselves.
+
+Coincident faces (a screw in its hole, a bearing in its seat) are what booleans get wrong, so a result counts only when
+`size(A) - size(A cut B)` agrees with `size(A common B)`; otherwise fuzzy tolerances are tried one after another.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
+AGREEMENT = 1e-6  # of the smaller size: Gauss integration of the kernel is good to about 1e-9
+
+
+def common_size(
+    shapes: tuple[Any, Any], sizes: tuple[float, float], size: Callable[[Any], float], noise: float
+) -> float | None:
+    """Computes the volume that two solids share, or the area that two faces of one plane share.
+
+    Args:
+        shapes: The kernel's shapes in one frame.
+        sizes: Their volumes, mm^3, or areas, mm^2.
+        size: `volume` or `area`.
+        noise: By which common and cut may differ: what a fuzzy tolerance may move.
+
+    Returns:
+        The common size; None where common and cut contradict each other either way round at every fuzzy tolerance. The
+        smaller shape is cut first: that is less work, and its size is not lost beside a large one.
+    """
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut
+
+    (smaller, one), (larger, other) = sorted(zip(sizes, shapes, strict=True), key=lambda pair: pair[0])
+    for fuzzy in FUZZY_MM:
+        crossing = _crossing(one, other, fuzzy)
+        common = _boolean(BRepAlgoAPI_Common, one, other, crossing, size)
+        if common is None:
+            continue
+        for whole, cut, by in ((smaller, one, other), (larger, other, one)):
+            rest = _boolean(BRepAlgoAPI_Cut, cut, by, crossing, size)
+            if rest is not None and abs(whole - rest - common) <= max(AGREEMENT * smaller, noise):
+                return max(common, 0.0)
+    return None
+
+
+def _crossing(a: Any, b: Any, fuzzy_mm: float) -> Any:
+    """Intersects the faces of two shapes: the costly half of a boolean, which common and cut share."""
+    from OCP.BOPAlgo import BOPAlgo_PaveFiller
+    from OCP.TopTools import TopTools_ListOfShape
+
+    arguments = TopTools_ListOfShape()
+    arguments.Append(a)
+    arguments.Append(b)
+    filler = BOPAlgo_PaveFiller()
+    filler.SetArguments(arguments)
+    filler.SetNonDestructive(True)
+    filler.SetUseOBB(True)
+    if fuzzy_mm:
+        filler.SetFuzzyValue(fuzzy_mm)
+    filler.Perform()
+    return filler
+
+
+def _boolean(operation: Any, a: Any, b: Any, crossing: Any, size: Callable[[Any], float]) -> float | None:
+    """Size of a boolean's result; None where it fails."""
+    done = operation(a, b, crossing)
+    return size(done.Shape()) if done.IsDone() and done.Shape() is not None else None
+
+
+def volume(shape: Any) -> float:
+    """Volume of a shape, mm^3."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def area(shape: Any) -> float:
+    """Area of a shape's faces, mm^2."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    return float(properties.Mass())

@@ -1,0 +1,48 @@
+"""Every part that the design states is there, once, on its link and of its kind; nothing is there that it does not."""
+
+from __future__ import annotations
+
+from collections import Counter
+from fnmatch import fnmatchcase
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.report import CheckResult
+
+SHOWN = 8  # faults that a report names; their number is told
+
+
+def check_presence(assembly: Assembly) -> CheckResult:
+    """Holds the placed parts against what the design states of every joint and drive.
+
+    Returns:
+        `parts present`: the number of faults, each named in the detail: a part that is missing, too many, of another
+        number, on another link, or stated nowhere; a name given twice; a number that two different parts bear, which
+        the bill of materials could not tell apart.
+    """
+    faults: list[tuple[str, str]] = []
+    unseen = {o.name: o for o in assembly.occurrences}
+    counts = Counter(o.name for o in assembly.occurrences)
+    faults += [(name, f"{name} is there {count} times") for name, count in counts.items() if count > 1]
+    for row in assembly.stated:
+        found = [o for name, o in unseen.items() if fnmatchcase(name, row.names)]
+        if len(found) != row.count:
+            what = f"{row.group} has {len(found)} of {row.count} {row.names}"
+            faults += [(o.name, what) for o in found[:1]] or [(row.names, what)]
+        for o in found:
+            del unseen[o.name]
+            if not fnmatchcase(o.part.number, row.number):
+                faults.append((o.name, f"{o.name} of {row.group} is a {o.part.number}, stated is {row.number}"))
+            if o.link != row.link:
+                faults.append((o.name, f"{o.name} of {row.group} is on {o.link}, stated is {row.link}"))
+    faults += [(name, f"{name} ({o.part.number}) is stated by no joint and no drive") for name, o in unseen.items()]
+    first = {}
+    for o in assembly.occurrences:
+        if first.setdefault(o.part.number, o).part is not o.part:
+            other = first[o.part.number].name
+            faults.append((o.name, f"{o.name} and {other} are different parts of one number {o.part.number}"))
+    total = sum(row.count for row in assembly.stated)
+    detail = f"{total} parts stated by {len({row.group for row in assembly.stated})} joints, drives and groups"
+    if faults:
+        detail = f"{len(faults)} faults: {'; '.join(text for _, text in faults[:SHOWN])}; {detail}"
+    names = tuple(dict.fromkeys(name for name, _ in faults[:SHOWN])) or None
+    return CheckResult("parts present", not faults, len(faults), 0, "", worst_pair=names, detail=detail)

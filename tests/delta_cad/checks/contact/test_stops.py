@@ -1,0 +1,51 @@
+"""Stops meet where they are stated: not a degree earlier, not a degree later, and deep enough."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.contact.stops import check_stops
+from tests.delta_cad.checks.machines import STOP, at, machine
+
+
+def test_both_ends_of_every_shoulder_are_met(best_assembly: Assembly) -> None:
+    result = check_stops(best_assembly)
+    assert result.passed, result.detail
+    assert len(best_assembly.stops) == 6
+
+
+@pytest.mark.parametrize("degrees", [-1.5, 1.5])
+@pytest.mark.parametrize("end", [0, 1])
+def test_a_stop_met_a_degree_and_a_half_off_is_refused(best_assembly: Assembly, degrees: float, end: int) -> None:
+    stop = best_assembly.stops[end]
+    moved = replace(stop, angle_rad=stop.angle_rad + np.radians(degrees))
+    result = check_stops(replace(best_assembly, stops=(moved,)))
+    assert not result.passed
+    early = "meet more than a degree before" in result.detail
+    assert early == (stop.sense * degrees > 0.0)
+
+
+def test_a_pin_drawn_back_and_a_pin_missing_are_refused(best_assembly: Assembly) -> None:
+    def moved(y: float) -> Assembly:
+        every = (
+            replace(o, placement=at(0.0, y, 0.0) @ o.placement) if o.name == "stop_pin_0_0" else o
+            for o in best_assembly.occurrences
+        )
+        return replace(best_assembly, occurrences=tuple(every))
+
+    assert check_stops(moved(1.5)).passed
+    result = check_stops(moved(2.0))
+    assert not result.passed
+    assert "1.50 mm, 1.80 mm asked" in result.detail
+    kept = tuple(o for o in best_assembly.occurrences if o.name != "stop_pin_2_0")
+    assert "stop_pin_2_0 is missing" in check_stops(replace(best_assembly, occurrences=kept)).detail
+
+
+def test_an_arm_meets_the_edge_of_a_plate_where_geometry_says() -> None:
+    assert check_stops(machine()).value == pytest.approx(8.0 / STOP.least_mm)
+
+
+def test_a_machine_without_stops_is_refused(best_assembly: Assembly) -> None:
+    assert not check_stops(replace(best_assembly, stops=())).passed

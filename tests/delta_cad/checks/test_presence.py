@@ -1,0 +1,98 @@
+"""A part missing, doubled, on another link, of another kind or stated nowhere is refused by its name."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.presence import check_presence
+from delta_cad.checks.report import CheckResult
+from delta_cad.export.bom import bill_of_materials
+
+
+def without(a: Assembly, *names: str) -> Assembly:
+    kept = tuple(o for o in a.occurrences if o.name not in names)
+    assert len(kept) == len(a.occurrences) - len(names)
+    return replace(a, occurrences=kept)
+
+
+def put(a: Assembly, name: str, **changes: object) -> Assembly:
+    every = tuple(replace(o, **changes) if o.name == name else o for o in a.occurrences)  # type: ignore[arg-type]
+    return replace(a, occurrences=every)
+
+
+def found(a: Assembly) -> CheckResult:
+    result = check_presence(a)
+    assert result.passed == (result.value == 0)
+    return result
+
+
+def test_statement_assembly_and_bill_of_materials_agree(best_assembly: Assembly) -> None:
+    assert found(best_assembly).passed
+    rows = bill_of_materials(best_assembly, dict.fromkeys((p.number for p in best_assembly.parts), 0.0))
+    stated = sum(row.count for row in best_assembly.stated)
+    assert stated == len(best_assembly.occurrences) == sum(row.quantity for row in rows)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("motor_1", "motor_screw_1_0", "motor_screw_1_1", "motor_screw_1_2", "motor_screw_1_3"),
+        ("bearing_1_e",),
+        ("capstan_cable_2",),
+        ("base_dowel_0_1",),
+        ("crimp_sleeve_1_0", "lock_nut_1_0"),
+        ("knob",),
+        ("ball_stud_2_1_wrist",),
+    ],
+)
+def test_a_missing_part_is_named(best_assembly: Assembly, names: tuple[str, ...]) -> None:
+    held = [name for name in names if any(o.name == name for o in best_assembly.occurrences)]
+    result = found(without(best_assembly, *held))
+    assert not result.passed
+    assert all(name.rsplit("_", 1)[0] in result.detail for name in held), result.detail
+
+
+def test_a_rod_without_its_ball_joints_is_refused(best_assembly: Assembly) -> None:
+    joints = [o.name for o in best_assembly.occurrences if o.name.startswith(("ball_stud_0_1", "ball_socket_0_1"))]
+    result = found(without(best_assembly, *joints))
+    assert not result.passed
+    assert {"ball_stud_0_1_elbow", "ball_socket_0_1_wrist"} <= set(result.worst_pair or ())
+
+
+SPOILED: dict[str, tuple[Callable[[Assembly], Assembly], str]] = {
+    "doubled": (
+        lambda a: replace(a, occurrences=(*a.occurrences, replace(a.occurrences[0], name="a_copy"))),
+        "a_copy (base_plate) is stated by no joint and no drive",
+    ),
+    "two of one name": (
+        lambda a: replace(a, occurrences=(*a.occurrences, a.occurrences[0])),
+        "base_plate is there 2 times",
+    ),
+    "on another chain's link": (
+        lambda a: put(a, "sector_0", link="upper_arm_1"),
+        "sector_0 of drive_0 is on upper_arm_1, stated is upper_arm_0",
+    ),
+    "another kind": (
+        lambda a: put(a, "knob", part=a.occurrences[0].part),
+        "knob of handle is a base_plate, stated is knob",
+    ),
+    "two parts of one number": (
+        lambda a: put(a, "bearing_2_m", part=replace(next(p for p in a.parts if p.number == "bearing"), holes=())),
+        "different parts of one number bearing",
+    ),
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILED)
+def test_what_is_not_as_stated_is_named(best_assembly: Assembly, spoil: str) -> None:
+    make, told = SPOILED[spoil]
+    result = found(make(best_assembly))
+    assert not result.passed
+    assert told in result.detail
+
+
+def test_a_machine_that_states_nothing_is_refused(best_assembly: Assembly) -> None:
+    result = found(replace(best_assembly, stated=()))
+    assert result.value == len(best_assembly.occurrences)

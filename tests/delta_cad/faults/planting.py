@@ -1,0 +1,131 @@
+"""Faults over the assembly of the committed design, made by rule: every kind for every kind of part it can apply to."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+
+import cadquery as cq
+import numpy as np
+
+from delta_cad.assembly.assemble import assemble
+from delta_cad.assembly.machine import Assembly
+from delta_cad.design import design_from_dict
+from delta_cad.dimensions import dimensions
+from delta_cad.solids.part import Occurrence, Part, location_of
+from tests.committed import changed
+from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
+
+OTHERS: dict[str, dict[str, object]] = {
+    "a smaller pinion": {"hardware__capstan_ratio": 10.8, "hardware__motor": "maxon-re25-118752"},
+    "a larger pinion": {"hardware__capstan_ratio": 8.0},
+    "a larger sector": {"hardware__sector_radius_mm": 44.0},
+    "another cable": {"hardware__cable": "steel-0.45-7x7"},
+    "another bearing": {"hardware__bearing": "608"},
+    "another ball": {"hardware__ball_diameter_mm": 9.0},
+    "another knob": {"hardware__knob": "din319-32"},
+    "another foot": {"hardware__foot": "foot-m4-hole-16x8"},
+    "a thicker arm": {"hardware__arm_thickness_mm": 12.0},
+    "a thicker base": {"hardware__base_plate_thickness_mm": 12.0},
+    "another cube": {"cube__half_side_mm": 28.0, "cube__bottom_height_mm": 80.0},
+    "longer arms": {"mechanism__upper_arm_length_mm": 84.0},
+    "longer forearms": {"mechanism__forearm_length_mm": 124.0},
+    "a wider parallelogram": {"mechanism__parallelogram_width_mm": 56.0},
+    "a wider platform": {"mechanism__platform_radius_mm": 32.0},
+}
+"""Designs whose parts are put in the place of those of the same name: wrong drawings, wrong orders."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault: what it is done to, what is done, and the machine with it."""
+
+    part: str
+    kind: str
+    assembly: Assembly
+
+    @property
+    def name(self) -> str:
+        """Part and kind."""
+        return f"{self.part}: {self.kind}"
+
+
+@cache
+def sound() -> Assembly:
+    """The committed design's assembly."""
+    return assemble(dimensions(design_from_dict(changed())))
+
+
+@cache
+def of_other(name: str) -> Assembly:
+    """Assembly of one of `OTHERS`."""
+    return assemble(dimensions(design_from_dict(changed(**OTHERS[name]))))
+
+
+def faults(numbers: Collection[str] = ()) -> Iterator[Fault]:
+    """Yields all faults, part by part, or those of the parts with some numbers."""
+    for part in (p for p in sound().parts if not numbers or p.number in numbers):
+        yield from _of_occurrences(part)
+        for kind, solid in made_wrong(part.solid):
+            yield Fault(part.number, kind, _with_part(part.number, replace(part, solid=solid)))
+        yield from _of_other_designs(part)
+
+
+def _of_occurrences(part: Part) -> Iterator[Fault]:
+    """One occurrence, of the chain with the number 1 where there is one, missing, doubled, moved or turned."""
+    every = sound().occurrences
+    one = next((o for o in every if o.part is part and "_1" in o.name), next(o for o in every if o.part is part))
+    rest = tuple(o for o in every if o is not one)
+    yield Fault(one.name, "missing", _without_fits(rest, one.name))
+    yield Fault(one.name, "doubled", replace(sound(), occurrences=(*every, replace(one, name=f"{one.name}_copy"))))
+    swapped = {"1": "2", "2": "0", "0": "1"}
+    other = "".join(swapped.get(c, c) for c in one.link)
+    if other != one.link:
+        yield Fault(one.name, f"on {other}", _put(replace(one, link=other)))
+    for k, axis in enumerate(AXES):
+        moved = np.eye(4)
+        moved[k, 3] = SHIFT_MM
+        yield Fault(one.name, f"shifted by {SHIFT_MM:g} mm along {axis}", _put(_moved(one, moved)))
+        half = -np.eye(4)
+        half[k, k] = half[3, 3] = 1.0
+        turned = _about_middle(part, half)
+        if differs(part.solid, part.solid.moved(cq.Location(location_of(turned)))):
+            yield Fault(one.name, f"turned half way about {axis}", _put(_moved(one, turned)))
+
+
+def _of_other_designs(part: Part) -> Iterator[Fault]:
+    for name in OTHERS:
+        (other,) = [p for p in of_other(name).parts if p.number == part.number] or [None]
+        if other is not None and differs(part.solid, other.solid):
+            yield Fault(part.number, f"of {name}", _with_part(part.number, replace(part, solid=other.solid)))
+
+
+def _moved(o: Occurrence, by: np.ndarray) -> Occurrence:
+    """An occurrence moved by a (4, 4) transform in its part's own frame."""
+    return replace(o, placement=o.placement @ by)
+
+
+def _about_middle(part: Part, turn: np.ndarray) -> np.ndarray:
+    """(4, 4) turn about the middle of a part's box."""
+    middle = np.array(part.solid.BoundingBox().center.toTuple())
+    turned = turn.copy()
+    turned[:3, 3] = middle - turn[:3, :3] @ middle
+    return turned
+
+
+def _put(changed_one: Occurrence) -> Assembly:
+    every = tuple(changed_one if o.name == changed_one.name else o for o in sound().occurrences)
+    return replace(sound(), occurrences=every)
+
+
+def _without_fits(occurrences: tuple[Occurrence, ...], name: str) -> Assembly:
+    """A machine without one part and without what the assembly knows of its fits."""
+    fits = tuple(f for f in sound().fits if name not in (f.a, f.b))
+    return replace(sound(), occurrences=occurrences, fits=fits)
+
+
+def _with_part(number: str, wrong: Part) -> Assembly:
+    """A machine in which all parts of a number are made wrong."""
+    every = tuple(replace(o, part=wrong) if o.part.number == number else o for o in sound().occurrences)
+    return replace(sound(), occurrences=every)

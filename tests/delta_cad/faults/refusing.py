@@ -1,0 +1,70 @@
+"""The checks of a build, the quick ones first, until one refuses; what did not change is not looked at again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Mesh, MeshLibrary
+from delta_cad.checks import CheckLimits, CheckResult
+from delta_cad.checks.clearance.clearance import check_clearance
+from delta_cad.checks.contact.attachment import check_attachment
+from delta_cad.checks.contact.engagement import check_contacts
+from delta_cad.checks.contact.fits import check_fits
+from delta_cad.checks.contact.gaps import check_largest_gaps
+from delta_cad.checks.contact.screws import check_screws
+from delta_cad.checks.contact.stops import check_stops
+from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.presence import check_presence
+from delta_cad.checks.range.joint_axes import check_joint_axes
+from delta_cad.checks.solidity import check_solidity
+from delta_cad.design import design_from_dict
+from delta_cad.dimensions import dimensions
+from delta_cad.export.mass_properties import mass_report
+from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
+from delta_cad.solids.part import Part
+from tests.committed import changed
+
+
+class _Meshes(MeshLibrary):
+    """Meshes of a machine, those of its sound parts from the library of the sound machine."""
+
+    def __init__(self, parts: tuple[Part, ...], known: MeshLibrary, sound: set[int]) -> None:
+        super().__init__(parts, LINEAR_MM, ANGULAR_RAD)
+        self._known, self._sound = known, {part.number for part in parts if id(part) in sound}
+
+    def __getitem__(self, number: str) -> Mesh:
+        return self._known[number] if number in self._sound else super().__getitem__(number)
+
+
+class Refusing:
+    """Runs the checks of `run_checks` that look at solids, and stops at the first that refuses."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self._sound = {id(part) for part in assembly.parts}
+        self._meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
+        d = dimensions(design_from_dict(changed()))
+        self._limits = check_limits(d, mass_report(assembly))
+
+    def first_refusal(self, assembly: Assembly) -> str | None:
+        """Names the first check that refuses a machine, with its detail; None where all pass."""
+        for check in self._checks(assembly):
+            for result in check():
+                if not result.passed:
+                    return f"{result.name}: {result.detail[:160]}"
+        return None
+
+    def _checks(self, a: Assembly) -> Iterator[Callable[[], list[CheckResult]]]:
+        meshes = _Meshes(a.parts, self._meshes, self._sound)
+        parts: list[Part] = [part for part in a.parts if id(part) not in self._sound]
+        limits: CheckLimits = self._limits
+        yield lambda: [check_presence(a)]
+        yield lambda: check_solidity(parts, meshes)
+        yield lambda: [check_contacts(a), check_stops(a)]
+        yield lambda: [check_joint_axes(a)]
+        yield lambda: check_screws(a, meshes)
+        yield lambda: [check_attachment(a, meshes)]
+        yield lambda: check_fits(a, limits, meshes)
+        yield lambda: check_largest_gaps(a, limits, meshes)
+        yield lambda: check_envelope(a, limits, meshes)
+        yield lambda: check_clearance(a, limits, meshes)
