@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly.tessellation import Mesh, MeshLibrary
+from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.checks.links import turn_about_x
 from delta_cad.solids.part import Occurrence
 
@@ -99,7 +99,7 @@ def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> C
 
 
 def bodies_of(
-    occurrences: Iterable[Occurrence], meshes: MeshLibrary, swept_links: Sequence[str] = ()
+    occurrences: Iterable[Occurrence], meshes: Meshes, swept_links: Sequence[str] = ()
 ) -> dict[str, CollisionBody]:
     """Bodies of occurrences by name.
 
