@@ -184,10 +184,11 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         with output_folder(out, design.name) as folder:
+            fingerprints: list[str] = []
 
             def meanwhile() -> None:
                 painter.give((bare, meshes, folder.path / "views", _stage(machine, sweep)))
-                write_files(machine, folder.path, progress, schema)
+                fingerprints.append(write_files(machine, folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
             folder.rejected = not all_passed(results)
@@ -198,17 +199,21 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
             gallery.drawn(painter)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
-            write_manifest(folder.path, input_hash=design_hash(design), status=status)
+            write_manifest(folder.path, input_hash=design_hash(design), status=status, fingerprint=fingerprints[0])
     return outcome
 
 
-def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema: str) -> None:
-    """Writes what a machine comes to into a folder, all but its checks, pictures and manifest."""
+def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema: str) -> str:
+    """Writes what a machine comes to into a folder, all but its checks, pictures and manifest.
+
+    Returns:
+        The content fingerprint of `assembly.step`.
+    """
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
     assembly, meshes = machine.assembly, machine.meshes
     progress("assembly.step")
-    write_assembly_step(assembly, folder / "assembly.step", schema)
+    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
     parts = folder / "parts"
     parts.mkdir()
     for part in assembly.parts:
@@ -234,6 +239,7 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
+    return fingerprint
 
 
 def _stage(machine: BuiltMachine, sweep: Sweep) -> Stage:

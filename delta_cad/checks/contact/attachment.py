@@ -78,11 +78,11 @@ def _floating(
 
 
 def _share_a_point(a: Mesh, b: Mesh, b_in_a: np.ndarray) -> bool:
-    """Whether two vertices, which lie on the exact surfaces, are within `SEAT_MM`; b in the frame of a by (4, 4), mm."""
-    from scipy.spatial import cKDTree
+    """Whether two vertices, which lie on the exact surfaces, are within `SEAT_MM`; `b_in_a` is a (4, 4) frame, mm."""
+    from scipy.spatial import KDTree
 
     moved = b.vertices @ b_in_a[:3, :3].T + b_in_a[:3, 3]
-    apart, _ = cKDTree(a.vertices).query(moved, distance_upper_bound=SEAT_MM)
+    apart, _ = KDTree(a.vertices).query(moved, distance_upper_bound=SEAT_MM)
     return bool(apart.min() <= SEAT_MM - 2.0 * ON_SURFACE_MM)
 
 

@@ -21,6 +21,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.commands.cli import main
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.fingerprint import step_fingerprint
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
@@ -64,8 +65,9 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
     """The pipeline with a machine that is there already, given results, and two files."""
     small = next(part for part in machine.assembly.parts if part.number == "dowel_4x10")
 
-    def write(_: BuiltMachine, folder: Path, *__: object) -> None:
+    def write(_: BuiltMachine, folder: Path, *__: object) -> str:
         write_part_step(small, folder / "assembly.step")
+        return step_fingerprint(folder / "assembly.step")
 
     def set_up(results: list[CheckResult]) -> None:
         def checked(*given: Any) -> list[CheckResult]:
