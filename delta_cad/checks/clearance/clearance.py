@@ -98,15 +98,16 @@ def mesh_clearance(
     """Computes what of `check_clearance` needs no solids, so that another process may do it; arguments as there."""
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
     progress(PROVING)
-    proofs, refusal = _proofs(assembly, limits, pairs, tilt, calls_max)
-    proven = not refusal and not any(p.undecided for p in proofs)
     engine = DistanceEngine()
+    proofs, refusal = _proofs(assembly, limits, pairs, tilt, engine, calls_max)
+    proven = not refusal and not any(p.undecided for p in proofs)
+    before = engine.calls
     sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine, tilt)
     ordinary = [p for p in pairs if not p.running_gap]
     progress("clearance: closest pairs" if proven else "clearance: sampling")
     closest = sampler.closest(_nearest(ordinary, proofs) if proven else ordinary)
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
-    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls)]
+    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls - before)]
     results += [
         _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
     ]
@@ -121,14 +122,18 @@ def mesh_clearance(
 
 
 def _proofs(
-    assembly: Assembly, limits: CheckLimits, pairs: Sequence[HeldApart], tilt_rad: float, calls_max: int
+    assembly: Assembly,
+    limits: CheckLimits,
+    pairs: Sequence[HeldApart],
+    tilt_rad: float,
+    engine: DistanceEngine,
+    calls_max: int,
 ) -> tuple[list[ClearanceProof], str]:
     """The proofs of all spaces, and why there are none."""
     try:
         ranges = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
     except FoldError as error:
         return [], str(error)
-    engine = DistanceEngine()
     spaces = spaces_of(pairs, assembly.placement, ranges, limits, tilt_rad)
     return [prove(space, engine, calls_max) for space in spaces], ""
 
