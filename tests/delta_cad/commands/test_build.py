@@ -19,6 +19,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands.cli import main
+from delta_cad.common.beside import BesideError
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.fingerprint import step_fingerprint
@@ -205,6 +206,20 @@ def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
     assert told.err == "best.json: sector: slot and bores cannot be built (shoulder angle range): kernel says no\n"
     assert contents(tmp_path) == good
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
+
+
+def test_a_process_beside_that_ends_early_ends_with_3(
+    quick: Quick, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick([GOOD])
+
+    def ended(*_: object) -> None:
+        raise BesideError("swept: Killed")
+
+    monkeypatch.setattr(pipeline, "check_machine", ended)
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
+    assert capsys.readouterr().err == "best.json: swept: Killed\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_progress_tells_every_phase(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
