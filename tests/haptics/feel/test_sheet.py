@@ -243,7 +243,11 @@ def call(*arguments: object) -> int:
 
 
 def test_files_and_table(
-    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+    masses: Path,
+    tmp_path: Path,
+    quick: dict[str, float],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert quick
     assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 0
@@ -257,6 +261,7 @@ def test_files_and_table(
     facts = json.loads((folder / "feel.json").read_text())
     assert facts["schema"] == "delta-feel/1"
     (folder / "stray").write_text("of a run before")
+    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # drawn once is enough
     assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path, "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
     assert not (folder / "stray").exists()
