@@ -11,15 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks import CheckLimits, run_checks
-from delta_cad.checks.clearance.joint_ranges import FoldError
-from delta_cad.checks.outline.envelope import swept_outline
+from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.common.beside import Beside
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
@@ -32,8 +30,7 @@ from delta_cad.export.manifest import write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.meshes import write_3mf, write_stl
 from delta_cad.export.mjcf import twin
-from delta_cad.export.step import write_assembly_step, write_part_step
-from delta_cad.export.views.gallery import pictures
+from delta_cad.export.views import gallery
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 
@@ -100,6 +97,8 @@ def make_machine(design: Design, progress: Progress = quiet) -> BuiltMachine:
         DimensionError: A part cannot be given sound dimensions.
         BuildError: A solid could not be built.
     """
+    from delta_cad.assembly.assemble import assemble  # loads the CAD kernel
+
     progress("dimensions")
     d = dimensions(design)
     assembly = assemble(d, lambda part: progress(f"solid {part}"))
@@ -134,11 +133,16 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
     )
 
 
-def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """Runs all checks of a machine: the geometry's, then torque with gravity and drive."""
+def check_machine(
+    machine: BuiltMachine,
+    progress: Progress = quiet,
+    sweep: Sweep | None = None,
+    meanwhile: Callable[[], None] = lambda: None,
+) -> list[CheckResult]:
+    """Runs all checks of a machine: the geometry's as `run_checks` has them, then torque with gravity and drive."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d, machine.masses)
-    results = run_checks(machine.assembly, limits, machine.meshes, progress)
+    results = run_checks(machine.assembly, limits, machine.meshes, progress, sweep, meanwhile)
     bodies = {
         link: (body["mass_kg"], np.array(body["centre_m"]) * MM_PER_M)
         for link, body in machine.masses["bodies"].items()
@@ -153,8 +157,10 @@ def check_machine(machine: BuiltMachine, progress: Progress = quiet) -> list[Che
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:
     """Runs the checks of a design without any file; raises as `make_machine`."""
-    machine = make_machine(design, progress)
-    return Outcome(design, check_machine(machine, progress), machine.masses, None, _unverified(machine))
+    with Beside(swept.__name__) as sweeper:
+        machine = make_machine(design, progress)
+        results = check_machine(machine, progress, Sweep(sweeper))
+    return Outcome(design, results, machine.masses, None, _unverified(machine))
 
 
 def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
@@ -173,26 +179,41 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
-    machine = make_machine(design, progress)
-    with output_folder(out, design.name) as folder:
-        with pictures(machine.assembly, machine.meshes, folder.path / "views", _stage(machine)):
-            results = check_machine(machine, progress)
+    with Beside(swept.__name__) as sweeper, Beside(gallery.__name__) as painter:
+        machine, sweep = make_machine(design, progress), Sweep(sweeper)
+        bare = machine.assembly.without_solids()
+        meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
+        with output_folder(out, design.name) as folder:
+            fingerprints: list[str] = []
+
+            def meanwhile() -> None:
+                painter.give((bare, meshes, folder.path / "views", _stage(machine, sweep)))
+                fingerprints.append(write_files(machine, folder.path, progress, schema))
+
+            results = check_machine(machine, progress, sweep, meanwhile)
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
             outcome = Outcome(design, results, machine.masses, out / landed, _unverified(machine))
-            write_files(machine, outcome, folder.path, progress, schema)
+            (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
             progress("pictures")
-        progress("manifest")
-        status = "rejected" if folder.rejected else "passed"
-        write_manifest(folder.path, input_hash=design_hash(design), status=status)
+            gallery.drawn(painter)
+            progress("manifest")
+            status = "rejected" if folder.rejected else "passed"
+            write_manifest(folder.path, input_hash=design_hash(design), status=status, fingerprint=fingerprints[0])
     return outcome
 
 
-def write_files(machine: BuiltMachine, outcome: Outcome, folder: Path, progress: Progress, schema: str) -> None:
-    """Writes what a machine and its checks come to into a folder, all but pictures and manifest."""
+def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema: str) -> str:
+    """Writes what a machine comes to into a folder, all but its checks, pictures and manifest.
+
+    Returns:
+        The content fingerprint of `assembly.step`.
+    """
+    from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
+
     assembly, meshes = machine.assembly, machine.meshes
     progress("assembly.step")
-    write_assembly_step(assembly, folder / "assembly.step", schema)
+    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
     parts = folder / "parts"
     parts.mkdir()
     for part in assembly.parts:
@@ -215,21 +236,20 @@ def write_files(machine: BuiltMachine, outcome: Outcome, folder: Path, progress:
     texts = {
         "mass_properties.json": json.dumps(masses, indent=1) + "\n",
         "twin.xml": twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity),
-        "checks.json": json.dumps(outcome.record(), indent=1) + "\n",
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
+    return fingerprint
 
 
-def _stage(machine: BuiltMachine) -> Stage:
+def _stage(machine: BuiltMachine, sweep: Sweep) -> Stage:
     """The outline the way round in which it fits best, around the swept machine, and the cube."""
     d = machine.dimensions
     cube, required = d.design.cube, d.design.requirements
     upright = (required.envelope_width_mm, required.envelope_depth_mm)
     turned = (required.envelope_depth_mm, required.envelope_width_mm)
-    try:
-        reach = swept_outline(machine.assembly, check_limits(d, machine.masses), machine.meshes).reach_mm
-    except FoldError:  # a rejected design: its outline has no bound
+    reach = sweep.reach_mm
+    if reach is None:  # a rejected design: its outline has no bound
         reach = np.full(4, d.bracket.shoulder_u_mm + d.arm.length_mm)
     size = reach[0::2] + reach[1::2]
     x, y = (reach[0::2] - reach[1::2]) / 2

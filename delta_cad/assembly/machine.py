@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,11 @@ class Assembly:
     def parts(self) -> tuple[Part, ...]:
         """Each part once, in order of first use."""
         return tuple({occurrence.part.number: occurrence.part for occurrence in self.occurrences}.values())
+
+    def without_solids(self) -> Assembly:
+        """Gives the same machine without the kernel's solids, as another process can take it."""
+        bare = {part.number: replace(part, solid=None) for part in self.parts}  # type: ignore[arg-type]
+        return replace(self, occurrences=tuple(replace(o, part=bare[o.part.number]) for o in self.occurrences))
 
     def poses(self, p_mm: np.ndarray) -> Mapping[str, np.ndarray]:
         """Computes the transforms of all occurrences at handle positions.

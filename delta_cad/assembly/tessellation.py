@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -83,6 +83,14 @@ class Mesh:
         start, end = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
         forward, backward = np.sort(start * n + end), np.sort(end * n + start)
         return bool((np.diff(forward) > 0).all() and (forward == backward).all())
+
+
+class Meshes(Protocol):
+    """Meshes by part number, a `MeshLibrary` or a dictionary."""
+
+    def __getitem__(self, number: str, /) -> Mesh:
+        """The mesh of a part in its own frame, mm."""
+        ...
 
 
 class MeshLibrary:

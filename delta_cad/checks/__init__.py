@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.clearance.clearance import check_clearance
+from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
@@ -19,7 +19,6 @@ from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
@@ -27,8 +26,9 @@ from delta_cad.checks.range.joints import check_joints
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.solidity import check_solidity
+from delta_cad.checks.swept import Sweep
 
-__all__ = ["CheckLimits", "CheckResult", "all_passed", "run_checks"]
+__all__ = ["CheckLimits", "CheckResult", "Sweep", "all_passed", "run_checks"]
 
 
 def run_checks(
@@ -36,8 +36,18 @@ def run_checks(
     limits: CheckLimits,
     meshes: MeshLibrary,
     progress: Callable[[str], None] = lambda _: None,
+    sweep: Sweep | None = None,
+    meanwhile: Callable[[], None] = lambda: None,
 ) -> list[CheckResult]:
     """Runs every check, in the order in which a later one relies on an earlier one.
+
+    Args:
+        assembly: The machine.
+        limits: The cube and what is asked.
+        meshes: The parts' meshes.
+        progress: Told what is being done.
+        sweep: Computes what needs no solids, perhaps in another process; None: in this one.
+        meanwhile: Called once when the solids are checked, to do what else there is while the sweep goes on.
 
     Returns:
         The results. Where the cube is not reachable, or a part is no sound solid, the checks that need it are left
@@ -50,7 +60,10 @@ def run_checks(
     results += check_solidity(assembly.parts, meshes)
     reachable = next(r.passed for r in results if r.name == "reach")
     if not reachable or not all(r.passed for r in results if r.name.startswith("solid ") and r.value is None):
+        meanwhile()
         return results
+    sweep = sweep or Sweep()
+    sweep.begin(assembly, limits, meshes, progress)
     progress("joints")
     results.append(check_forward(assembly.placement.geometry, limits))
     results += check_joints(assembly, limits)
@@ -61,7 +74,8 @@ def run_checks(
     progress("parts attached")
     results.append(check_attachment(assembly, meshes))
     results += check_screws(assembly, meshes)
-    progress("outline")
-    results += check_envelope(assembly, limits, meshes)
-    results += check_clearance(assembly, limits, meshes, progress)
-    return results
+    meanwhile()
+    results += sweep.outline()
+    by_meshes = sweep.clearance()
+    progress("clearance: exact distances")
+    return results + with_exact(assembly, by_meshes)

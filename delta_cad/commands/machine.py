@@ -66,6 +66,7 @@ def made(given: argparse.Namespace, work: Work) -> int:
 
 
 def _geometry_errors() -> tuple[type[Exception], ...]:
+    from delta_cad.common.beside import BesideError
     from delta_cad.dimensions import DimensionError
     from delta_cad.export.mass_properties import MassPropertiesError
     from delta_cad.export.meshes import MeshError
@@ -73,4 +74,4 @@ def _geometry_errors() -> tuple[type[Exception], ...]:
     from delta_cad.export.views.scene import PictureError
     from delta_cad.solids.primitive import BuildError
 
-    return (DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)
+    return (BesideError, DimensionError, BuildError, MassPropertiesError, MeshError, StepError, PictureError)

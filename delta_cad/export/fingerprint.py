@@ -56,12 +56,15 @@ def step_fingerprint(path: Path) -> str:
 
 def content_fingerprint(data: bytes) -> str:
     """Computes the fingerprint of the bytes of a STEP file, see `step_fingerprint`."""
-    entities = _entities(data)
-    hashes = _hashes(entities)
+    return _told(_hashes(_entities(_bodies(data))))
+
+
+def _told(hashes: dict[int, bytes]) -> str:
+    """The fingerprint of a file whose entities have these hashes."""
     return hashlib.sha256(b"".join(sorted(hashes.values()))).hexdigest()
 
 
-def canonical(data: bytes) -> bytes:
+def canonical(data: bytes) -> tuple[bytes, str]:
     """The bytes of a STEP file with its entities in an order, and under numbers, that follow from its content alone.
 
     Each entity gets the hash of what it refers to, then that of what refers to it and in which place, then once more
@@ -73,14 +76,16 @@ def canonical(data: bytes) -> bytes:
         data: The file.
 
     Returns:
-        The file, header as it is, one entity a line.
+        data: The file, header as it is, one entity a line.
+        fingerprint: Its fingerprint, which is that of the file given.
 
     Raises:
         FingerprintError: As `step_fingerprint`.
     """
     bodies = _bodies(data)
-    entities = _entities(data)
+    entities = _entities(bodies)
     hashes = _hashes(entities)
+    fingerprint = _told(hashes)
     above: dict[int, list[tuple[int, int]]] = {number: [] for number in entities}
     for number, entity in entities.items():
         for place, reference in enumerate(entity.references):
@@ -126,7 +131,7 @@ def canonical(data: bytes) -> bytes:
             text = COUNTED_TYPE + b"(" + COUNTER.sub(b"'%d'" % count, text[len(COUNTED_TYPE) + 1 :], count=1)
         lines.append(b"#%d = %s;\n" % (order[number], text))
     head, _, rest = data.partition(b"DATA;")
-    return head + b"DATA;\n" + b"".join(lines) + rest[rest.rindex(b"ENDSEC;") :]
+    return head + b"DATA;\n" + b"".join(lines) + rest[rest.rindex(b"ENDSEC;") :], fingerprint
 
 
 def _ascending(match: re.Match[bytes]) -> bytes:
@@ -166,9 +171,9 @@ class _Entity:
         return hashlib.blake2b(self.content + b"\0" + b"".join(colours) + own, digest_size=SIZE).digest()
 
 
-def _entities(data: bytes) -> dict[int, _Entity]:
-    """Number -> entity of the DATA section."""
-    entities = {number: _Entity(body) for number, body in _bodies(data).items()}
+def _entities(bodies: dict[int, bytes]) -> dict[int, _Entity]:
+    """Number -> entity of the DATA section, of the texts by number."""
+    entities = {number: _Entity(body) for number, body in bodies.items()}
     if not entities:
         raise FingerprintError("no DATA section with entities: not a STEP file")
     for number, entity in entities.items():

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes
 from delta_cad.common.units import M_PER_MM
-from delta_cad.export.meshes import Meshes
 from delta_cad.export.views.polydata import poly_data, shaded
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Material

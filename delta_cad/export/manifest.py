@@ -9,8 +9,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from delta_cad.export.fingerprint import step_fingerprint
-
 SCHEMA = "delta-manifest/1"
 FILE_NAME = "manifest.json"
 PACKAGES = ("delta-haptics", "cadquery", "cadquery-ocp", "numpy", "scipy", "trimesh", "python-fcl", "vtk")
@@ -21,14 +19,14 @@ class ManifestError(ValueError):
     """The status of a build is unknown."""
 
 
-def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "assembly.step") -> dict[str, Any]:
+def write_manifest(folder: Path, *, input_hash: str, status: str, fingerprint: str) -> dict[str, Any]:
     """Writes `manifest.json` over all files that the folder holds.
 
     Args:
         folder: The finished folder; only the manifest itself is missing.
         input_hash: SHA-256 of the design that was built, hexadecimal.
         status: "passed" or "rejected".
-        step: Name of the assembly's STEP file in the folder.
+        fingerprint: Content fingerprint of the assembly's STEP file.
 
     Returns:
         What was written.
@@ -42,7 +40,7 @@ def write_manifest(folder: Path, *, input_hash: str, status: str, step: str = "a
         "schema": SCHEMA,
         "status": status,
         "input_sha256": input_hash,
-        "step_fingerprint": step_fingerprint(folder / step),
+        "step_fingerprint": fingerprint,
         "versions": versions(),
         "files": {name: _digest(folder / name) for name in _files(folder)},
     }

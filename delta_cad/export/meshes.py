@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,14 +30,6 @@ RELATIONS = (
 ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # The earliest time a ZIP entry can have.
 # Bytes before the count of triangles: free text, in which the unit can stand that the format does not know.
 STL_HEADER = 80
-
-
-class Meshes(Protocol):
-    """Meshes by part number, such as a `tessellation.MeshLibrary` or a dictionary."""
-
-    def __getitem__(self, number: str, /) -> Mesh:
-        """The mesh of a part in its own frame, mm."""
-        ...
 
 
 class MeshError(ValueError):

@@ -51,8 +51,11 @@ class StepError(ValueError):
     """A STEP file cannot be written from what was given."""
 
 
-def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -> None:
+def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -> str:
     """Writes the whole machine in its home position; the schema is "AP242" or "AP214".
+
+    Returns:
+        The content fingerprint of the file.
 
     Raises:
         StepError: The schema is unknown, a placement is not rigid, a part is not one solid, two parts share a
@@ -74,7 +77,9 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
         _name(shapes.AddComponent(root, branch, _location(links[link], link)), link)
     shapes.UpdateAssemblies()
     _write(document, path, schema, assembly.name)
-    path.write_bytes(canonical(path.read_bytes()))  # the kernel orders colours by where they lie in memory
+    data, fingerprint = canonical(path.read_bytes())  # the kernel orders colours by where they lie in memory
+    path.write_bytes(data)
+    return fingerprint
 
 
 def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly.tessellation import Mesh, MeshLibrary
+from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.checks.links import turn_about_x
 from delta_cad.solids.part import Occurrence
 
@@ -68,6 +68,13 @@ class CollisionBody:
         """Largest distance of the exact surface from the y axis of the link's frame, mm."""
         return float(np.hypot(*self.vertices[:, [0, 2]].T).max()) + self.mesh.deviation_mm
 
+    def reach_about_y(self, directions: np.ndarray) -> np.ndarray:
+        """(n,) reach of the mesh along directions (n, 3), at whichever angle about the y axis it is farthest, mm."""
+        points = self.vertices
+        along, off = np.unique(np.stack([points[:, 1], np.hypot(points[:, 0], points[:, 2])]), axis=1)
+        across = np.hypot(directions[:, 0], directions[:, 2])
+        return (np.outer(directions[:, 1], along) + np.outer(across, off)).max(axis=1)
+
 
 def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> CollisionBody:
     """A body with its bounding box along the axes of the part's frame.
@@ -99,7 +106,7 @@ def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> C
 
 
 def bodies_of(
-    occurrences: Iterable[Occurrence], meshes: MeshLibrary, swept_links: Sequence[str] = ()
+    occurrences: Iterable[Occurrence], meshes: Meshes, swept_links: Sequence[str] = ()
 ) -> dict[str, CollisionBody]:
     """Bodies of occurrences by name.
 

@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import DistanceEngine
 from delta_cad.checks.clearance.containment import holds
 from delta_cad.checks.clearance.continuum import CALLS_MAX, ClearanceProof, prove
@@ -22,14 +23,49 @@ from delta_cad.checks.links import free_tilt, swept_links
 from delta_cad.checks.report import CheckResult
 
 NEAREST = 16  # pairs in which the smallest distance is looked for: those of all three chains, five kinds
+PROVING = "clearance: proof over the cube"  # as the progress tells it
 EXACT_SAMPLES = 8  # kinds of pairs re-measured on the exact solids, 10-100 ms each
 EXACT_MM = 1e-4  # BRepExtrema stops at 1e-7 mm on analytic surfaces and at about this on trimmed ones
+
+
+@dataclass(frozen=True)
+class CloseSample:
+    """One of the closest samples, as it takes to measure it on the exact solids.
+
+    Attributes:
+        names: Occurrences of both bodies.
+        frames: Frames of both links in the base frame, (4, 4) mm.
+        pose_mm: Handle position.
+        distance_mm: Distance of the meshes.
+        allowed_mm: By how much the exact distance may differ: the deviations of both meshes, and the kernel's own.
+        swept: Whether one of them is a pinion's body of revolution: that may be closer than the pinion, never farther.
+    """
+
+    names: tuple[str, str]
+    frames: tuple[np.ndarray, np.ndarray]
+    pose_mm: tuple[float, float, float]
+    distance_mm: float
+    allowed_mm: float
+    swept: bool
+
+
+@dataclass(frozen=True)
+class MeshClearance:
+    """What the meshes alone tell of the clearance over the cube.
+
+    Attributes:
+        results: All results of `check_clearance` but `clearance exact`.
+        closest: The samples with the least to spare, one for each two parts.
+    """
+
+    results: list[CheckResult]
+    closest: list[CloseSample]
 
 
 def check_clearance(
     assembly: Assembly,
     limits: CheckLimits,
-    meshes: MeshLibrary,
+    meshes: Meshes,
     progress: Callable[[str], None] = lambda _: None,
     calls_max: int = CALLS_MAX,
 ) -> list[CheckResult]:
@@ -47,41 +83,57 @@ def check_clearance(
         fails), one `running gap a / b` for each such fit, `containment`, `clearance exact` (the closest samples on the
         exact solids) and `clearance proof`.
     """
+    by_meshes = mesh_clearance(assembly, limits, meshes, progress, calls_max)
+    progress("clearance: exact distances")
+    return with_exact(assembly, by_meshes)
+
+
+def mesh_clearance(
+    assembly: Assembly,
+    limits: CheckLimits,
+    meshes: Meshes,
+    progress: Callable[[str], None] = lambda _: None,
+    calls_max: int = CALLS_MAX,
+) -> MeshClearance:
+    """Computes what of `check_clearance` needs no solids, so that another process may do it; arguments as there."""
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
-    progress("clearance: proof over the cube")
-    proofs, refusal = _proofs(assembly, limits, pairs, tilt, calls_max)
-    proven = not refusal and not any(p.undecided for p in proofs)
+    progress(PROVING)
     engine = DistanceEngine()
+    proofs, refusal = _proofs(assembly, limits, pairs, tilt, engine, calls_max)
+    proven = not refusal and not any(p.undecided for p in proofs)
+    before = engine.calls
     sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine, tilt)
     ordinary = [p for p in pairs if not p.running_gap]
     progress("clearance: closest pairs" if proven else "clearance: sampling")
     closest = sampler.closest(_nearest(ordinary, proofs) if proven else ordinary)
     gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
-    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls)]
+    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls - before)]
     results += [
         _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
     ]
     results.append(_containment(_contained(pairs, sampler)))
-    progress("clearance: exact distances")
-    results.append(_exact(assembly, _tightest([*closest, *gaps]), sampler))
     refuted = [s for s in (*closest, *gaps) if s.certain_mm < s.pair.limit_mm]
     counts = f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {len(pairs)} pairs"
     if refusal:
         results.append(CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=refusal))
     else:
         results.append(_proof(limits.clearance_min_mm, proofs, refuted, closest, counts))
-    return results
+    return MeshClearance(results, _tightest(assembly, [*closest, *gaps], sampler))
 
 
 def _proofs(
-    assembly: Assembly, limits: CheckLimits, pairs: Sequence[HeldApart], tilt_rad: float, calls_max: int
+    assembly: Assembly,
+    limits: CheckLimits,
+    pairs: Sequence[HeldApart],
+    tilt_rad: float,
+    engine: DistanceEngine,
+    calls_max: int,
 ) -> tuple[list[ClearanceProof], str]:
     """The proofs of all spaces, and why there are none."""
     try:
         ranges = joint_ranges(assembly.placement.geometry, limits.centre_mm, limits.half_side_mm)
     except FoldError as error:
         return [], str(error)
-    engine = DistanceEngine()
     spaces = spaces_of(pairs, assembly.placement, ranges, limits, tilt_rad)
     return [prove(space, engine, calls_max) for space in spaces], ""
 
@@ -125,43 +177,58 @@ def _containment(inside: Sequence[HeldApart]) -> CheckResult:
     return CheckResult("containment", not inside, len(inside), 0, "", worst_pair=pair, detail=detail)
 
 
-def _tightest(samples: Sequence[PairSample]) -> list[PairSample]:
+def _tightest(assembly: Assembly, samples: Sequence[PairSample], sampler: Sampler) -> list[CloseSample]:
     """The samples with the least to spare, one for each two parts: those of the three chains are equal."""
     kinds: dict[frozenset[str], PairSample] = {}
     for s in sorted(samples, key=lambda s: s.certain_mm - s.pair.limit_mm):
         kinds.setdefault(frozenset((s.pair.a.key, s.pair.b.key)), s)
-    return list(kinds.values())[:EXACT_SAMPLES]
+    link = {o.name: o.link for o in assembly.occurrences}
+    swept = swept_links(assembly.placement)
+
+    def close(s: PairSample) -> CloseSample:
+        """The sample with the frames of the solids, not of the bodies that they sweep."""
+        placed = dict(assembly.placement(sampler.poses_mm[s.pose]))
+        placed |= {name: frame[s.pose] for name, frame in sampler.frames.items() if name.startswith("rod")}
+        a, b = s.pair.a, s.pair.b
+        return CloseSample(
+            (a.name, b.name),
+            (placed[link[a.name]], placed[link[b.name]]),
+            _pose(sampler, s),
+            s.distance_mm,
+            a.mesh.deviation_mm + b.mesh.deviation_mm + EXACT_MM,
+            link[a.name] in swept or link[b.name] in swept,
+        )
+
+    return [close(s) for s in list(kinds.values())[:EXACT_SAMPLES]]
 
 
-def _exact(assembly: Assembly, samples: Sequence[PairSample], sampler: Sampler) -> CheckResult:
+def with_exact(assembly: Assembly, by_meshes: MeshClearance) -> list[CheckResult]:
+    """Gives the results of `check_clearance`: those of the meshes, and `clearance exact` before the proof."""
+    *sampled, proof = by_meshes.results
+    return [*sampled, _exact(assembly, by_meshes.closest), proof]
+
+
+def _exact(assembly: Assembly, samples: Sequence[CloseSample]) -> CheckResult:
     """Compare mesh distances with the exact ones: they must agree within the deviations of the meshes."""
-    solids = {o.name: o.part.solid for o in assembly.occurrences}
     placements = {o.name: o for o in assembly.occurrences}
     worst, worst_sample, value = -np.inf, None, 0.0
-    swept = swept_links(assembly.placement)
     for sample in samples:
-        links = dict(assembly.placement(sampler.poses_mm[sample.pose]))
-        links |= {name: frame[sample.pose] for name, frame in sampler.frames.items() if name.startswith("rod")}
-        a, b = placements[sample.pair.a.name], placements[sample.pair.b.name]
-        exact = exact_distance(
-            solids[a.name], solids[b.name], np.linalg.inv(links[a.link] @ a.placement) @ links[b.link] @ b.placement
-        )
-        allowed = sample.pair.a.mesh.deviation_mm + sample.pair.b.mesh.deviation_mm + EXACT_MM
-        # a swept pinion's body of revolution may be closer than the pinion, never farther
-        off = sample.distance_mm - exact if a.link in swept or b.link in swept else abs(sample.distance_mm - exact)
-        if off - allowed > worst:
-            worst, worst_sample, value = off - allowed, sample, off
+        a, b = (placements[name] for name in sample.names)
+        frame_a, frame_b = sample.frames
+        exact = exact_distance(a.part.solid, b.part.solid, np.linalg.inv(frame_a @ a.placement) @ frame_b @ b.placement)
+        off = sample.distance_mm - exact if sample.swept else abs(sample.distance_mm - exact)
+        if off - sample.allowed_mm > worst:
+            worst, worst_sample, value = off - sample.allowed_mm, sample, off
     if worst_sample is None:
         return CheckResult("clearance exact", True, None, None, "mm", detail="nothing to compare")
-    pair = worst_sample.pair
     return CheckResult(
         "clearance exact",
         worst <= 0.0,
         value,
         value - worst,
         "mm",
-        _pose(sampler, worst_sample),
-        (pair.a.name, pair.b.name),
+        worst_sample.pose_mm,
+        worst_sample.names,
         f"difference of mesh and exact (BRepExtrema) distance of the {len(samples)} samples with the least to spare; "
         "the limit is the sum of both deviations",
     )

@@ -23,8 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, body, revolved_about_y
-from delta_cad.checks.clearance.containment import holds
+from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
 from delta_cad.checks.links import turn_about_x, turn_about_z
@@ -34,6 +33,7 @@ X, Y, Z = np.eye(3)
 ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
 SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
 CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
+SLABS = 512  # directions of the slabs tried between what two arms sweep: 9 degrees apart
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
 
 
@@ -136,7 +136,7 @@ class ConfigurationSpace(ABC):
         """
         return np.ones(halves.shape, dtype=bool)
 
-    def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
+    def always_apart(self) -> np.ndarray:
         """(m,) lower bound on each pair's distance for all variables at once, mm; -inf where none is known."""
         return np.full(len(self.pairs.limit), -np.inf)
 
@@ -190,7 +190,7 @@ class Swing(ConfigurationSpace):
         (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
         return lambda box, pair, n: (motion[box, first[pair]] + motion[box, second[pair]]) * sine(n, Y)
 
-    def always_apart(self, engine: DistanceEngine) -> np.ndarray:  # noqa: ARG002
+    def always_apart(self) -> np.ndarray:
         """Distance of the profiles about the shoulder axis, which no shoulder angle changes."""
         to_axis = np.eye(4)
         to_axis[0, 3] = -self._radius
@@ -228,24 +228,21 @@ class TwoSwings(ConfigurationSpace):
         """Travel of every body in the boxes."""
         return [halves @ self._levers]
 
-    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
-        """Distance of the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
+    def always_apart(self) -> np.ndarray:
+        """Widest slab between the bodies of revolution that the two arms' bodies sweep about their own shoulder axes.
 
-        Each holds its body at every angle, and neither moves; -inf where they meet or one holds the other.
+        Each holds its body at every angle, and neither moves. A direction sees no body of revolution farther than its
+        farthest circle about the axis.
         """
         bodies, pairs = self.pairs.bodies, self.pairs
-        swept = [
-            body(b.name, f"{b.key} swept on an arm at {k}", b.link, revolved_about_y(b.mesh, b.placement), np.eye(4))
-            for k, b in enumerate(bodies)
-        ]
         one, other = self.frames(np.zeros((1, 2)))[0]
-        gap = super().always_apart(engine)
-        for k, (i, j) in enumerate(zip(pairs.first, pairs.second, strict=True)):
-            a, b = swept[i], swept[j]
-            if engine.meet(a, b, one, other) or holds(a.mesh, b.mesh, one, other):
-                continue
-            gap[k] = engine.distance(a, b, one, other) - a.mesh.deviation_mm - b.mesh.deviation_mm
-        return gap
+        n = _directions(SLABS)
+        beyond, before = (
+            np.array([b.reach_about_y(way @ at[:3, :3]) for b in bodies]) for at, way in ((one, n), (other, -n))
+        )
+        gap = (n @ (other - one)[:3, 3] - beyond[pairs.first] - before[pairs.second]).max(axis=1)
+        strays = np.array([b.mesh.deviation_mm for b in bodies])
+        return gap - strays[pairs.first] - strays[pairs.second]
 
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
         """Whether the rasters have angles in the boxes."""
@@ -420,6 +417,14 @@ class TurningRodAtJoint(RodAtJoint):
         least = np.maximum(np.abs(centres[:, 1:]) - halves[:, 1:], 0.0)
         free = np.cos(least).prod(axis=1) >= np.cos(self._tilt) - ROUNDING
         return free & super().reachable(centres[:, :2], halves[:, :2])
+
+
+def _directions(count: int) -> np.ndarray:
+    """(count, 3) unit vectors spread evenly, on a spiral from pole to pole."""
+    k = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
+    across = np.sqrt(1.0 - height**2)
+    return np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1)
 
 
 def sine(direction: np.ndarray, axis: np.ndarray) -> np.ndarray:

@@ -64,7 +64,7 @@ def prove(space: ConfigurationSpace, engine: DistanceEngine, calls_max: int = CA
     proof = ClearanceProof(space.name)
     pairs = space.pairs
     centres, halves = space.root()
-    pair = np.flatnonzero(~(space.always_apart(engine) >= pairs.limit + GUARD_MM))
+    pair = np.flatnonzero(~(space.always_apart() >= pairs.limit + GUARD_MM))
     box = np.zeros(len(pair), dtype=int)
     normal = np.full((len(pair), 3), np.nan)  # from the first body to the second, in the common frame
     measured = np.zeros(len(pair), dtype=bool)  # whether the normal is that of the box from which this one was cut

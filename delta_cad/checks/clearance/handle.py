@@ -26,7 +26,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine
+from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
 from delta_cad.checks.clearance.motion import BoxMotion, box_motion
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
@@ -152,9 +152,9 @@ class Handle(ConfigurationSpace):
 
         return travel
 
-    def always_apart(self, engine: DistanceEngine) -> np.ndarray:
+    def always_apart(self) -> np.ndarray:
         """Height of what the platform carries over what an arm or the base carries, whatever the position."""
-        gap = super().always_apart(engine)
+        gap = super().always_apart()
         heights = [self._heights(b) for b in self.pairs.bodies]
         for k, (i, j) in enumerate(zip(self.pairs.first.tolist(), self.pairs.second.tolist(), strict=True)):
             (low_i, high_i), (low_j, high_j) = heights[i], heights[j]

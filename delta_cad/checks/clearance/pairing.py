@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of, body, is_round, spun, turned_hull
 from delta_cad.checks.clearance.configuration_spaces import (
     ConfigurationSpace,
@@ -54,7 +54,7 @@ class HeldApart:
     running_gap: bool
 
 
-def held_apart(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[HeldApart]:
+def held_apart(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[HeldApart]:
     """All pairs on different links but the contacts.
 
     Args:

@@ -8,12 +8,13 @@ from itertools import combinations
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, bodies_of
 from delta_cad.checks.clearance.clearance import exact_distance
 from delta_cad.checks.contact.placing import Key, gaps_on_one_link, relative_key
 from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
+from delta_cad.checks.solidity import ON_SURFACE_MM
 from delta_cad.solids.part import Occurrence
 
 SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0.05 of a diameter, threads 0.02
@@ -76,6 +77,15 @@ def _floating(
     return islands
 
 
+def _share_a_point(a: Mesh, b: Mesh, b_in_a: np.ndarray) -> bool:
+    """Whether two vertices, which lie on the exact surfaces, are within `SEAT_MM`; `b_in_a` is a (4, 4) frame, mm."""
+    from scipy.spatial import KDTree
+
+    moved = b.vertices @ b_in_a[:3, :3].T + b_in_a[:3, 3]
+    apart, _ = KDTree(a.vertices).query(moved, distance_upper_bound=SEAT_MM)
+    return bool(apart.min() <= SEAT_MM - 2.0 * ON_SURFACE_MM)
+
+
 class _Neighbours:
     """Whether two parts are within `SEAT_MM`, found once for equal parts in equal relative positions."""
 
@@ -97,8 +107,9 @@ class _Neighbours:
         if key not in self._known:
             apart = self._engine.distance(a, b, np.eye(4), b_in_a)
             unsure = a.mesh.deviation_mm + b.mesh.deviation_mm
-            decided = apart + unsure <= SEAT_MM or apart - unsure > SEAT_MM
-            self._known[key] = apart + unsure <= SEAT_MM if decided else None
+            near = apart + unsure <= SEAT_MM
+            decided = near or apart - unsure > SEAT_MM
+            self._known[key] = near if decided else True if _share_a_point(a.mesh, b.mesh, b_in_a) else None
         if self._known[key] is None and exactly:
             self.exact += 1
             self._known[key] = exact_distance(one.part.solid, other.part.solid, b_in_a) <= SEAT_MM

@@ -19,7 +19,7 @@ from itertools import product
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
@@ -56,20 +56,24 @@ class SweptOutline:
         return self.reach_mm[0::2] + self.reach_mm[1::2]
 
 
-def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
+def check_envelope(
+    assembly: Assembly, limits: CheckLimits, meshes: Meshes
+) -> tuple[list[CheckResult], np.ndarray | None]:
     """Holds the swept outline against the rectangle W x D, either way round.
 
     Returns:
-        `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
+        results: `envelope width` and `envelope depth`, for the orientation that fits (or misses by less).
+        reach_mm: (4,) bound on the outline along +x, -x, +y, -y; None where a chain may fold, so that it has none.
     """
     allowed = np.array([limits.envelope_width_mm, limits.envelope_depth_mm])
     try:
         outline = swept_outline(assembly, limits, meshes)
     except FoldError as error:
-        return [
+        refused = [
             CheckResult(f"envelope {name}", False, None, limit, "mm", detail=str(error))
             for name, limit in zip(("width", "depth"), allowed.tolist(), strict=True)
         ]
+        return refused, None
     sampler = _Sampled(assembly, limits.poses_mm())
     sampled, poses = zip(*(sampler.reach(b, d) for d, b in enumerate(outline.bodies)), strict=True)
     size = outline.size_mm
@@ -92,10 +96,10 @@ def check_envelope(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary)
         results.append(
             CheckResult(f"envelope {name}", value <= limit, value, limit, "mm", (x, y, z), (a.name, b.name), detail)
         )
-    return results
+    return results, outline.reach_mm
 
 
-def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> SweptOutline:
+def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> SweptOutline:
     """Encloses the outline that the machine sweeps over the cube.
 
     Raises:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.export.meshes import Meshes
+from delta_cad.assembly.tessellation import Meshes
 from delta_cad.export.views.scene import SUPERSAMPLING, Colour, PartScene, Placed, photograph, placed, render_window
 from delta_cad.export.views.sheet import DIMENSION_PIXELS, Sheet, box_actor
 from delta_cad.solids.part import Occurrence

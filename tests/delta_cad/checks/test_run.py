@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks import CheckResult, all_passed, run_checks
+from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
+from delta_cad.checks.clearance.clearance import PROVING
+from delta_cad.common.beside import Beside
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import LIMITS, STEEL, box, machine
 from tests.delta_cad.mechanism.asked import limits as asked
@@ -40,8 +42,29 @@ def test_all_checks_of_a_good_machine_pass_and_report() -> None:
     assert isinstance(read[-1]["passed"], bool)
 
 
+def test_another_process_sweeps_to_the_same_results() -> None:
+    meshes, told = MeshLibrary(MACHINE.parts, 0.3, 0.8), list[str]()
+    here = Sweep()
+    with Beside(swept.__name__) as beside:
+        there = Sweep(beside)
+        for sweep in (here, there):
+            assert sweep.reach_mm is None
+            sweep.begin(MACHINE, LIMITS, meshes, told.append)
+        assert told == []
+        np.testing.assert_array_equal(there.reach_mm, here.reach_mm)
+        assert there.outline() == here.outline()
+        found, expected = there.clearance(), here.clearance()
+    assert found.results == expected.results
+    assert [(s.names, s.distance_mm) for s in found.closest] == [(s.names, s.distance_mm) for s in expected.closest]
+    assert told.count(PROVING) == 2
+
+
 def test_an_unreachable_cube_ends_the_checks() -> None:
-    results = run_checks(MACHINE, replace(LIMITS, half_side_mm=80.0), MeshLibrary(MACHINE.parts, 0.3, 0.8))
+    done: list[str] = []
+    meshes = MeshLibrary(MACHINE.parts, 0.3, 0.8)
+    far = replace(LIMITS, half_side_mm=80.0)
+    results = run_checks(MACHINE, far, meshes, sweep=Sweep(), meanwhile=lambda: done.append("files"))
+    assert done == ["files"]
     assert not all_passed(results)
     assert not any(r.name.startswith("clearance") for r in results)
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from math import degrees, radians
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
@@ -20,13 +19,15 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands.cli import main
+from delta_cad.common.beside import BesideError
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.fingerprint import step_fingerprint
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
 from delta_cad.mechanism.limits import EffectiveMass, Kappa, Lean, Shoulder, Torque
-from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, Outcome, check_limits, check_machine
+from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, check_machine
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST, Built
 
@@ -41,9 +42,23 @@ def machine(best_dimensions: Dimensions, best_assembly: Assembly) -> BuiltMachin
     return BuiltMachine(best_dimensions, best_assembly, meshes, mass_report(best_assembly))
 
 
-@contextmanager
-def no_pictures(*_: object) -> Iterator[None]:
-    yield
+class Idle:
+    """In the place of a process that works beside: nothing is asked of it."""
+
+    def __init__(self, _: str) -> None:
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def give(self, _: object) -> None:
+        pass
+
+    def take(self) -> None:
+        pass
 
 
 @pytest.fixture
@@ -51,20 +66,25 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
     """The pipeline with a machine that is there already, given results, and two files."""
     small = next(part for part in machine.assembly.parts if part.number == "dowel_4x10")
 
-    def write(_: BuiltMachine, outcome: Outcome, folder: Path, *__: object) -> None:
+    def write(_: BuiltMachine, folder: Path, *__: object) -> str:
         write_part_step(small, folder / "assembly.step")
-        (folder / "checks.json").write_text(json.dumps(outcome.record()))
+        return step_fingerprint(folder / "assembly.step")
 
     def set_up(results: list[CheckResult]) -> None:
+        def checked(*given: Any) -> list[CheckResult]:
+            for meanwhile in given[3:]:
+                meanwhile()
+            return results
+
         monkeypatch.setattr(
             pipeline,
             "make_machine",
             lambda design, _: replace(machine, dimensions=replace(machine.dimensions, design=design)),
         )
-        monkeypatch.setattr(pipeline, "check_machine", lambda *_: results)
+        monkeypatch.setattr(pipeline, "check_machine", checked)
         monkeypatch.setattr(pipeline, "write_files", write)
-        monkeypatch.setattr(pipeline, "pictures", no_pictures)
-        monkeypatch.setattr(pipeline, "_stage", lambda _: None)
+        monkeypatch.setattr(pipeline, "Beside", Idle)
+        monkeypatch.setattr(pipeline, "_stage", lambda *_: None)
 
     return set_up
 
@@ -188,8 +208,22 @@ def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
 
 
+def test_a_process_beside_that_ends_early_ends_with_3(
+    quick: Quick, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick([GOOD])
+
+    def ended(*_: object) -> None:
+        raise BesideError("swept: Killed")
+
+    monkeypatch.setattr(pipeline, "check_machine", ended)
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
+    assert capsys.readouterr().err == "best.json: swept: Killed\n"
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_progress_tells_every_phase(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline, "run_checks", lambda _a, _l, _m, progress: [progress("clearance"), GOOD][1:])
+    monkeypatch.setattr(pipeline, "run_checks", lambda _a, _l, _m, progress, *_: [progress("clearance"), GOOD][1:])
     told: list[str] = []
     assert pipeline.check(best, told.append).passed
     assert told[0] == "dimensions"

@@ -235,8 +235,9 @@ def feet_apart(inner: float, encoder_side: float, motor_side: float) -> float:
 
 
 def test_arms_that_swing_in_too_far_leave_no_room_for_the_feet() -> None:
+    d = edited()
+
     def arm_down(lowest: float) -> BracketDimensions:
-        d = edited()
         shoulder = (radians(lowest), d.extremes.shoulder_max.value)
         elbow = d.arm.length_mm * sin(radians(lowest))
         return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, d.arm, d.capstan, d.bearing, d.motor)

@@ -23,10 +23,10 @@ COLUMNS = (
 
 @pytest.fixture
 def build(machine: Assembly, tmp_path: Path) -> Path:
-    write_assembly_step(machine, tmp_path / "assembly.step")
+    fingerprint = write_assembly_step(machine, tmp_path / "assembly.step")
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "a.stl").write_bytes(b"abc")
-    write_manifest(tmp_path, input_hash="ab" * 32, status="passed")
+    write_manifest(tmp_path, input_hash="ab" * 32, status="passed", fingerprint=fingerprint)
     return tmp_path
 
 
@@ -100,4 +100,4 @@ def test_a_package_that_is_not_there_is_said_so(monkeypatch: pytest.MonkeyPatch)
 
 def test_an_unknown_status_is_refused(build: Path) -> None:
     with pytest.raises(ManifestError, match="good"):
-        write_manifest(build, input_hash="", status="good")
+        write_manifest(build, input_hash="", status="good", fingerprint="")

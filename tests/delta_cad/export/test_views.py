@@ -14,6 +14,8 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.common.beside import Beside, BesideError
+from delta_cad.export.views import gallery
 from delta_cad.export.views import scene as scene_module
 from delta_cad.export.views.scene import PartScene, PictureError, placed, render_window
 from delta_cad.export.views.sheet import Sheet, box_actor
@@ -139,6 +141,15 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene_module, "_window_makers", lambda: [Blind])
     with pytest.raises(PictureError, match="OpenGL"):
         render_window((64, 64))
+
+
+def test_a_painter_that_ends_early_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended(_: Beside) -> None:
+        raise BesideError("gallery: Killed")
+
+    monkeypatch.setattr(Beside, "take", ended)
+    with Beside(gallery.__name__) as painter, pytest.raises(PictureError, match=r"^gallery: Killed$"):
+        gallery.drawn(painter)
 
 
 def test_a_display_is_the_last_resort(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,5 +66,5 @@ class Refusing:
         yield lambda: [check_attachment(a, meshes)]
         yield lambda: check_fits(a, limits, meshes)
         yield lambda: check_largest_gaps(a, limits, meshes)
-        yield lambda: check_envelope(a, limits, meshes)
+        yield lambda: check_envelope(a, limits, meshes)[0]
         yield lambda: check_clearance(a, limits, meshes)

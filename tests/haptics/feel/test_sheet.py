@@ -39,6 +39,7 @@ from haptics.stability.stiffness import Corner, Stiffness, largest_walls
 from haptics.stability.wall_limit import Predicate
 from tests.committed import BEST, Built, changed
 
+FEW = (3, 3, 3)
 MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 
 
@@ -181,7 +182,8 @@ def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: Ma
     assert not any(f"{motor:.1f}" in line and line.startswith("| force, peak") for line in page)
 
 
-def test_motors_below_the_designs_limit_decide(machine: MachineModel) -> None:
+def test_motors_below_the_designs_limit_decide(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(haptics.feel.sheet, "WALL_GRID", FEW)  # the walls are another test's
     weak = replace(machine, drive=replace(machine.drive, peak_torque_N_m=0.5, continuous_torque_N_m=0.4))
     drive = joint_drive(weak)
     assert (drive.continuous, drive.peak, drive.motor) == (0.4, 0.5, 0.5)
@@ -224,6 +226,7 @@ def masses(built: Built) -> Path:
 def quick(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
     limits = {"light": 1500.0, "medium": 4400.0, "firm": 9000.0}
     real = feel
+    monkeypatch.setattr(haptics.feel.sheet, "WALL_GRID", FEW)  # all of them are `found`'s
     monkeypatch.setattr(
         haptics.feel.sheet,
         "feel",
@@ -240,7 +243,11 @@ def call(*arguments: object) -> int:
 
 
 def test_files_and_table(
-    masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
+    masses: Path,
+    tmp_path: Path,
+    quick: dict[str, float],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert quick
     assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 0
@@ -254,6 +261,7 @@ def test_files_and_table(
     facts = json.loads((folder / "feel.json").read_text())
     assert facts["schema"] == "delta-feel/1"
     (folder / "stray").write_text("of a run before")
+    monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # drawn once is enough
     assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path, "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
     assert not (folder / "stray").exists()
@@ -283,7 +291,6 @@ def test_exit_1_says_what_is_not_met(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # the pictures are another test's
-    monkeypatch.setattr(haptics.feel.sheet, "WALL_GRID", (3, 3, 3))
     quick["light"] = 900.0
     assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 1
     assert "x with the light hand" in capsys.readouterr().err

@@ -265,7 +265,7 @@ def test_bounds_for_all_angles_are_below_the_distance_at_any() -> None:
     pairs = held_apart(MACHINE, LIMITS, MESHES)
     (swing,) = [s for s in spaces_of(pairs, MACHINE.placement, DOMAINS, LIMITS, 0.0) if s.name.startswith("an arm")]
     engine = DistanceEngine()
-    always = swing.always_apart(engine)
+    always = swing.always_apart()
     assert (always > 1.0).any()
     (low, high) = (swing.root()[0] - swing.root()[1], swing.root()[0] + swing.root()[1])
     for theta in np.linspace(low, high, 4):

@@ -65,13 +65,24 @@ def test_a_group_that_floats_is_named_whole() -> None:
 
 @pytest.mark.parametrize(("play", "good"), [(SEAT_MM - 1e-3, True), (SEAT_MM + 1e-3, False)])
 def test_where_meshes_cannot_tell_the_solids_do(play: float, good: bool) -> None:
-    # polygons of a cylinder of 40 mm are coarser than what is asked
+    # polygons of a cylinder of 40 mm are coarser than what is asked, and no vertices lie across from one another
     sleeve = part("sleeve", rod(25, (0, 0, 0), (0, 10, 0)).cut(rod(20 + play, (0, -1, 0), (0, 11, 0))))
-    core = part("core", rod(20, (0, 0, 0), (0, 10, 0)))
+    core = part("core", rod(20, (0, 1, 0), (0, 9, 0)))
     a = of([("sleeve", sleeve, np.eye(4)), ("core", core, np.eye(4))])
     result = check_attachment(a, MeshLibrary(a.parts))
     assert result.passed == good
     assert "1 distances measured on the exact solids" in result.detail
+
+
+@pytest.mark.parametrize(("play", "exact"), [(SEAT_MM - 1e-3, 0), (SEAT_MM + 1e-3, 1)])
+def test_points_of_both_surfaces_close_together_need_no_exact_distance(play: float, exact: int) -> None:
+    """A core as long as its sleeve, polygons coarse: the rims' vertices lie across from one another."""
+    sleeve = part("sleeve", rod(25, (0, 0, 0), (0, 10, 0)).cut(rod(20 + play, (0, -1, 0), (0, 11, 0))))
+    core = part("core", rod(20, (0, 0, 0), (0, 10, 0)))
+    a = of([("sleeve", sleeve, np.eye(4)), ("core", core, np.eye(4))])
+    result = check_attachment(a, MeshLibrary(a.parts, 0.5, 0.5))
+    assert result.passed == (exact == 0)
+    assert f"{exact} distances measured on the exact solids" in result.detail
 
 
 def m3(length: float = 10.0) -> Part:

@@ -19,7 +19,7 @@ MACHINE = machine()
 
 def check(a: Assembly, **changes: float) -> dict[str, CheckResult]:
     meshes = MeshLibrary(a.parts, 0.05, 0.35)
-    return {r.name: r for r in check_envelope(a, replace(LIMITS, **changes), meshes)}
+    return {r.name: r for r in check_envelope(a, replace(LIMITS, **changes), meshes)[0]}
 
 
 def only(a: Assembly, *names: str) -> Assembly:

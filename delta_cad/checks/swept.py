@@ -1,0 +1,74 @@
+"""What the moving machine sweeps: its outline and its clearance, of meshes alone, so that another process may do it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes, MeshLibrary
+from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, mesh_clearance
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.report import CheckResult
+from delta_cad.common.beside import Beside
+
+LOADS = ("fcl", "scipy.spatial")
+Order = tuple[Assembly, CheckLimits, Meshes]
+Outlined = tuple[list[CheckResult], np.ndarray | None]
+
+
+def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
+    """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
+    progress("outline")
+    yield check_envelope(*order)
+    yield mesh_clearance(*order, progress)
+
+
+class Sweep:
+    """The sweep of one machine.
+
+    Args:
+        beside: Process that computes it while this one goes on, started from this module; without it everything is
+            computed where it is asked for.
+    """
+
+    def __init__(self, beside: Beside | None = None) -> None:
+        self._beside = beside
+        self._here: Iterator[Any] = iter(())
+        self._progress: Callable[[str], None] | None = None
+        self._outline: Outlined | None = None
+
+    def begin(
+        self, assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
+    ) -> None:
+        """Begins with a machine."""
+        self._progress = progress
+        if self._beside:
+            made = {part.number: meshes[part.number] for part in assembly.parts}
+            self._beside.give((assembly.without_solids(), limits, made))
+        else:
+            self._here = results((assembly, limits, meshes), progress)
+
+    def outline(self) -> list[CheckResult]:
+        """Gives the results of `check_envelope`."""
+        return self._outlined()[0]
+
+    @property
+    def reach_mm(self) -> np.ndarray | None:
+        """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep was begun."""
+        return self._outlined()[1] if self._progress else None
+
+    def _outlined(self) -> Outlined:
+        outline: Outlined = self._outline or (self._beside.take() if self._beside else next(self._here))
+        self._outline = outline
+        return outline
+
+    def clearance(self) -> MeshClearance:
+        """Gives the results of `mesh_clearance`, after the outline."""
+        self._outlined()
+        if self._beside and self._progress:
+            self._progress(PROVING)
+        return self._beside.take() if self._beside else next(self._here)

@@ -1,0 +1,102 @@
+"""Work that a second process does while this one goes on, on the other core.
+
+The other process is a fresh interpreter: the CAD kernel does not outlive a fork, and a caller's script need not be
+importable. It loads its modules while the order is still being made. It has a session of its own, so that Ctrl-C
+reaches us alone.
+"""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from tempfile import TemporaryFile
+from types import TracebackType
+from typing import Any, Self
+
+
+class BesideError(Exception):
+    """The other process ended early, or failed in a way that cannot be carried over."""
+
+
+class Beside:
+    """A process that works through one order; gone when the block ends.
+
+    Args:
+        module: Full name of the module whose `results(order)` gives the results one by one. `LOADS`, if it has that,
+            names modules that the work will need.
+    """
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+        self._said = TemporaryFile()  # noqa: SIM115  (closed where the block ends)
+        command = [sys.executable, "-c", f"from {__name__} import work; work({module!r})"]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=self._said, start_new_session=True)
+
+    def __enter__(self) -> Self:
+        """Gives the process itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Ends the process, whatever it is at."""
+        self._process.kill()
+        self._process.communicate()
+        self._said.close()
+
+    def give(self, order: object) -> None:
+        """Hands over the order, which has to be picklable; only one is taken."""
+        assert self._process.stdin is not None
+        try:
+            pickle.dump(order, self._process.stdin)
+            self._process.stdin.flush()
+        except BrokenPipeError:
+            pass  # it ended early: told when its result is asked for
+
+    def take(self) -> Any:
+        """Waits for the next result.
+
+        Raises:
+            BesideError: The process ended before it; the text is the last that it said.
+            Exception: What the work raised.
+        """
+        assert self._process.stdout is not None
+        try:
+            result = pickle.load(self._process.stdout)
+        except (EOFError, pickle.UnpicklingError):
+            self._process.wait()
+            self._said.seek(0)
+            said = self._said.read().decode(errors="replace").strip().splitlines()
+            last = said[-1] if said else f"exit code {self._process.returncode}"
+            raise BesideError(f"{self._module.rpartition('.')[2]}: {last}") from None
+        if isinstance(result, Exception):
+            raise result
+        return result
+
+
+def work(module: str) -> None:
+    """Loads what the work needs, takes the order and sends the results, or what was raised: the other part."""
+    channel, sys.stdout = sys.stdout.buffer, sys.stderr  # what a library prints is no result
+    try:
+        work = import_module(module)
+        for name in getattr(work, "LOADS", ()):
+            import_module(name)
+        results: Callable[[Any], Iterator[Any]] = work.results
+        for result in results(pickle.load(sys.stdin.buffer)):
+            pickle.dump(result, channel)
+            channel.flush()
+    except EOFError:
+        return  # nobody wants it any more
+    except Exception as error:
+        pickle.dump(_carried(error), channel)
+        channel.flush()
+
+
+def _carried(error: Exception) -> Exception:
+    """The exception as it arrives, or its text where it does not survive pickling."""
+    try:
+        return pickle.loads(pickle.dumps(error))
+    except Exception:
+        return BesideError(f"{type(error).__name__}: {error}")
