@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.committed import BEST, changed
+from tests.terminal import said
 
 
 def run(*arguments: str, code: str = "") -> subprocess.CompletedProcess[str]:
@@ -33,7 +34,7 @@ def test_exit_codes_of_the_process(tmp_path: Path) -> None:
         ended = run(*arguments)
         assert ended.returncode == code, ended
         assert "Traceback" not in ended.stderr
-        assert ended.stderr.count("\n") == (code >= 2)
+        assert said(ended.stderr).count("\n") == (code >= 2)
 
 
 HEAVY = "('cadquery', 'OCP', 'trimesh', 'vtkmodules', 'vtk', 'fcl', 'matplotlib', 'mujoco', 'gmsh')"
@@ -77,7 +78,7 @@ def test_without_the_cad_extra_the_build_says_what_to_install(tmp_path: Path) ->
         f"sys.exit(main(['check', '--design', {str(BEST)!r}, '--out', {str(tmp_path / 'out')!r}]))"
     )
     assert ended.returncode == 3
-    assert ended.stderr.count("\n") == 1
+    assert said(ended.stderr).count("\n") == 1
     assert "cadquery is not installed: pip install 'delta-haptics[cad]'" in ended.stderr
 
 
