@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse
 
 if TYPE_CHECKING:
     from optimizer.atlas.atlas import Failure
@@ -67,7 +67,7 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
-    with Interrupt() as stop, Line() as line:
+    with Request() as stop, Line() as line:
         try:
             if todo:
                 line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
