@@ -47,6 +47,9 @@ IDLE = 500  # questions in a row that gave neither a cutting point nor a better 
 # Boxes of designs where kappa of the design of the step before cannot be proved: near a fold little can be excluded.
 STEEP_BOXES = 100_000
 NEAR = 1e-7  # share of L within which two of them are the same
+# Decimals of what SQP and the searches over the cube hand to the proof: a length in mm, a point in units of L. Their
+# last digits may differ from process to process, and with them, unrounded, the boxes that a proof takes.
+SETTLED = 9
 
 Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
 Ending = Literal["excluded", "better", "open", "budget", "time", "stopped"]
@@ -262,8 +265,8 @@ class _Proof:
             self._keep(incumbent, proved is not None)
 
     def _settled(self, design_mm: np.ndarray) -> np.ndarray:
-        """Gives a design's lengths, mm, within the bounds."""
-        return np.clip(design_mm, self.problem.lower, self.problem.upper)
+        """Rounds away the last digits of a design's lengths, mm, within the bounds."""
+        return np.clip(np.round(design_mm, SETTLED), self.problem.lower, self.problem.upper)
 
     def _take(self, design_mm: np.ndarray) -> None:
         """Certifies a design and keeps it if it is the best; then SQP goes on from it."""
@@ -296,7 +299,7 @@ class _Proof:
 
     def _cut_at(self, point: np.ndarray) -> int | None:
         """Takes a point of the cube in, in the place of the least useful if need be; None if it is known."""
-        known = self.units[: self.count]
+        point, known = np.round(point, SETTLED), self.units[: self.count]
         if (np.abs(known - point).max(axis=1) < NEAR).any():
             return None
         if self.count < MOST:
