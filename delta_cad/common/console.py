@@ -184,7 +184,8 @@ def refuse(message: str, code: int) -> int:
 class Interrupt:
     """Hears Ctrl-C: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
 
-    Many libraries lose one that strikes where they take any error for a missing part.
+    One that strikes in a callback from C is lost, and who called, such as a compiler, fails for what it did not get:
+    an error after Ctrl-C is taken for its consequence.
     """
 
     GRACE = False
@@ -192,15 +193,24 @@ class Interrupt:
     def __init__(self) -> None:
         self._asked = False
         self._before: list[Any] = []
+        self._hook = sys.unraisablehook
 
     def __enter__(self) -> Callable[[], bool]:
+        self._hook, sys.unraisablehook = sys.unraisablehook, self._lost
         self._before = [signal.signal(signal.SIGINT, self._take), signal.signal(signal.SIGALRM, _interrupt)]
         return lambda: self._asked
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, self._before[1])
         signal.signal(signal.SIGINT, self._before[0])
+        sys.unraisablehook = self._hook
+        if self._asked and isinstance(error, Exception):
+            raise KeyboardInterrupt from error
+
+    def _lost(self, found: sys.UnraisableHookArgs) -> None:
+        if not isinstance(found.exc_value, KeyboardInterrupt):
+            self._hook(found)
 
     def _take(self, _number: int, _frame: FrameType | None) -> None:
         first, self._asked = not self._asked, True

@@ -67,8 +67,8 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
-    with Request() as stop, Line() as line:
-        try:
+    try:
+        with Request() as stop, Line() as line:
             if todo:
                 line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
                 workers = min(given.workers or workers_here(), len(todo))
@@ -80,11 +80,11 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
                     line.show(_status(grid, rows))
                     failed = collect(client, todo, take, stop)
-        except ClusterError as error:
-            rows.close()
-            return refuse(str(error), BAD_INPUT)
-        except KeyboardInterrupt:  # pressed twice
-            failed = []
+    except ClusterError as error:
+        rows.close()
+        return refuse(str(error), BAD_INPUT)
+    except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
+        failed = []
     missing = len(grid.sets) - len(rows.rows)
     kept = f"{len(rows.rows)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
     if missing:

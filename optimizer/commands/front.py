@@ -96,21 +96,21 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
-    with Request() as stop, Line() as line:
-        try:
+    try:
+        with Request() as stop, Line() as line:
             return _Run(task, design, given, folder, store, stop, line).run()
-        except FrontError as error:
-            store.remove()
-            return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
-        except InfeasibleError as error:
-            store.remove()
-            return refuse(f"{given.requirements.name}: {error}", NOT_MET)
-        except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
-            store.close()
-            return refuse(f"interrupted; {store.path} keeps what was found; {AGAIN}", INTERRUPTED)
-        except OSError as error:
-            store.close()
-            return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
+    except FrontError as error:
+        store.remove()
+        return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
+    except InfeasibleError as error:
+        store.remove()
+        return refuse(f"{given.requirements.name}: {error}", NOT_MET)
+    except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
+        store.close()
+        return refuse(f"interrupted; {store.path} keeps what was found; {AGAIN}", INTERRUPTED)
+    except OSError as error:
+        store.close()
+        return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
 
 
 class _Run:

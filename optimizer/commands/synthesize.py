@@ -131,8 +131,8 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Any, file: Desi
 
     boxes = (BOXES if given.method == "proven" else BOXES_BESIDE) if given.boxes is None else given.boxes
     effort = Effort(given.gap, boxes, 60.0 * given.proof_minutes)
-    with Request() as stop:
-        try:
+    try:
+        with Request() as stop:
             with Line() as line:
                 results = Run(
                     task,
@@ -149,16 +149,16 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Any, file: Desi
                     found=keep,
                 ).results()
             return _deliver(task, given, results, store, file)
-        except (ProblemError, GeneticError) as error:
-            return end(f"{given.requirements.name}: {error}", BAD_INPUT)
-        except InfeasibleError as error:
-            return end(f"{given.requirements.name}: {error}", NOT_MET)
-        except OSError as error:
-            store.close()
-            return refuse(f"{error.filename or given.out}: {error.strerror or error}", BAD_INPUT)
-        except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
-            store.close()
-            return refuse(_interrupted(given, file), INTERRUPTED)
+    except (ProblemError, GeneticError) as error:
+        return end(f"{given.requirements.name}: {error}", BAD_INPUT)
+    except InfeasibleError as error:
+        return end(f"{given.requirements.name}: {error}", NOT_MET)
+    except OSError as error:
+        store.close()
+        return refuse(f"{error.filename or given.out}: {error.strerror or error}", BAD_INPUT)
+    except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
+        store.close()
+        return refuse(_interrupted(given, file), INTERRUPTED)
 
 
 def _interrupted(given: argparse.Namespace, file: DesignFile, problem: str = "") -> str:

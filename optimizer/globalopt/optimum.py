@@ -266,7 +266,10 @@ class _Proof:
 
     def _settled(self, design_mm: np.ndarray) -> np.ndarray:
         """Rounds away the last digits of a design's lengths, mm, within the bounds."""
-        return np.clip(np.round(design_mm, SETTLED), self.problem.lower, self.problem.upper)
+        settled, unit = np.round(design_mm, SETTLED), 10.0**-SETTLED
+        # down, lest the bound be farther from what was found than the gap; what lies on a round number stays there
+        settled[SIDE] = math.floor(design_mm[SIDE] / unit + 0.01) * unit
+        return np.clip(settled, self.problem.lower, self.problem.upper)
 
     def _take(self, design_mm: np.ndarray) -> None:
         """Certifies a design and keeps it if it is the best; then SQP goes on from it."""

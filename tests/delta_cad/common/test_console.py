@@ -86,6 +86,23 @@ def test_ctrl_c_that_a_library_loses_comes_again(monkeypatch: pytest.MonkeyPatch
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
+def test_what_fails_after_ctrl_c_fails_for_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """As a compiler whose callback was interrupted, and which then misses what the callback was to bring."""
+
+    class Torn:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def torn() -> None:
+        with console.Interrupt():
+            Torn()
+            raise RuntimeError("no compiled object yet")
+
+    with pytest.raises(KeyboardInterrupt):
+        torn()
+    assert capsys.readouterr().err == ""
+
+
 def test_a_request_asks_first_and_then_interrupts_who_does_not_look(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(console, "GRACE_S", 0.01)
     with console.Request() as asked:
