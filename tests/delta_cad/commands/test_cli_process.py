@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from delta_cad.common.console import INTERRUPTED
 from tests.committed import BEST, changed
-from tests.terminal import said
+from tests.terminal import interrupted, said
 
 
 def run(*arguments: str, code: str = "") -> subprocess.CompletedProcess[str]:
@@ -109,3 +110,13 @@ def test_the_exit_code_outlives_a_reader_that_goes_away(
     finally:
         os.close(writing)
     assert (ended.returncode, ended.stderr) == (code, "")
+
+
+@pytest.mark.parametrize(("command", "after_s"), [("build", 0.0), ("build", 1.0), ("check", 4.0)])
+def test_ctrl_c_at_any_moment_is_one_line_and_leaves_nothing(command: str, after_s: float, tmp_path: Path) -> None:
+    """While the CAD kernel loads, too, of which a second try to load it would complain."""
+    out = tmp_path / "out"
+    words = [sys.executable, "-m", "delta_cad", command, "--design", str(BEST), "--out", str(out)]
+    ended = interrupted(words, after_s)
+    assert (ended.code, ended.said) == (INTERRUPTED, "interrupted; nothing was written\n")
+    assert not out.exists() or list(out.iterdir()) == []
