@@ -1,8 +1,6 @@
 """`python -m delta_cad`."""
 
-import sys
-
-from delta_cad.commands.cli import main
+from delta_cad.common.console import run_program
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_program("delta_cad.commands.cli")

@@ -1,8 +1,6 @@
 """`python -m haptics`."""
 
-import sys
-
-from haptics.commands.cli import main
+from delta_cad.common.console import run_program
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_program("haptics.commands.cli")

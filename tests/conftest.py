@@ -11,12 +11,14 @@ import sys
 import pytest
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from tests.committed import BEST, Built
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+console.TELL_S = 3600.0  # what else a command says is looked at, however slow the machine is
 
 
 @pytest.fixture(scope="session")

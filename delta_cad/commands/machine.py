@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -39,16 +39,19 @@ def made(given: argparse.Namespace, work: Work) -> int:
         design = load_design(given.design)
     except DesignError as error:
         return refuse(str(error), BAD_INPUT)
-    from delta_cad.commands.tables import phases, print_outcome
+    from delta_cad.commands.tables import print_outcome
     from delta_cad.mechanism import MechanismError
 
     try:
         given.out.mkdir(parents=True, exist_ok=True)  # an unusable folder is told before the work, not after
     except OSError as error:
         return refuse(f"--out {given.out}: {error.strerror or error}; a folder that can be written", BAD_INPUT)
-    with phases("loading the CAD kernel") as progress:
+    with Line() as line:
+        line.show("loading the CAD kernel")
         try:
-            outcome = work(design, given, progress)
+            outcome = work(design, given, line.show)
+        except KeyboardInterrupt:  # the last clause would load the CAD kernel, again where that was interrupted
+            raise
         except ModuleNotFoundError as error:
             return refuse(f"{error.name} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
         except MechanismError as error:

@@ -1,12 +1,9 @@
-"""Output for a person: phases with their time, the inspection table, the result table."""
+"""Output for a person: the inspection table, the result table."""
 
 from __future__ import annotations
 
 import re
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -19,26 +16,6 @@ if TYPE_CHECKING:
 
 FIGURES = 5  # significant digits of a value in a table
 DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
-
-
-@contextmanager
-def phases(first: str) -> Iterator[Callable[[str], None]]:
-    """Shows what is being done and since when, on a terminal only; elsewhere nothing is printed.
-
-    Yields:
-        Function to call with the name of the next phase.
-    """
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda _: None
-        return
-    start = time.monotonic()
-    with console.status(first) as status:
-
-        def show(phase: str) -> None:
-            status.update(f"[dim]{time.monotonic() - start:5.1f} s[/dim]  {phase}")
-
-        yield show
 
 
 def _number(value: float | str | None) -> str:

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import argparse
 import errno
+import math
 import os
 import re
 import signal
 import sys
+import threading
+import time
 from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
+from importlib import import_module
 from types import FrameType, ModuleType
-from typing import Any, TextIO
+from typing import Any, NoReturn, TextIO
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+NOTHING_WRITTEN = "interrupted; nothing was written"
+# s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
+# command is to end.
+GRACE_S, AGAIN_S = 1.0, 0.5
+TELL_S = 10.0  # s between two lines of progress where nobody watches, as in a log
 
 
 class Parser(argparse.ArgumentParser):
@@ -56,11 +65,11 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
     """
     try:
         given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
-        with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
+        with Interrupt(), redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
             code = given.run(given)
             out.flush()
     except KeyboardInterrupt:
-        return refuse("interrupted; nothing was written", INTERRUPTED)
+        return refuse(NOTHING_WRITTEN, INTERRUPTED)
     except OSError as error:
         if error.errno != errno.ENOSPC:
             raise
@@ -69,6 +78,25 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
     except ModuleNotFoundError as error:
         return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
     return code
+
+
+def run_program(commands: str) -> NoReturn:
+    """Runs commands as a process; Ctrl-C also while they load is one line, and none once they are done.
+
+    Args:
+        commands: Module with `main() -> exit code`.
+    """
+    try:
+        code = import_module(commands).main()
+    except KeyboardInterrupt:
+        code = refuse(NOTHING_WRITTEN, INTERRUPTED)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if code == INTERRUPTED:  # at once: threads and other processes may be busy for long, and none writes a file
+        with suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 class _Output:
@@ -121,6 +149,32 @@ def natural(text: str) -> int:
 natural.__name__ = "whole number"  # as argparse names it
 
 
+def proof_minutes(command: argparse.ArgumentParser, what: str) -> None:
+    """Adds the time that proofs may take, `proof_minutes`; infinite where it is not given.
+
+    Args:
+        command: The command.
+        what: Which of its proofs together end with it.
+    """
+    command.add_argument(
+        "--proof-minutes",
+        type=_positive,
+        default=math.inf,
+        metavar="M",
+        help=f"most minutes {what}, which then ends with what it reached; default: as long as it takes",
+    )
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise ValueError(text)
+    return value
+
+
+_positive.__name__ = "number of minutes > 0"  # as argparse names it
+
+
 def refuse(message: str, code: int) -> int:
     """Tells what is wrong in one line on stderr and returns the exit code."""
     print(" ".join(message.split()), file=sys.stderr)
@@ -128,39 +182,90 @@ def refuse(message: str, code: int) -> int:
 
 
 class Interrupt:
-    """Whether Ctrl-C was pressed; a second one interrupts at once."""
+    """Hears Ctrl-C: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
+
+    One that strikes in a callback from C is lost, and who called, such as a compiler, fails for what it did not get:
+    an error after Ctrl-C is taken for its consequence.
+    """
+
+    GRACE = False
 
     def __init__(self) -> None:
         self._asked = False
-        self._before: Any = None
+        self._before: list[Any] = []
+        self._hook = sys.unraisablehook
 
     def __enter__(self) -> Callable[[], bool]:
-        self._before = signal.signal(signal.SIGINT, self._take)
+        self._hook, sys.unraisablehook = sys.unraisablehook, self._lost
+        self._before = [signal.signal(signal.SIGINT, self._take), signal.signal(signal.SIGALRM, _interrupt)]
         return lambda: self._asked
 
-    def __exit__(self, *_: object) -> None:
-        signal.signal(signal.SIGINT, self._before)
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, self._before[1])
+        signal.signal(signal.SIGINT, self._before[0])
+        sys.unraisablehook = self._hook
+        if self._asked and isinstance(error, Exception):
+            raise KeyboardInterrupt from error
+
+    def _lost(self, found: sys.UnraisableHookArgs) -> None:
+        if not isinstance(found.exc_value, KeyboardInterrupt):
+            self._hook(found)
 
     def _take(self, _number: int, _frame: FrameType | None) -> None:
-        if self._asked:
+        first, self._asked = not self._asked, True
+        signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
+        if not (first and self.GRACE):
             raise KeyboardInterrupt
-        self._asked = True
+
+
+class Request(Interrupt):
+    """The same, but the first Ctrl-C only asks: who looks within `GRACE_S` ends by itself with what it has."""
+
+    GRACE = True
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
 
 
 class Line:
-    """One line of progress on stderr, on a terminal only."""
+    """What a long step is doing, on stderr: one line that lives on a terminal, elsewhere a line each `TELL_S`.
+
+    Each line starts with the seconds since the first. It is told by a thread of its own, so that it also comes while
+    one call takes long.
+    """
 
     def __init__(self) -> None:
-        self._wanted = sys.stderr.isatty()
+        self._live, self._text, self._start = sys.stderr.isatty(), "", time.monotonic()
+        self._done, self._lock = threading.Event(), threading.Lock()
+        self._clock = threading.Thread(target=self._tick, daemon=True)
 
     def __enter__(self) -> Line:
+        self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._wanted:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
+        self._done.set()
+        self._clock.join()
+        if self._live:
+            self._put("\r\033[K")
 
     def show(self, text: str) -> None:
-        """Replaces what the line said."""
-        if self._wanted:
-            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+        """Replaces what the line says."""
+        self._text = text
+        if self._live:
+            self._tell()
+
+    def _tick(self) -> None:
+        while not self._done.wait(1.0 if self._live else TELL_S):
+            self._tell()
+
+    def _tell(self) -> None:
+        if self._text:
+            line = f"{time.monotonic() - self._start:5.0f} s  {' '.join(self._text.split())}"
+            self._put(f"\r\033[K{line}" if self._live else f"{line}\n")
+
+    def _put(self, text: str) -> None:
+        with self._lock, suppress(OSError, ValueError):  # a reader that went away
+            print(text, end="", file=sys.stderr, flush=True)

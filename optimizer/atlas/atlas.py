@@ -9,19 +9,21 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict
 from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from tempfile import TemporaryDirectory
+from threading import Thread
 from time import process_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from optimizer.atlas.grid import Grid, Set
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, LocalCluster
 
 AtlasRow = dict[str, Any]
 CONNECT_S = 10  # longest wait for a scheduler to answer and for its first worker to be there
@@ -145,30 +147,61 @@ def local_cluster(workers: int) -> Iterator[Client]:
         stack.enter_context(_quiet())
         stack.enter_context(config.set({"distributed.worker.multiprocessing-method": "spawn", **pinned}))
         folder = stack.enter_context(TemporaryDirectory(prefix="atlas-", ignore_cleanup_errors=True))
-        # threads and processes that are started now inherit that SIGINT is blocked: the command alone hears Ctrl-C;
-        # the resource tracker would unblock it again where it is started by the way
+        # the resource tracker would unblock SIGINT again where it is started by the way; it is to clean up after a
+        # command that is interrupted without a word
+        sys.warnoptions.append("ignore:resource_tracker")
         resource_tracker.ensure_running()
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    host="127.0.0.1",
-                    dashboard_address="127.0.0.1:0",  # None would ask for port 8787 and warn where it is taken
-                    scheduler_kwargs={"dashboard": False},
-                    memory_limit=0,  # no watch over it: a worker needs 300 MB
-                    local_directory=folder,
-                    silence_logs=logging.CRITICAL,
-                )
+        sys.warnoptions.pop()
+
+        def start() -> LocalCluster:
+            return LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",  # None would ask for port 8787 and warn where it is taken
+                scheduler_kwargs={"dashboard": False},
+                memory_limit=0,  # no watch over it: a worker needs 300 MB
+                local_directory=folder,
+                silence_logs=logging.CRITICAL,
             )
+
+        try:
+            cluster = _deaf(start)
+            stack.enter_context(cluster)
             client = stack.enter_context(Client(cluster, set_as_default=False))
         except (OSError, RuntimeError, TimeoutError) as error:
             raise ClusterError(f"no workers could be started: {' '.join(str(error).split())}") from None
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        stack.callback(_end, cluster)
         yield client
+
+
+def _deaf(start: Callable[[], LocalCluster]) -> LocalCluster:
+    """Starts a cluster whose threads and processes inherit that SIGINT is blocked: the command alone hears Ctrl-C.
+
+    They are started by a thread of their own, so that the command hears it meanwhile, too.
+    """
+    came: SimpleQueue[LocalCluster | Exception] = SimpleQueue()
+
+    def work() -> None:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            came.put(start())
+        except Exception as error:
+            came.put(error)
+
+    Thread(target=work, daemon=True).start()
+    cluster = came.get()
+    if isinstance(cluster, Exception):
+        raise cluster
+    return cluster
+
+
+def _end(cluster: LocalCluster) -> None:
+    """Ends the processes of a cluster whose rows are taken or given up; asked, a busy one would answer in seconds."""
+    for nanny in cluster.workers.values():
+        with suppress(OSError):
+            os.kill(nanny.pid, signal.SIGKILL)
 
 
 @contextmanager

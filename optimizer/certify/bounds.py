@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Torque
 from delta_cad.mechanism.proof.extremes import WorstFigure
-from delta_cad.mechanism.proof.prove import prove
+from delta_cad.mechanism.proof.prove import Progress, prove
 
 NARROW = 1e-5  # first distance of a bound from the extreme found, as a share of it, or in rad: a few ms of proof
 ROUNDING = 1e-12  # added where a torque is brought from one force to another, in two roundings of 1e-16
@@ -18,7 +18,6 @@ WIDER = 10.0
 # seconds.
 MOST_BOXES = 20_000
 TRIES = 5  # the last distance is then 10 % or 0.1 rad
-Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ arithmetic (`replay`), without the compiler.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -20,12 +19,10 @@ from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
-from delta_cad.mechanism.proof.prove import prove
+from delta_cad.mechanism.proof.prove import Progress, prove
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
-
-Progress = Callable[[int, float], None]
 
 
 class CertificateError(ValueError):
@@ -123,7 +120,7 @@ def certify(
         gravity: What of the torque is left for gravity; None leaves nothing.
         tolerance: Of every length and offset of every chain, m.
         max_boxes: Boxes after which what is open is undecided.
-        progress: Called now and then with the boxes examined and the share of the cube that is done.
+        progress: As `prove` calls it.
 
     Returns:
         The certificate, whatever the verdict.

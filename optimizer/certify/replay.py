@@ -53,7 +53,7 @@ def replay(
     *,
     tolerance: float = 0.0,
     max_boxes: int = 2_000_000,
-    progress: Callable[[int, float], None] | None = None,
+    progress: Callable[[int, float], object] | None = None,
 ) -> tuple[int, Unproved | None]:
     """Proves limits over boxes, halving a box where this arithmetic is too coarse for it.
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
 from delta_cad.mechanism.geometry import largest_tolerance as most_of
 from delta_cad.mechanism.limits import FigureOfMerit, Limits, PoseLimit, Reach
+
+if TYPE_CHECKING:
+    from delta_cad.mechanism.proof.prove import Progress
 
 USUAL = 0.05 / MM_PER_M  # m; what milled parts and bonded rods keep without effort; told where less is proved
 CLOSE = 1.01  # the largest is found to 1 %
@@ -20,7 +23,6 @@ MOST_BOXES = 200_000  # of one try; a second or two
 # First distance of a threshold that is tried, as a share of it, or in rad; it is doubled from there.
 NEAREST = 1e-6
 TOGETHER = 20  # tenths by which two ends of a range are moved on until they are proved together
-Progress = Callable[[int, float], None]
 
 
 class Need(NamedTuple):

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse
 
 if TYPE_CHECKING:
     from optimizer.atlas.atlas import Failure
@@ -67,8 +67,8 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
     todo = [one for one in grid.sets if one.index not in rows.rows]
     failed: list[Failure] = []
-    with Interrupt() as stop, Line() as line:
-        try:
+    try:
+        with Request() as stop, Line() as line:
             if todo:
                 line.show(f"atlas {len(rows.rows)}/{len(grid.sets)} sets; starting workers")
                 workers = min(given.workers or workers_here(), len(todo))
@@ -80,11 +80,11 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
 
                     line.show(_status(grid, rows))
                     failed = collect(client, todo, take, stop)
-        except ClusterError as error:
-            rows.close()
-            return refuse(str(error), BAD_INPUT)
-        except KeyboardInterrupt:  # pressed twice
-            failed = []
+    except ClusterError as error:
+        rows.close()
+        return refuse(str(error), BAD_INPUT)
+    except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
+        failed = []
     missing = len(grid.sets) - len(rows.rows)
     kept = f"{len(rows.rows)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
     if missing:

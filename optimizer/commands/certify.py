@@ -5,15 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Callable
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
     from delta_cad.mechanism.limits import HandleInertia
+    from delta_cad.mechanism.proof.prove import Progress
     from optimizer.certify.certificate import Certificate
     from optimizer.certify.gravity import GravityShare
     from optimizer.certify.tolerance import LargestTolerance
@@ -58,6 +59,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--max-boxes", type=natural, default=5_000_000, metavar="N", help="then undecided; default: 5000000"
     )
+    proof_minutes(command, "of all proofs together")
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
@@ -199,6 +201,7 @@ def _certify(
     geometry, cube = design.geometry, cube_of(design)
     limits = limits_of(design, share, inertia)
     with Line() as line:
+        progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
             worst = worst_figures(geometry, cube, values_of(design, inertia))
@@ -206,9 +209,9 @@ def _certify(
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
         certificate = certify(
-            design, limits, gravity=share, max_boxes=given.max_boxes, progress=_progress(line, "the limits asked")
+            design, limits, gravity=share, max_boxes=given.max_boxes, progress=progress("the limits asked")
         )
-        proved_bounds = bounds(geometry, cube, worst, _progress(line, "the tightest limits"))
+        proved_bounds = bounds(geometry, cube, worst, progress("the tightest limits"))
         written = certificate
         if given.tight and certificate.verdict == "proved":
             tight = tightened(limits, proved_bounds)
@@ -217,12 +220,12 @@ def _certify(
                 tight,
                 gravity=share,
                 max_boxes=given.max_boxes,
-                progress=_progress(line, "all of them together"),
+                progress=progress("all of them together"),
             )
             written = written if written.verdict == "proved" else certificate
         largest = None
         if given.tolerance is not None and certificate.verdict == "proved":
-            written, largest = _within(given, design, inertia, _progress(line, "all machines within a tolerance"))
+            written, largest = _within(given, design, inertia, progress("all machines within a tolerance"))
     rows = report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
@@ -253,11 +256,13 @@ def _certify(
     if certificate.verdict == "proved":
         return DONE
     reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
+    if progress.over and certificate.verdict == "undecided":
+        reasons[f"the time was over after {certificate.boxes} boxes: raise --proof-minutes"] = None
     return refuse(f"{given.design.name}: {'; '.join(reasons)}", NOT_MET)
 
 
 def _within(
-    given: argparse.Namespace, design: Design, inertia: HandleInertia | None, progress: Callable[[int, float], None]
+    given: argparse.Namespace, design: Design, inertia: HandleInertia | None, progress: Progress
 ) -> tuple[Certificate, LargestTolerance]:
     """Makes the certificate of all machines within the tolerance asked, or the largest, found in any case."""
     from delta_cad.common.units import MM_PER_M
@@ -279,5 +284,19 @@ def _within(
     ), largest
 
 
-def _progress(line: Line, what: str) -> Callable[[int, float], None]:
-    return lambda boxes, share: line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")
+class _Clock:
+    """Tells of the proofs of a command, and ends them when their time is over."""
+
+    def __init__(self, line: Line, minutes: float) -> None:
+        self._line, self._deadline = line, monotonic() + 60.0 * minutes
+        self.over = False
+
+    def __call__(self, what: str) -> Progress:
+        """Gives what one proof is to call."""
+
+        def tell(boxes: int, share: float) -> bool:
+            self._line.show(f"proving {what}: {boxes} boxes, {share:.1%} of the cube")
+            self.over = monotonic() > self._deadline
+            return self.over
+
+        return tell

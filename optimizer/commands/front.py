@@ -9,7 +9,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, natural, refuse
+from delta_cad.common.console import (
+    BAD_INPUT,
+    DONE,
+    INTERRUPTED,
+    NOT_MET,
+    Line,
+    Request,
+    natural,
+    proof_minutes,
+    refuse,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,6 +34,7 @@ if TYPE_CHECKING:
 
 NAME = "front"
 TEXT = "the front of cube size against worst kappa, torque and outline, with pictures"
+AGAIN = "run again with --resume to go on"
 SEEDS = 6  # seeds of the convergence picture: the range of six holds a seventh with 5 chances in 7
 
 
@@ -43,6 +54,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--design", type=Path, metavar="FILE", help="design to picture; default: the requirements' cube, or the largest"
     )
+    proof_minutes(command, "of each proof")
     command.add_argument("--json", action="store_true", help="the facts as JSON on stdout")
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
 
@@ -84,18 +96,21 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
-    with Interrupt() as stop, Line() as line:
-        try:
+    try:
+        with Request() as stop, Line() as line:
             return _Run(task, design, given, folder, store, stop, line).run()
-        except FrontError as error:
-            store.remove()
-            return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
-        except InfeasibleError as error:
-            store.remove()
-            return refuse(f"{given.requirements.name}: {error}", NOT_MET)
-        except OSError as error:
-            store.close()
-            return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
+    except FrontError as error:
+        store.remove()
+        return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
+    except InfeasibleError as error:
+        store.remove()
+        return refuse(f"{given.requirements.name}: {error}", NOT_MET)
+    except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
+        store.close()
+        return refuse(f"interrupted; {store.path} keeps what was found; {AGAIN}", INTERRUPTED)
+    except OSError as error:
+        store.close()
+        return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
 
 
 class _Run:
@@ -139,7 +154,7 @@ class _Run:
         tracer = Tracer(self.task, given.points, given.seed, report=point, stop=self.stop, store=self.store)
         trade = trades(tracer)
         if trade.finished:
-            trade = replace(trade, main=proved(trade.main, proof, self.stop, self.store))
+            trade = replace(trade, main=proved(trade.main, proof, self.stop, self.store, 60.0 * given.proof_minutes))
         runs: list[Trace] = []
         subject = compared(trade)
         if trade.finished and subject is not None:
@@ -159,7 +174,7 @@ class _Run:
         self._write(self.partial, trade, facts | {"status": "interrupted"}, published, [])
         points = sum(len(curve.points) for curve in trade.curves)
         kept = f"{points} points so far in {self.partial}"
-        return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
+        return refuse(f"interrupted; {kept}; {AGAIN}", INTERRUPTED)
 
     def _drawings(self, trade: Trade, published: Any, runs: list[Trace], subject: FrontPoint | None) -> list[Drawing]:
         """Lists name, caption and drawing of every picture."""

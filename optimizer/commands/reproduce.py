@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
 
 NAME = "reproduce"
 TEXT = "the paper's tables 2 to 12 recomputed: what follows from them, our methods, and the proven optimum"
@@ -32,6 +32,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: the paper's, by step")
     command.add_argument("--generations", type=natural, metavar="N", help="of the GA; default: the paper's")
+    proof_minutes(command, "of the proof of each optimum")
     command.add_argument("--json", action="store_true", help="the facts as JSON on stdout too")
 
 
@@ -46,7 +47,9 @@ def run(given: argparse.Namespace) -> int:
     generations = GENERATIONS if given.generations is None else given.generations
     with Line() as line:
         line.show("loading the solvers; they are compiled once on a machine, in some 20 s")
-        made = Reproduction(given.seed, given.population, generations, report=line.show)
+        made = Reproduction(
+            given.seed, given.population, generations, seconds=60.0 * given.proof_minutes, report=line.show
+        )
         try:
             runs = made.recompute(published_runs(given.tables))
         except GeneticError as error:

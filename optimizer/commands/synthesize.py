@@ -5,14 +5,27 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, Parser, natural, refuse
+from delta_cad.common.console import (
+    BAD_INPUT,
+    DONE,
+    INTERRUPTED,
+    NOT_MET,
+    Line,
+    Parser,
+    Request,
+    natural,
+    proof_minutes,
+    refuse,
+)
 
 if TYPE_CHECKING:
     from optimizer.problem.requirements import Requirements
     from optimizer.search.result import Result
+    from optimizer.synthesis.output import DesignFile
     from optimizer.synthesis.three_step import Progress
 
 NAME = "synthesize"
@@ -22,8 +35,8 @@ METHODS = ("ga", "sqp", "ga+sqp", "proven")
 GAP, BOXES, BOXES_BESIDE = 1e-5, 2_000_000, 100_000
 
 
-# Arguments that make a run another run.
-NAMES = ("method", "seed", "steps", "population", "generations", "gap", "boxes", "no_proof")
+# Arguments that make a run another run; what its proofs may cost does not.
+NAMES = ("method", "seed", "steps", "population", "generations")
 
 
 def _steps(text: str) -> tuple[int, ...]:
@@ -50,12 +63,14 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--method", choices=METHODS, default="ga+sqp", help="default: ga+sqp")
     command.add_argument("--seed", type=natural, default=0, metavar="N", help="of everything random; default: 0")
     command.add_argument("--steps", type=_steps, default=(1, 2, 3), metavar="1,2,3", help="which steps; default: all")
-    command.add_argument("--out", type=Path, default=Path("best.json"), metavar="FILE", help="default: best.json")
+    command.add_argument("--out", type=Path, metavar="FILE", help="default: NAME.json, by the name in REQ.toml")
+    command.add_argument("--force", action="store_true", help="replace FILE even if it holds another design")
     command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: 100, 220, 220 by step")
     command.add_argument("--generations", type=natural, default=100, metavar="N", help="of the GA; default: 100")
     command.add_argument("--gap", type=_gap, default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}")
     most = f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method"
     command.add_argument("--boxes", type=natural, metavar="N", help=f"of designs, at which a proof ends; {most}")
+    proof_minutes(command, "of a step's proof")
     command.add_argument("--no-proof", action="store_true", help="no bound beside the result of ga, sqp, ga+sqp")
     command.add_argument("--json", action="store_true", help="the results as JSON on stdout")
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left beside FILE")
@@ -69,15 +84,19 @@ def run(given: argparse.Namespace) -> int:
         task = load_requirements(given.requirements)
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
-    from optimizer.globalopt.bound import Effort
-    from optimizer.problem.step import ProblemError
-    from optimizer.search.genetic import GeneticError
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
-    from optimizer.synthesis.infeasible import InfeasibleError
-    from optimizer.synthesis.three_step import Run
+    from optimizer.synthesis.output import DesignFile, OtherDesignError
+
+    given.out = given.out or Path(f"{task.name}.json")
+    try:
+        file = DesignFile(given.out, task, given.force)
+    except OtherDesignError as error:
+        return refuse(str(error), BAD_INPUT)
+    except OSError as error:
+        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
 
     key = {
-        "checkpoint": 2,
+        "checkpoint": 3,
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in NAMES},
     }
@@ -87,29 +106,67 @@ def run(given: argparse.Namespace) -> int:
         return refuse(str(error), BAD_INPUT)
     except OSError as error:
         return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    return _solve(task, given, store, file)
+
+
+def _solve(task: Requirements, given: argparse.Namespace, store: Any, file: DesignFile) -> int:
+    """Runs the steps and keeps the best design so far in its file."""
+    from delta_cad.design import DesignError
+    from optimizer.globalopt.bound import Effort
+    from optimizer.problem.step import ProblemError
+    from optimizer.search.genetic import GeneticError
+    from optimizer.synthesis.infeasible import InfeasibleError
+    from optimizer.synthesis.output import design_of
+    from optimizer.synthesis.three_step import Run
+
+    def keep(results: list[Result], coming: str) -> None:
+        with suppress(DesignError):  # the last one is told
+            name = given.out.name
+            file.keep(design_of(task, results, given.method, given.seed, name, _again(given), coming))
+
+    def end(message: str, code: int) -> int:
+        file.withdraw()
+        store.remove()
+        return refuse(message, code)
+
     boxes = (BOXES if given.method == "proven" else BOXES_BESIDE) if given.boxes is None else given.boxes
-    sizes = {"population": given.population, "generations": given.generations, "effort": Effort(given.gap, boxes)}
-    with Interrupt() as stop, Line() as line:
-        try:
-            run = Run(
-                task,
-                given.method,
-                given.seed,
-                given.steps,
-                **sizes,
-                prove=not given.no_proof,
-                report=lambda at: line.show(_status(at)),
-                stop=stop,
-                store=store,
-            )
-            results = run.results()
-        except (ProblemError, GeneticError) as error:
-            store.remove()
-            return refuse(f"{given.requirements.name}: {error}", BAD_INPUT)
-        except InfeasibleError as error:
-            store.remove()
-            return refuse(f"{given.requirements.name}: {error}", NOT_MET)
-    return _deliver(task, given, results, store)
+    effort = Effort(given.gap, boxes, 60.0 * given.proof_minutes)
+    try:
+        with Request() as stop:
+            with Line() as line:
+                results = Run(
+                    task,
+                    given.method,
+                    given.seed,
+                    given.steps,
+                    given.population,
+                    given.generations,
+                    effort,
+                    prove=not given.no_proof,
+                    report=lambda at: line.show(_status(at)),
+                    stop=stop,
+                    store=store,
+                    found=keep,
+                ).results()
+            return _deliver(task, given, results, store, file)
+    except (ProblemError, GeneticError) as error:
+        return end(f"{given.requirements.name}: {error}", BAD_INPUT)
+    except InfeasibleError as error:
+        return end(f"{given.requirements.name}: {error}", NOT_MET)
+    except OSError as error:
+        store.close()
+        return refuse(f"{error.filename or given.out}: {error.strerror or error}", BAD_INPUT)
+    except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
+        store.close()
+        return refuse(_interrupted(given, file), INTERRUPTED)
+
+
+def _interrupted(given: argparse.Namespace, file: DesignFile, problem: str = "") -> str:
+    """Says what an interrupted run leaves, and how to go on."""
+    kept = f"best so far in {given.out}" if file.kept else "no design was written"
+    if not file.kept and given.out.exists():
+        kept = f"{given.out} is left as it was"
+    return f"interrupted; {problem or kept}; run again with --resume to go on"
 
 
 def _again(given: argparse.Namespace) -> str:
@@ -118,34 +175,32 @@ def _again(given: argparse.Namespace) -> str:
     usual = Parser(add_help=False)
     arguments(usual)
     default = usual.parse_args(["REQ.toml"])
-    for name in ("steps", "population", "generations", "gap", "boxes"):
+    for name in ("steps", "population", "generations", "gap", "boxes", "proof_minutes"):
         value = getattr(given, name)
         if value != getattr(default, name):
             text = ",".join(map(str, value)) if name == "steps" else f"{value:g}"
-            words.append(f"--{name} {text}")
+            words.append(f"--{name.replace('_', '-')} {text}")
     return " ".join([*words, *(["--no-proof"] if given.no_proof else [])])
 
 
-def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any) -> int:
+def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any, file: DesignFile) -> int:
     """Writes the design of the last step, prints the results, and says how it went."""
     from delta_cad.design import DesignError
-    from optimizer.synthesis.output import design_of, write_design
+    from optimizer.synthesis.output import design_of
 
     last, interrupted = results[-1], results[-1].status == "interrupted"
-    store.close() if interrupted else store.remove()
     problem = ""
     if last.tiny and last.feasible:
         least = f"{last.design_mm[5]:.2g} mm, less than a micrometre"
         problem = f"{given.out.name} was not written: the half side of step {last.problem.step} is {least}"
         problem += "; relax [limits], or bounds_mm.half_side where it is fixed"
     elif last.feasible:
+        coming = f"step {last.problem.step} was interrupted" if interrupted else None
         try:
-            command = _again(given)
-            write_design(design_of(task, results, given.method, given.seed, given.out.name, command), given.out)
+            design = design_of(task, results, given.method, given.seed, given.out.name, _again(given), coming)
+            (file.keep if interrupted else file.finish)(design)
         except DesignError as error:
             problem = f"{given.out.name} was not written: {error}"
-        except OSError as error:
-            return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     else:
         lacking = ", ".join(f"{name} by {value:.3g}" for name, value in last.violations.items() if value > 0.0)
         problem = f"{given.out.name} was not written: step {last.problem.step} misses {lacking}; {last.advice}"
@@ -155,8 +210,11 @@ def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result
         for result in results:
             print(_summary(result))
     if interrupted:
-        kept = problem or f"best so far in {given.out}"
-        return refuse(f"interrupted; {kept}; run again with --resume to go on", INTERRUPTED)
+        store.close()
+        return refuse(_interrupted(given, file, "" if file.kept else problem), INTERRUPTED)
+    if problem:
+        file.withdraw()
+    store.remove()
     return refuse(f"{given.requirements.name}: {problem}", NOT_MET) if problem else DONE
 
 
@@ -181,11 +239,15 @@ def _bound(result: Result, unit: str) -> str:
         return ""
     third = result.problem.step == 3
     word, where = ("below", " at this half side") if third else ("above", "")
-    return f"proved: none {word} {proof.bound:.6g}{unit}{where}, gap {proof.gap:.1e}; "
+    return f"proved: none {word} {proof.bound:.6g}{unit}{where}, gap {proof.gap:.1e}, {proof.boxes:,} boxes; "
 
 
 def _status(at: Progress) -> str:
     what = "kappa" if at.step == 3 else "half side"
+    if at.phase == "conflict":
+        return f"step {at.step} found no feasible design: searching what contradicts what"
+    if at.certifying:
+        return f"step {at.step} proof {at.done:,} boxes: certifying a design, {at.certifying:,} boxes of its cube"
     if at.phase == "proof" and at.done == 0 and math.isnan(at.best):
         return f"step {at.step} proof: loading; compiles for some 20 s when it runs for the first time"
     best = "none feasible yet" if math.isnan(at.best) else f"{what} {at.best:.5g}"

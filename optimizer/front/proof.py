@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -22,6 +23,7 @@ def proved(
     report: Callable[[int, int], None] | None = None,
     stop: Callable[[], bool] = bool,
     store: Store | None = None,
+    seconds: float = math.inf,
 ) -> Curve:
     """Adds a proven bound to every point of a front, and to its largest cube.
 
@@ -30,6 +32,7 @@ def proved(
         report: Called after each proof: how many are done, and how many there are.
         stop: Called before and in each proof; True ends with the bounds there are.
         store: Keeps each proof; None keeps nothing.
+        seconds: Time after which each proof ends with what it reached.
 
     Returns:
         The same front with its bounds; None where a proof came to none.
@@ -37,16 +40,15 @@ def proved(
     if not curve.points:
         return curve
     total = len(curve.points) + 1
-    largest = _bound(
-        f"{curve.name}/proof/largest", step_problem(curve.given, 2), curve.points[-1].result.design_mm, stop, store
-    )
+    key, most = f"{curve.name}/proof/largest", step_problem(curve.given, 2)
+    largest = _bound(key, most, curve.points[-1].result.design_mm, stop, store, seconds)
     points = []
     for number, point in enumerate(curve.points, 1):
         if report is not None:
             report(number, total)
         result = point.result
         key = f"{curve.name}/proof/{point.half_side!r}"
-        bound = None if stop() else _bound(key, result.problem, result.design_mm, stop, store)
+        bound = None if stop() else _bound(key, result.problem, result.design_mm, stop, store, seconds)
         points.append(replace(point, bound=bound))
     if report is not None:
         report(total, total)
@@ -54,14 +56,19 @@ def proved(
 
 
 def _bound(
-    key: str, problem: Problem, design_mm: tuple[float, ...], stop: Callable[[], bool], store: Store | None
+    key: str,
+    problem: Problem,
+    design_mm: tuple[float, ...],
+    stop: Callable[[], bool],
+    store: Store | None,
+    seconds: float,
 ) -> float | None:
     def solve() -> dict[str, Any] | None:
-        proven = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, stop=stop)
+        proven = prove_optimum(problem, gap=GAP, max_boxes=BOXES, incumbent_mm=design_mm, seconds=seconds, stop=stop)
         if stop():  # as far as it came is no fact to keep
             return None
         # without an incumbent nothing stands beside the bound
         return {"bound": finite(proven.bound) if proven.design_mm else None}
 
-    kept = remembered(store, key, solve)
+    kept = remembered(store, f"{key}/{seconds!r}", solve)
     return None if kept is None else kept["bound"]

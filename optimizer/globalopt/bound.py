@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +22,16 @@ class Effort:
     Attributes:
         gap: Relative two-sided gap at which it ends.
         boxes: Boxes of designs after which it ends with the gap that it reached.
+        seconds: Time after which it does so.
     """
 
     gap: float = 1e-5
     boxes: int = 2_000_000
+    seconds: float = math.inf
+
+    def most(self) -> dict[str, Any]:
+        """Gives it as arguments of `prove_optimum`."""
+        return {"gap": self.gap, "max_boxes": self.boxes, "seconds": self.seconds}
 
 
 def available() -> bool:
@@ -51,18 +58,24 @@ def solve(
         before_mm: (6,) design of the step before, to fall back on, mm; None without one.
 
     Returns:
-        The result. Where no design is known, its design is the middle of the bounds; its status is "infeasible" where
-        that is proved of every design.
+        The result. Its design is the certified one; without one the best that was found, and without that the middle
+        of the bounds. Its status is "infeasible" where that is proved of every design.
 
     Raises:
         ProblemError: numba is not installed.
     """
     if not available():
         raise ProblemError("a proof needs numba, which is not installed: install delta-haptics[optimize]")
-    proven = prove_optimum(
-        problem, gap=effort.gap, max_boxes=effort.boxes, before_mm=before_mm, seed=seed, report=report, stop=stop
-    )
-    design = proven.design_mm or problem.lengths_mm(np.full(len(problem.free), 0.5))
+    found: tuple[float, ...] = ()
+
+    def tell(now: Now) -> None:
+        nonlocal found
+        found = now.design_mm or found
+        if report is not None:
+            report(now)
+
+    proven = prove_optimum(problem, **effort.most(), before_mm=before_mm, seed=seed, report=tell, stop=stop)
+    design = proven.design_mm or found or problem.lengths_mm(np.full(len(problem.free), 0.5))
     objective = finite(proven.objective) if proven.certified else None
     proof = Bound(objective, finite(proven.bound), finite(proven.gap), proven.boxes)
     return Result(problem, "proven", design, proven.status, proof=proof)
@@ -91,8 +104,7 @@ def with_bound(
     """
     proven = prove_optimum(
         result.problem if within is None else within,
-        gap=effort.gap,
-        max_boxes=effort.boxes,
+        **effort.most(),
         incumbent_mm=result.design_mm,
         before_mm=result.design_mm,
         seed=seed,

@@ -9,7 +9,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
-from delta_cad.mechanism.proof.prove import prove
+from delta_cad.mechanism.proof.prove import Progress, prove
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.extremes import worst_points
 from optimizer.problem.step import SIDE, Problem
@@ -35,7 +35,12 @@ class Certified(NamedTuple):
     objective: float
 
 
-def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Certified | None:
+def certified(
+    problem: Problem,
+    design_mm: np.ndarray,
+    boxes: int = BOXES,
+    progress: Progress | None = None,
+) -> Certified | None:
     """Proves a design over the whole cube, giving up as little as possible of its half side, or of its kappa.
 
     A cube that is given up in part shrinks from all its faces, so that it lies inside the old one and away from a fold
@@ -46,23 +51,24 @@ def certified(problem: Problem, design_mm: np.ndarray, boxes: int = BOXES) -> Ce
         problem: The step.
         design_mm: (6,) lengths in the order of `VARIABLES`, mm.
         boxes: Most boxes of one proof.
+        progress: As `prove` calls it, in each of its proofs.
 
     Returns:
         The design, with a smaller cube where one was needed; None if it cannot be proved to be feasible.
     """
     kappa = _largest_kappa(problem, design_mm) if problem.step == 3 else None
-    best = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes))
+    best = _proved(problem, design_mm, kappa, YIELDS[0], min(QUICK, boxes), progress)
     if best is not None:
         return best
     for share in reversed(YIELDS[1:]):  # what gives up less is harder to prove: the first failure ends it
-        less = _proved(problem, design_mm, kappa, share, boxes)
+        less = _proved(problem, design_mm, kappa, share, boxes, progress)
         if less is None:
             break
         best = less
     return best
 
 
-def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
+def uncertified(problem: Problem, design_mm: np.ndarray, progress: Progress | None = None) -> Certified | None:
     """Proves the constraints of a design of step 3 over the whole cube, but samples its condition number.
 
     Where the cube touches a fold the condition number rises too steeply to be proved, while the torque that holds it
@@ -71,16 +77,24 @@ def uncertified(problem: Problem, design_mm: np.ndarray) -> Certified | None:
     Args:
         problem: The step.
         design_mm: (6,) lengths in the order of `VARIABLES`, mm.
+        progress: As `certified` calls it.
 
     Returns:
         The design with its sampled condition number; None if its constraints cannot be proved.
     """
     kappa = _largest_kappa(problem, design_mm)
-    best = _proved(problem, design_mm, None, YIELDS[0], BOXES)
+    best = _proved(problem, design_mm, None, YIELDS[0], BOXES, progress)
     return best._replace(objective=kappa) if best is not None and math.isfinite(kappa) else None
 
 
-def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share: float, boxes: int) -> Certified | None:
+def _proved(
+    problem: Problem,
+    design_mm: np.ndarray,
+    kappa: float | None,
+    share: float,
+    boxes: int,
+    progress: Progress | None,
+) -> Certified | None:
     """Proves the design with a share given up; None if it cannot be proved."""
     design = np.array(design_mm, dtype=float)
     level = None if kappa is None else kappa * (1.0 + share)
@@ -96,7 +110,7 @@ def _proved(problem: Problem, design_mm: np.ndarray, kappa: float | None, share:
     try:
         limits = problem.pose_limits(math.inf if level is None else level)
         geometry = DeltaGeometry(row[2], row[3], row[0], row[1])
-        proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes)
+        proof = prove(geometry, Cube(row[HEIGHT], row[SIDE]), limits, max_boxes=boxes, progress=progress)
     except GeometryError:
         return None
     if proof.verdict != "proved":

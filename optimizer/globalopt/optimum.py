@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import monotonic
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -46,9 +47,12 @@ IDLE = 500  # questions in a row that gave neither a cutting point nor a better 
 # Boxes of designs where kappa of the design of the step before cannot be proved: near a fold little can be excluded.
 STEEP_BOXES = 100_000
 NEAR = 1e-7  # share of L within which two of them are the same
+# Decimals of what SQP and the searches over the cube hand to the proof: a length in mm, a point in units of L. Their
+# last digits may differ from process to process, and with them, unrounded, the boxes that a proof takes.
+SETTLED = 9
 
 Status = Literal["proved", "gap not reached", "infeasible", "undecided", "interrupted"]
-Ending = Literal["excluded", "better", "open", "budget", "stopped"]
+Ending = Literal["excluded", "better", "open", "budget", "time", "stopped"]
 
 
 class Now(NamedTuple):
@@ -58,11 +62,15 @@ class Now(NamedTuple):
         boxes: Examined so far.
         best: Certified objective so far; NaN before there is one.
         bound: What is proved that no design beats.
+        design_mm: (6,) the certified design, mm; before there is one the best that SQP found; else empty.
+        certifying: Boxes of the cube of a design that is being certified; 0 while designs are excluded.
     """
 
     boxes: int
     best: float
     bound: float
+    design_mm: tuple[float, ...] = ()
+    certifying: int = 0
 
 
 @dataclass(frozen=True)
@@ -77,8 +85,9 @@ class Proven:
         gap: |objective - bound| / objective; NaN without an incumbent.
         design_mm: (6) the incumbent, lengths in the order of `VARIABLES`, mm; empty without one.
         boxes: Boxes of designs examined.
-        status: "proved": the gap is at most the requested one; "gap not reached": it is not; "infeasible": no design
-            is feasible, proved; "undecided": neither was one found nor proved absent; "interrupted": stopped by hand.
+        status: "proved": the gap is at most the requested one; "gap not reached": it is not, with all boxes or all the
+            time; "infeasible": no design is feasible, proved; "undecided": neither was one found nor proved absent;
+            "interrupted": stopped by hand.
         cutting_points: Points of the cube that were in use.
         certified: Whether the objective is proved; else its constraints alone are, and the condition number is sampled.
     """
@@ -101,6 +110,7 @@ def prove_optimum(
     incumbent_mm: tuple[float, ...] | np.ndarray | None = None,
     before_mm: tuple[float, ...] | np.ndarray | None = None,
     seed: int = 0,
+    seconds: float = math.inf,
     report: Callable[[Now], None] | None = None,
     stop: Callable[[], bool] = bool,
 ) -> Proven:
@@ -114,7 +124,9 @@ def prove_optimum(
         before_mm: (6,) what the step before found, if it is feasible: the incumbent of step 3 where nothing better can
             be proved, even if its condition number is only sampled.
         seed: Seed of the starts of SQP.
-        report: Called with the state of the proof, each `CHUNK` boxes.
+        seconds: Time after which the proof ends with the gap that it reached; with a bound on it, what comes out
+            depends on the machine.
+        report: Called with the state of the proof, each `CHUNK` boxes, and while a design is certified.
         stop: Called as often; True ends it with what stands.
 
     Returns:
@@ -127,7 +139,7 @@ def prove_optimum(
         raise ProblemError(f"gap is {gap!r}; it must be > 0 and finite")
     if "reach" not in problem.constraints:
         raise ProblemError("a proof needs the reach of the cube among the constraints")
-    return _Proof(problem, gap, max_boxes, seed, report, stop).run(incumbent_mm, before_mm)
+    return _Proof(problem, gap, max_boxes, seed, monotonic() + seconds, report, stop).run(incumbent_mm, before_mm)
 
 
 class _Proof:
@@ -139,13 +151,15 @@ class _Proof:
         gap: float,
         max_boxes: int,
         seed: int,
+        deadline: float,
         report: Callable[[Now], None] | None,
         stop: Callable[[], bool],
     ) -> None:
         self.problem, self.gap, self.max_boxes, self.seed = problem, gap, max_boxes, seed
-        self.report, self.stop = report, stop
+        self.deadline, self.report, self.stop = deadline, report, stop
         self.space = design_box(problem)
         self.best: Certified | None = None
+        self.found: tuple[float, ...] = ()  # what SQP found, before anything is certified
         # before anything is proved: no cube is larger than its bound, no condition number smaller than 1
         self.bound = 1.0 if problem.step == 3 else problem.upper[SIDE]
         self.boxes = 0
@@ -190,7 +204,7 @@ class _Proof:
 
     def _outcome(self, status: Status) -> Proven:
         bound = math.nan if status == "infeasible" else self.bound
-        objective, design = (self.best.objective, self.best.design_mm) if self.best else (math.nan, ())
+        objective, design = self._objective(), self.best.design_mm if self.best else ()
         gap = self._gap() if self.best else math.nan
         if status == "proved" and not self.certified:
             status = "gap not reached"  # the objective is only sampled
@@ -204,9 +218,24 @@ class _Proof:
             return 0.0
         return distance / self.best.objective if self.best.objective > 0.0 else math.inf
 
-    def _tell(self) -> None:
+    def _objective(self) -> float:
+        return self.best.objective if self.best else math.nan
+
+    def _watch(self, boxes: int, _share: float) -> bool:
+        """Tells of a design that is being certified, and whether there is no time for it."""
+        self._tell(boxes)
+        return self._ends()
+
+    def _tell(self, certifying: int = 0) -> None:
         if self.report is not None:
-            self.report(Now(self.boxes, self.best.objective if self.best else math.nan, self.bound))
+            design = self.best.design_mm if self.best else self.found
+            self.report(Now(self.boxes, self._objective(), self.bound, design, certifying))
+
+    def _ends(self) -> bool:
+        return self.stop() or monotonic() > self.deadline
+
+    def _certified(self, design_mm: np.ndarray) -> Certified | None:
+        return certified(self.problem, design_mm, self.certifying, self._watch)
 
     def _better(self, one: Certified) -> bool:
         if self.best is None:
@@ -221,23 +250,30 @@ class _Proof:
             if self.best is not None:
                 return
         for start in sqp.start_points(self.problem, self.seed, STARTS):
-            if self.stop():
+            if self._ends():
                 return
             self._descend(start)
 
     def _fall_back(self, design_mm: np.ndarray) -> None:
         """Takes the design of the step before, with less effort where its kappa is too steep to be proved."""
-        design = np.clip(design_mm, self.problem.lower, self.problem.upper)
-        incumbent = proved = certified(self.problem, design, QUICK)
+        design = self._settled(design_mm)
+        incumbent = proved = certified(self.problem, design, QUICK, self._watch)
         if incumbent is None:
             self.certifying, self.max_boxes = QUICK, min(self.max_boxes, STEEP_BOXES)
-            incumbent = uncertified(self.problem, design)
+            incumbent = uncertified(self.problem, design, self._watch)
         if incumbent is not None:
             self._keep(incumbent, proved is not None)
 
+    def _settled(self, design_mm: np.ndarray) -> np.ndarray:
+        """Rounds away the last digits of a design's lengths, mm, within the bounds."""
+        settled, unit = np.round(design_mm, SETTLED), 10.0**-SETTLED
+        # down, lest the bound be farther from what was found than the gap; what lies on a round number stays there
+        settled[SIDE] = math.floor(design_mm[SIDE] / unit + 0.01) * unit
+        return np.clip(settled, self.problem.lower, self.problem.upper)
+
     def _take(self, design_mm: np.ndarray) -> None:
         """Certifies a design and keeps it if it is the best; then SQP goes on from it."""
-        incumbent = certified(self.problem, np.clip(design_mm, self.problem.lower, self.problem.upper), self.certifying)
+        incumbent = self._certified(self._settled(design_mm))
         if incumbent is not None and self._better(incumbent):
             self._keep(incumbent)
         self._descend(self.problem.scaled(design_mm))
@@ -246,10 +282,13 @@ class _Proof:
         ending = sqp.descend(self.problem, x, Search())
         if not ending.converged:
             return
-        design = np.array(self.problem.lengths_mm(ending.x))
+        design = self._settled(np.array(self.problem.lengths_mm(ending.x)))
         if self.best is not None and self.problem.step != 3 and design[SIDE] <= self.best.objective:
             return
-        incumbent = certified(self.problem, design, self.certifying)
+        if not self.found:
+            self.found = tuple(float(v) for v in design)
+            self._tell()
+        incumbent = self._certified(design)
         if incumbent is not None and self._better(incumbent):
             self._keep(incumbent)
 
@@ -263,7 +302,7 @@ class _Proof:
 
     def _cut_at(self, point: np.ndarray) -> int | None:
         """Takes a point of the cube in, in the place of the least useful if need be; None if it is known."""
-        known = self.units[: self.count]
+        point, known = np.round(point, SETTLED), self.units[: self.count]
         if (np.abs(known - point).max(axis=1) < NEAR).any():
             return None
         if self.count < MOST:
@@ -305,6 +344,8 @@ class _Proof:
         begun = self.boxes
         opened = False
         while state[0] > 0:
+            if self._ends():  # also before a search begun anew, where one better design follows the other
+                return "stopped" if self.stop() else "time"
             budget = min(CHUNK - self.boxes % CHUNK, self.max_boxes - self.boxes)
             if budget <= 0:
                 return "budget"
@@ -323,11 +364,8 @@ class _Proof:
             elif ended != DONE:
                 opened = True
                 state[0] -= 1
-            if self.boxes % CHUNK == 0 or ended != DONE:
-                if self.boxes % CHUNK == 0:
-                    self._tell()
-                if self.stop():
-                    return "stopped"
+            if self.boxes % CHUNK == 0:
+                self._tell()
         return "open" if opened else "excluded"
 
     def _points(self, side: float) -> np.ndarray:
@@ -357,7 +395,7 @@ class _Proof:
             return "known"
         if self.vain >= VAIN:
             return "known"
-        before = self.best.objective if self.best else math.nan
+        before = self._objective()
         self._take(design)
         self.vain += 1
         if self.best is None:

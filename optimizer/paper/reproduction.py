@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from decimal import Decimal
 from typing import Any, NamedTuple
 
-from optimizer.globalopt.optimum import Proven, prove_optimum
+from optimizer.globalopt.optimum import Now, Proven, prove_optimum
 from optimizer.paper.evaluation import GAP, Evaluation, evaluate
 from optimizer.paper.published import EXCHANGED_H, Lengths, PublishedRun, problem_of, start_within
 from optimizer.problem.evaluator import VARIABLES
@@ -157,6 +157,7 @@ class Reproduction:
         population: Individuals of the GA; None for the paper's.
         generations: Generations of the GA.
         gap: Gap at which the proofs end.
+        seconds: Time after which each of them ends with what it reached.
         report: Called with a line that says what is being done.
     """
 
@@ -164,6 +165,7 @@ class Reproduction:
     population: int | None = None
     generations: int = GENERATIONS
     gap: float = GAP
+    seconds: float = math.inf
     report: Callable[[str], None] = lambda _: None
     _solved: dict[Any, Any] = field(default_factory=dict, init=False)
 
@@ -186,7 +188,7 @@ class Reproduction:
             self.report(f"{name}: {method}")
             attempts[method] = self._attempt(problem, method, start if method == "sqp" else None)
         self.report(f"{name}: proof of the optimum")
-        proven = self._proven(problem, attempts)
+        proven = self._proven(problem, attempts, name)
         self.report(f"{name}: the published design")
         designs = (run.result, _exchanged(run, runs))
         published, exchanged = (None if d is None else evaluate(problem, d, self.gap) for d in designs)
@@ -202,13 +204,18 @@ class Reproduction:
 
         return self._once((problem.step, problem.lower, problem.upper, method, start), solve)
 
-    def _proven(self, problem: Problem, attempts: dict[str, Attempt]) -> Proven:
+    def _proven(self, problem: Problem, attempts: dict[str, Attempt], name: str) -> Proven:
+        def tell(now: Now) -> None:
+            self.report(f"{name}: proof of the optimum, {now.boxes:,} boxes")
+
         sign = 1.0 if problem.step == 3 else -1.0
         best = min(attempts.values(), key=lambda f: math.inf if f.objective is None else sign * f.objective)
         known = best.result.design_mm
         return self._once(
             (problem.step, problem.lower, problem.upper),
-            lambda: prove_optimum(problem, gap=self.gap, incumbent_mm=known, seed=self.seed),
+            lambda: prove_optimum(
+                problem, gap=self.gap, incumbent_mm=known, seed=self.seed, seconds=self.seconds, report=tell
+            ),
         )
 
     def _once(self, key: tuple[Any, ...], solve: Callable[[], Any]) -> Any:

@@ -31,8 +31,8 @@ ADVICE = {
     "no feasible design": "the GA met no feasible design though there is one; raise the population or use `sqp`",
     "interrupted": "stopped by hand; `--resume` goes on where it stopped",
     "proved": "holds at every point of its cube, and no design within the bounds is better by more than the gap",
-    "gap not reached": "holds at every point of its cube; the gap is the one that was reached: raise `--boxes`",
-    "undecided": "no design was found and none was proved to be impossible: raise `--boxes`",
+    "gap not reached": "holds at every point of its cube; the gap is what was reached: raise `--boxes` or the time",
+    "undecided": "no design was found and none was proved to be impossible: raise `--boxes` or the time",
     "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
 }
 STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"

@@ -102,8 +102,7 @@ def search(
     """
     outcome = Search()
     for k, start in enumerate(starts):
-        with threadpool_limits(1):  # with more, the last digits depend on how the threads share the sums
-            outcome.endings.append(descend(problem, start, outcome))
+        outcome.endings.append(descend(problem, start, outcome))
         if report is not None:
             report(k + 1, len(starts), outcome.best.level if outcome.best else -np.inf)
         if stop():
@@ -130,6 +129,7 @@ def descend(problem: Problem, start: np.ndarray, count: Search) -> Ending:
     return exchange(problem, kind, np.array(ready.x), count)._replace(start=ready.start)
 
 
+@threadpool_limits.wrap(limits=1)  # with more, the last digits depend on how the threads share the sums
 def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> Ending:
     """Solves over the active points and adds what is worse elsewhere until nothing is.
 

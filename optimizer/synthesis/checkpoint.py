@@ -26,6 +26,7 @@ class Records:
     that is not as it was written refuses the file, so that who reads the records need not doubt their shape.
 
     Attributes:
+        path: The file.
         found: The records that were taken up.
     """
 
@@ -44,7 +45,7 @@ class Records:
                 then.
             OSError: It cannot be read or written.
         """
-        self.found: list[dict[str, Any]] = []
+        self.path, self.found = path, list[dict[str, Any]]()
         try:
             self._lines = Lines(path)
         except FileInUseError:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.metadata
 import math
+import os
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from delta_cad.common.files import write_whole
+from delta_cad.common.json_file import JsonError, read_json
 from delta_cad.design import Design, design_from_dict, design_to_json
+from delta_cad.design.refusal import short
 from delta_cad.mechanism.limits import LIMITS
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_hash
 from optimizer.problem.step import SIDE, step_problem
 from optimizer.search.result import Result
 
+UNFINISHED = "unfinished"  # key of the provenance, only of a design that its run did not end with
 DECIMALS = 3  # decimals of a length in mm: one micrometre, finer than anything is machined to
 SAME_UM = 1e-3  # a half side this close below a whole micrometre counts as that: metres and back cost 1e-11
 DIGITS = 8  # digits of the figures in the provenance; solvers end within 1e-9
@@ -23,8 +28,91 @@ GAP_DIGITS = 3  # digits of a gap, which is itself a small difference of two suc
 GIVEN_UP_UM = 5  # most micrometres that the half side gives up: one of the other lengths is worth less than one or two
 
 
+class OtherDesignError(ValueError):
+    """A file in the place of the design that is of another origin, or no design at all; it is left as it is."""
+
+
+class DesignFile:
+    """The design file of one run: its best so far until the run ends, then its design.
+
+    An unfinished design says so in its provenance and takes the place of no finished one. A file of another origin,
+    with another name, of other requirements or without provenance, is replaced by force alone, and only at the end.
+
+    Attributes:
+        path: The file.
+        kept: Whether the best of this run stands there so far.
+    """
+
+    def __init__(self, path: Path, given: Requirements, force: bool = False) -> None:
+        """Looks at what stands there.
+
+        Args:
+            path: The file, there or not.
+            given: What the customer gave.
+            force: Whether a file of another origin may be replaced.
+
+        Raises:
+            OtherDesignError: It may not; the message names the field that differs and what to do.
+            OSError: There is something that is no file.
+        """
+        self.path, self.kept = path, False
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not path.exists():
+            self._open = True
+            return
+        try:
+            provenance = _provenance(path, given)
+        except OtherDesignError:
+            if not force:
+                raise
+            provenance = {}
+        self._open = UNFINISHED in provenance
+
+    def keep(self, design: Design) -> None:
+        """Writes an unfinished design, unless what stands there must wait for a finished one."""
+        if self._open:
+            write_design(design, self.path)
+            self.kept = True
+
+    def finish(self, design: Design) -> None:
+        """Writes the design of the whole run."""
+        write_design(design, self.path)
+        self.kept = True
+
+    def withdraw(self) -> None:
+        """Takes away what `keep` wrote, where the run ends without a design."""
+        if self.kept:
+            self.path.unlink(missing_ok=True)
+            self.kept = False
+
+
+def _provenance(path: Path, given: Requirements) -> dict[str, Any]:
+    """Reads where a design comes from; refuses one that is not of these requirements."""
+    leave = "to replace it give --force, to leave it another --out"
+    try:
+        data = read_json(path)
+    except JsonError as error:
+        raise OtherDesignError(f"{error}; {leave}") from None
+    name, found = (data.get("name"), data.get("provenance")) if isinstance(data, dict) else (None, None)
+    if name != given.name:
+        raise OtherDesignError(f"{path.name}: name = {short(name)}: must be {short(given.name)}; {leave}")
+    digest = found.get("requirements_sha256") if isinstance(found, dict) else None
+    ours = requirements_hash(given)
+    if not isinstance(found, dict) or digest != ours:
+        field = f"{path.name}: provenance.requirements_sha256 = {short(digest)}"
+        raise OtherDesignError(f"{field}: must be {ours}, that of these requirements; {leave}")
+    return found
+
+
 def design_of(
-    given: Requirements, results: list[Result], method: str, seed: int, file: str, command: str | None = None
+    given: Requirements,
+    results: list[Result],
+    method: str,
+    seed: int,
+    file: str,
+    command: str | None = None,
+    unfinished: str | None = None,
 ) -> Design:
     """Makes a design of the last result.
 
@@ -35,6 +123,7 @@ def design_of(
         seed: Seed of that method.
         file: Name that error messages start with.
         command: Command that makes the file again, for its provenance; None leaves it out.
+        unfinished: What is still to come, for its provenance; None where the run is done.
 
     Returns:
         The design, its provenance filled in.
@@ -67,6 +156,7 @@ def design_of(
             "seed": seed,
             **({} if command is None else {"command": command}),
             "requirements_sha256": requirements_hash(given),
+            **({} if unfinished is None else {UNFINISHED: unfinished}),
             "steps": [_step(result) for result in results],
         },
     }

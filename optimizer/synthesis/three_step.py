@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -34,11 +34,12 @@ class Progress(NamedTuple):
 
     Attributes:
         step: 1, 2 or 3.
-        phase: `ga`, `sqp` or `proof`.
+        phase: `ga`, `sqp`, `conflict` where a contradiction is looked for, or `proof`.
         done: Generations, starts, or boxes of designs.
         total: How many there are; of boxes at most.
         best: Best objective so far: half side in mm, or kappa; NaN before there is one.
         bound: What is proved so far that no design beats; NaN in the other phases.
+        certifying: Boxes of the cube of the design that the proof is certifying; 0 where it is not.
     """
 
     step: int
@@ -47,6 +48,7 @@ class Progress(NamedTuple):
     total: int
     best: float
     bound: float = math.nan
+    certifying: int = 0
 
 
 class Store(Protocol):
@@ -105,8 +107,11 @@ class Run:
         effort: How far proofs go.
         prove: Whether the other methods' results get a bound, and contradictions a proof, too, if numba is installed.
         report: Called with the progress of the run.
-        stop: Called after each generation and each start; True ends the run with the best so far.
-        store: Keeps the phases; None keeps nothing.
+        stop: Called after each generation, each start, and in proofs; True ends the run with the best so far.
+        store: Keeps the phases; None keeps nothing. What a proof came to is kept by its effort, so that a run may be
+            taken up with another one, or without.
+        found: Called with the results so far, the last of them feasible, and what is still to come: before each proof,
+            at each better design in it, and between two steps.
     """
 
     given: Requirements
@@ -120,6 +125,7 @@ class Run:
     report: Callable[[Progress], None] | None = None
     stop: Callable[[], bool] = bool
     store: Store | None = None
+    found: Callable[[list[Result], str], None] | None = None
 
     def results(self) -> list[Result]:
         """Solves the steps.
@@ -139,6 +145,8 @@ class Run:
             raise ProblemError(f"steps are {list(self.steps)}; each of 1, 2, 3 once at most, in order")
         results: list[Result] = []
         for step in self.steps:
+            if results:
+                self._found(results, f"step {step} is still to come")
             before = results[-1] if results else None
             reached = before.design_mm[SIDE] if before and before.feasible else None
             if step == 3 and 2 not in self.steps:
@@ -147,15 +155,21 @@ class Run:
                 break  # step 2 says what it lacks
             if step == 2 and self.method == "proven":
                 reached = _bound(before)
-            result = self._solve(step_problem(self.given, step, reached), reached, before)
+            result = self._solve(step_problem(self.given, step, reached), reached, results)
             results.append(result)
             if result.status == "interrupted" or result.tiny:
                 break
         return results
 
-    def _solve(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
+    def _found(self, results: list[Result], coming: str) -> None:
+        last = results[-1]
+        if self.found is not None and last.feasible and not last.tiny:
+            self.found(results, coming)
+
+    def _solve(self, problem: Problem, reached: float | None, done: list[Result]) -> Result:
+        before = done[-1] if done else None
         if self.method == "proven":
-            return self._phase(problem, "proven", lambda: self._proven(problem, reached, before))
+            return self._phase(problem, self._by_effort("proven"), lambda: self._proven(problem, reached, done))
         proves = self.prove and proving.available()
         known = np.empty((0, len(problem.free)))
         if before is not None:  # what the step before found, its cube cut down to what this step allows
@@ -167,15 +181,25 @@ class Run:
             start = result
             result = self._phase(problem, "sqp", lambda: self._sqp(problem, known, start))
         if not result.feasible and result.status != "interrupted":
+            if self.report is not None:
+                self.report(Progress(problem.step, "conflict", 0, 0, math.nan))
             error = explain(self.given, problem, reached, self.seed)
             if error is not None:
-                raise error.as_proved() if proves and self._optimum(problem).status == "infeasible" else error
+                proved = proves and self._optimum(problem).status == "infeasible"
+                if self.stop():
+                    return replace(result, status="interrupted")
+                raise error.as_proved() if proved else error
         if proves and result.feasible and not result.tiny and result.status != "interrupted":
             # what a search of step 1 reached bounds nothing: the proof is within bounds_mm, or what step 1 proved
             within = step_problem(self.given, 2, _bound(before)) if problem.step == 2 else problem
             unbounded = result
-            result = self._phase(problem, "bound", lambda: self._bounded(within, unbounded))
+            self._found([*done, result], f"the proof of step {problem.step} is still to come")
+            result = self._phase(problem, self._by_effort("bound"), lambda: self._bounded(within, unbounded))
         return result
+
+    def _by_effort(self, name: str) -> str:
+        """Names a phase that comes to something else with another effort."""
+        return f"{name}/" + "/".join(f"{part!r}" for part in astuple(self.effort))
 
     def _phase(self, problem: Problem, name: str, solve: Callable[[], Result]) -> Result:
         """Takes the result of a phase from the store, or solves it and keeps it, unless the run was stopped."""
@@ -190,15 +214,25 @@ class Run:
             self.store.finish(phase, _kept(result))
         return result
 
-    def _proven(self, problem: Problem, reached: float | None, before: Result | None) -> Result:
-        known = before.design_mm if before is not None and before.feasible else None
-        result = self._optimum(problem, known)
+    def _proven(self, problem: Problem, reached: float | None, done: list[Result]) -> Result:
+        known = done[-1].design_mm if done and done[-1].feasible else None
+        latest: tuple[float, ...] = ()
+
+        def tell(now: Now) -> None:
+            nonlocal latest
+            self._tell_proof(problem, now)
+            if now.design_mm and now.design_mm != latest:
+                latest = now.design_mm
+                best = Result(problem, self.method, latest, "interrupted")
+                self._found([*done, best], f"the proof of step {problem.step} is under way")
+
+        result = proving.solve(problem, self.seed, self.effort, tell, self.stop, known)
         if result.status == "infeasible":
             raise explain_proved(self.given, problem, reached, self.seed)
         return result
 
-    def _optimum(self, problem: Problem, before_mm: tuple[float, ...] | None = None) -> Result:
-        return proving.solve(problem, self.seed, self.effort, partial(self._tell_proof, problem), self.stop, before_mm)
+    def _optimum(self, problem: Problem) -> Result:
+        return proving.solve(problem, self.seed, self.effort, partial(self._tell_proof, problem), self.stop)
 
     def _bounded(self, within: Problem, result: Result) -> Result:
         tell = partial(self._tell_proof, within)
@@ -206,7 +240,8 @@ class Run:
 
     def _tell_proof(self, problem: Problem, now: Now) -> None:
         if self.report is not None:
-            self.report(Progress(problem.step, "proof", now.boxes, self.effort.boxes, now.best, now.bound))
+            at = (now.boxes, self.effort.boxes, now.best, now.bound, now.certifying)
+            self.report(Progress(problem.step, "proof", *at))
 
     def _genetic(self, problem: Problem, known: np.ndarray) -> Result:
         phase = f"{problem.step}/ga"

@@ -23,6 +23,7 @@ from delta_cad.mechanism.proof.findings import Finding, Proof
 from delta_cad.mechanism.proof.margins import BITS, MARGINS, margins, numbers, room
 from delta_cad.mechanism.workspace import Cube
 
+Progress = Callable[[int, float], object]  # boxes examined, share of the cube that is done -> whether to end
 DEEPEST = 40  # Halvings of an edge at which a box is given up: 2^-40 of it, 1e-13 m, where roundings rule.
 CHUNK = 20_000  # Boxes between two reports of progress; some 50 ms.
 _MASKS = np.array([BITS[limit] for limit in POSE_LIMITS], dtype=np.int64)
@@ -37,7 +38,7 @@ def prove(
     *,
     tolerance: float = 0.0,
     max_boxes: int = 5_000_000,
-    progress: Callable[[int, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Proof:
     """Decides each limit for every point of the cube.
 
@@ -48,7 +49,8 @@ def prove(
         tolerance: Of every length and offset of every chain, m, README (43): a limit is proved for all machines within
             it, refuted where all of them break it, else undecided.
         max_boxes: Boxes after which what is open is undecided.
-        progress: Called now and then with the boxes examined and the share of the cube that is done.
+        progress: Called now and then with the boxes examined and the share of the cube that is done; what it returns
+            ends the proof if it is true, and what is open is undecided.
 
     Returns:
         The findings, and the boxes that cover the cube. A refuted limit is dropped and the others go on; if reach
@@ -76,8 +78,8 @@ def prove(
         state[3] = 0
         _search(frame, given, stack, state, fate, points, stuck, found, pose, work, table, budget)
         leaves.append(found[: state[3]].copy())
-        if progress is not None:
-            progress(int(state[2]), _share(leaves))
+        if progress is not None and progress(int(state[2]), _share(leaves)):
+            break
     if state[0] > 0:
         for n, limit in enumerate(POSE_LIMITS):
             if state[1] & BITS[limit]:

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from delta_cad.common.console import INTERRUPTED
 from tests.committed import BEST, changed
+from tests.terminal import interrupted, said
 
 
 def run(*arguments: str, code: str = "") -> subprocess.CompletedProcess[str]:
@@ -33,7 +35,7 @@ def test_exit_codes_of_the_process(tmp_path: Path) -> None:
         ended = run(*arguments)
         assert ended.returncode == code, ended
         assert "Traceback" not in ended.stderr
-        assert ended.stderr.count("\n") == (code >= 2)
+        assert said(ended.stderr).count("\n") == (code >= 2)
 
 
 HEAVY = "('cadquery', 'OCP', 'trimesh', 'vtkmodules', 'vtk', 'fcl', 'matplotlib', 'mujoco', 'gmsh')"
@@ -77,7 +79,7 @@ def test_without_the_cad_extra_the_build_says_what_to_install(tmp_path: Path) ->
         f"sys.exit(main(['check', '--design', {str(BEST)!r}, '--out', {str(tmp_path / 'out')!r}]))"
     )
     assert ended.returncode == 3
-    assert ended.stderr.count("\n") == 1
+    assert said(ended.stderr).count("\n") == 1
     assert "cadquery is not installed: pip install 'delta-haptics[cad]'" in ended.stderr
 
 
@@ -108,3 +110,13 @@ def test_the_exit_code_outlives_a_reader_that_goes_away(
     finally:
         os.close(writing)
     assert (ended.returncode, ended.stderr) == (code, "")
+
+
+@pytest.mark.parametrize(("command", "after_s"), [("build", 0.0), ("build", 1.0), ("check", 4.0)])
+def test_ctrl_c_at_any_moment_is_one_line_and_leaves_nothing(command: str, after_s: float, tmp_path: Path) -> None:
+    """While the CAD kernel loads, too, of which a second try to load it would complain."""
+    out = tmp_path / "out"
+    words = [sys.executable, "-m", "delta_cad", command, "--design", str(BEST), "--out", str(out)]
+    ended = interrupted(words, after_s)
+    assert (ended.code, ended.said) == (INTERRUPTED, "interrupted; nothing was written\n")
+    assert not out.exists() or list(out.iterdir()) == []

@@ -1,30 +1,13 @@
-"""What is shown to a person: phases on a terminal, and equal checks in one line."""
+"""What is shown to a person: equal checks in one line."""
 
 from __future__ import annotations
 
-import io
-
 import pytest
-from rich.console import Console
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import tables
 from delta_cad.design import Design
 from delta_cad.pipeline import Outcome
-
-
-def test_phases_are_shown_on_a_terminal_only(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with tables.phases("first") as show:
-        show("second")
-    told = capsys.readouterr()
-    assert told.out + told.err == ""
-    screen = io.StringIO()
-    monkeypatch.setattr(tables, "Console", lambda **_: Console(file=screen, force_terminal=True, width=80))
-    with tables.phases("loading") as show:
-        show("solid upper_arm")
-    assert " s\x1b[0m  solid upper_arm" in screen.getvalue()  # the time so far and the phase
 
 
 def test_equal_checks_of_the_three_chains_are_one_line() -> None:

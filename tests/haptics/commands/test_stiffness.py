@@ -11,11 +11,13 @@ from typing import Any
 import pytest
 
 import haptics.stability.stiffness
+from delta_cad.common.console import INTERRUPTED
 from haptics.commands.cli import main
 from haptics.commands.stiffness import NAME
 from haptics.model.hands import HANDS
 from haptics.model.plant import Hand
 from tests.committed import BEST, Built
+from tests.terminal import interrupted
 
 
 def call(*arguments: object) -> int:
@@ -142,3 +144,18 @@ def test_help_is_light() -> None:
     code += "print({'numpy', 'numba', 'scipy'} & set(sys.modules))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.rstrip().endswith("set()")
+
+
+@pytest.mark.parametrize(
+    ("words", "after_s"),
+    [(["stiffness"], 0.5), (["feel"], 2.0), (["simulate", "--scene", "wall"], 1.5), (["firmware"], 0.0)],
+    ids=lambda words: words[0] if isinstance(words, list) else "",
+)
+def test_ctrl_c_at_any_moment_is_one_line_and_leaves_nothing(
+    words: list[str], after_s: float, tmp_path: Path, masses: Path
+) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "haptics", *words, "--design", str(BEST), "--masses", str(masses)]
+    ended = interrupted([*command, "--out", str(out)], after_s)
+    assert (ended.code, ended.said) == (INTERRUPTED, "interrupted; nothing was written\n")
+    assert not out.exists() or list(out.iterdir()) == []

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from haptics.__main__ import main
+from haptics.commands.cli import main
 from tests.designs import changed, hanging
 
 

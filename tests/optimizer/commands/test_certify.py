@@ -17,6 +17,7 @@ import pytest
 from delta_cad.common import console
 from delta_cad.design import design_hash, load_design
 from delta_cad.mechanism import conditioning, reach_excess, rod_lean, worst_joint_torque
+from delta_cad.mechanism.proof import prove as proving
 from tests.committed import BEST
 from tests.optimizer.certify.designs import call, changed, masses, redigested
 from tests.optimizer.messages import holds
@@ -332,6 +333,17 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
         assert told == ""
         assert holds(err, words)
         assert err.count("\n") == 1
+
+
+def test_a_proof_ends_with_its_time_and_says_what_it_reached(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = changed(tmp_path)
+    monkeypatch.setattr(proving, "CHUNK", 5)
+    assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--proof-minutes", "1e-9", "--json") == 1
+    told, err = capsys.readouterr()
+    assert "undecided" in {row["verdict"] for row in json.loads(told)["conditions"]}
+    assert "the time was over after 5 boxes: raise --proof-minutes" in err
 
 
 def test_an_interrupted_proof_writes_nothing(

@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from optimizer.synthesis.output import design_of, write_design
 from optimizer.synthesis.three_step import METHODS, Run
 from tests.optimizer.messages import refuses
-from tests.terminal import shown_on_a_terminal
+from tests.terminal import said, shown_on_a_terminal
 
 JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
 SMALL = ["--population", "12", "--generations", "4"]
@@ -37,7 +36,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     out = tmp_path_factory.mktemp("synthesis") / "new" / "best.json"
     command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--seed", "1", "--json", *SMALL]
     run = subprocess.run([*command, "--out", str(out)], capture_output=True, text=True)
-    assert (run.returncode, run.stderr) == (0, "")
+    assert (run.returncode, said(run.stderr)) == (0, "")
     return out, json.loads(run.stdout)
 
 
@@ -198,6 +197,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
     command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
     with monkeypatch.context() as patch:
         patch.setattr(console.Line, "show", show)
+        patch.setattr(console, "GRACE_S", 60.0)  # the run is to end by itself
         assert call(*command) == console.INTERRUPTED
     text, err = capsys.readouterr()
     assert re.fullmatch(r"interrupted; best so far in .*best\.json; run again with --resume to go on\n", err)
@@ -205,13 +205,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
     assert load_design(out).provenance["steps"][-1]["status"] == "interrupted"  # type: ignore[index, call-overload]
     assert call(*command, "--resume") == 0
     resumed = json.loads(capsys.readouterr().out)
-    unbroken = deepcopy(told)
-    for ours, theirs in zip(resumed["steps"], unbroken["steps"], strict=True):
-        # what is found is the same to the last digit. The proof is a search of its own: in one process of some twenty
-        # it took 3 of 1,874 boxes less to a bound 5e-13 beside; why is not known
-        for name, apart in (("proven_bound", 1e-11), ("gap", 1e-6), ("boxes", 0.01)):
-            assert ours.pop(name) == pytest.approx(theirs.pop(name), rel=apart)
-    assert resumed == unbroken
+    assert resumed == told
     assert out.read_bytes() == whole.read_bytes()
     assert [f.name for f in tmp_path.iterdir()] == ["best.json"]
 
@@ -233,15 +227,6 @@ def test_a_killed_run_is_taken_up_to_the_same_file(tmp_path: Path, done: tuple[P
     assert out.read_bytes() == whole.read_bytes()
 
 
-def test_a_second_ctrl_c_interrupts_at_once() -> None:
-    with console.Interrupt() as asked:
-        assert not asked()
-        os.kill(os.getpid(), signal.SIGINT)
-        assert asked()
-        with pytest.raises(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGINT)
-
-
 def test_an_interrupt_before_the_search_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -256,7 +241,7 @@ def test_an_interrupt_before_the_search_is_one_line(
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     command = f"'{sys.executable}' -m optimizer synthesize '{JOYSTICK}' --method sqp --steps 1 --out b.json | true"
     run = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=tmp_path, capture_output=True, text=True)
-    assert (run.returncode, run.stderr) == (0, "")
+    assert (run.returncode, said(run.stderr)) == (0, "")
 
 
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:

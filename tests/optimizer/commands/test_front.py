@@ -23,6 +23,7 @@ from optimizer.front.trade import Trade
 from optimizer.paper.evaluation import mechanism_of
 from optimizer.search.result import Result
 from tests.optimizer.front_tasks import JOYSTICK, joystick
+from tests.terminal import said
 
 BEST = JOYSTICK.parent / "best.json"
 FILES = {"front.csv", "front.json", "front.md"} | {
@@ -53,7 +54,7 @@ def done(task: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, di
     out = tmp_path_factory.mktemp("front") / "new"
     command = [sys.executable, "-m", "optimizer", "front", str(task), *SMALL, "--json", "--out", str(out)]
     run = subprocess.run(command, capture_output=True, text=True)
-    assert (run.returncode, run.stderr) == (0, "")
+    assert (run.returncode, said(run.stderr)) == (0, "")
     return out / "dashboard-joystick-front", json.loads(run.stdout)
 
 

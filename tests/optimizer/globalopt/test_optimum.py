@@ -250,6 +250,27 @@ def test_it_stops_where_it_is_asked_to_and_tells_its_progress() -> None:
     assert prove_optimum(problem, stop=lambda: True).status == "interrupted"
 
 
+STEEP = step_problem(task((40, 230), (20, 45), (40, 200), (0, 100), (20, 80), (40, 130)), 2)
+"""Next to nothing is asked: the largest cube touches a fold, and each design takes a million boxes to be certified."""
+
+
+def test_a_design_that_is_certified_for_long_hears_stop() -> None:
+    told: list[Now] = []
+    found = prove_optimum(STEEP, report=told.append, stop=lambda: bool(told) and told[-1].certifying > 0)
+    assert found.status == "interrupted"
+    assert 0 < told[-1].certifying < 50_000
+    assert STEEP.scaled(told[-1].design_mm).shape == (6,)  # what SQP found is told before it is certified
+
+
+def test_time_ends_a_proof_between_two_better_designs_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each question is answered by a better design, so that the search begins anew without end."""
+    clock = iter(range(1_000_000))
+    monkeypatch.setattr(proven, "monotonic", lambda: next(clock))
+    found = prove_optimum(STEEP, seconds=30.0)
+    assert found.status in ("gap not reached", "undecided")
+    assert next(clock) < 200
+
+
 def test_it_is_decided_by_its_arguments() -> None:
     problem = TASKS["all limits, step 2"]
     assert prove_optimum(problem, gap=1e-4) == prove_optimum(problem, gap=1e-4) == solved("all limits, step 2")

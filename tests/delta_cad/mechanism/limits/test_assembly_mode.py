@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.__main__ import main
 from delta_cad.checks import CheckLimits
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.ranges import check_ranges
+from delta_cad.commands.cli import main
 from delta_cad.mechanism import Cube, DeltaGeometry, forward_kinematics, inverse_kinematics
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import cube_grid

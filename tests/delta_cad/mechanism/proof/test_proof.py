@@ -19,6 +19,7 @@ from delta_cad.mechanism import (
 from delta_cad.mechanism.kernel import angle_margins, figures
 from delta_cad.mechanism.limits import POSE_LIMITS, EffectiveMass, HandleInertia, Kappa, Lean, Reach, Shoulder, Torque
 from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.proof import prove as proving
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
 from tests.delta_cad.mechanism.asked import limits
@@ -190,6 +191,15 @@ def test_the_leaves_cover_half_the_cube_and_contain_what_they_prove():
     unit = (p - [-HALF, 0.0, BOTTOM]) / [2 * HALF, HALF, 2 * HALF]
     index = np.floor(unit[:, None, :] * 2.0**k)
     assert (((index == proof.leaves[:, 1::2]).all(axis=-1)).sum(axis=1) == 1).all()
+
+
+def test_who_watches_a_proof_can_end_it(monkeypatch):
+    monkeypatch.setattr(proving, "CHUNK", 10)
+    asked, seen = around(extremes(), 1.0 + 1e-5), []
+    proof = prove(PUBLISHED, CUBE, asked, progress=lambda n, share: seen.append((n, share)) or len(seen) == 2)
+    assert proof.verdict == "undecided"
+    assert len(seen) == 2
+    assert proof.boxes == seen[-1][0] == 20
 
 
 def test_what_cannot_be_decided_is_said_with_its_box():

@@ -1,0 +1,146 @@
+"""What all commands share: progress where somebody watches and where nobody does, and Ctrl-C that is always heard."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from threading import Event
+
+import pytest
+
+from delta_cad.common import console
+from tests.terminal import interrupted
+
+
+class Screen(io.StringIO):
+    """A standard error that counts what it is told."""
+
+    def __init__(self, terminal: bool, enough: int = 0) -> None:
+        super().__init__()
+        self.terminal, self.enough, self.told = terminal, enough, Event()
+
+    def isatty(self) -> bool:
+        return self.terminal
+
+    def write(self, text: str) -> int:
+        count = super().write(text)
+        if len(self.getvalue().splitlines()) >= self.enough:
+            self.told.set()
+        return count
+
+
+def test_into_a_pipe_a_long_step_says_where_it_is_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(False, 3)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(console, "TELL_S", 0.01)
+    with console.Line() as line:
+        line.show("step 1 of\n3")
+        assert screen.told.wait(60.0)  # one call that takes long: nothing more is shown
+    assert set(re.sub(r"(?m)^ *\d+ s  ", "", screen.getvalue()).splitlines()) == {"step 1 of 3"}
+
+
+def test_into_a_pipe_a_short_step_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(False)
+    monkeypatch.setattr(sys, "stderr", screen)
+    with console.Line() as line:
+        line.show("step 1")
+    assert screen.getvalue() == ""
+
+
+def test_on_a_terminal_the_line_lives(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(True)
+    monkeypatch.setattr(sys, "stderr", screen)
+    with console.Line() as line:
+        line.show("step 1")
+        assert screen.getvalue() == "\r\x1b[K    0 s  step 1"
+        line.show("step 2")
+    assert screen.getvalue().endswith("step 2\r\x1b[K")
+
+
+def test_a_terminal_that_goes_away_ends_no_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(_: str) -> int:
+        raise BrokenPipeError
+
+    screen = Screen(True)
+    monkeypatch.setattr(sys, "stderr", screen)
+    with console.Line() as line:
+        screen.write = gone  # type: ignore[method-assign]
+        line.show("step 1")
+
+
+def test_ctrl_c_that_a_library_loses_comes_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(console, "GRACE_S", 0.01)
+    before = signal.getsignal(signal.SIGINT)
+    with console.Interrupt():
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            Event().wait(60.0)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_what_fails_after_ctrl_c_fails_for_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """As a compiler whose callback was interrupted, and which then misses what the callback was to bring."""
+
+    class Torn:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def torn() -> None:
+        with console.Interrupt():
+            Torn()
+            raise RuntimeError("no compiled object yet")
+
+    with pytest.raises(KeyboardInterrupt):
+        torn()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_request_asks_first_and_then_interrupts_who_does_not_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(console, "GRACE_S", 0.01)
+    with console.Request() as asked:
+        assert not asked()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
+        os.kill(os.getpid(), signal.SIGINT)
+        assert asked()
+        with pytest.raises(KeyboardInterrupt):
+            _unblock_and_wait()
+
+
+def _unblock_and_wait() -> None:
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGALRM})
+    Event().wait(60.0)
+
+
+def test_a_second_request_interrupts_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(console, "GRACE_S", 60.0)
+    with console.Request() as asked:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert asked()
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_ctrl_c_while_the_commands_load_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
+    run = subprocess.run([sys.executable, "-c", f"{code}run_program('slow')"], capture_output=True, text=True)
+    assert (run.returncode, run.stderr) == (console.INTERRUPTED, "interrupted; nothing was written\n")
+
+
+def test_an_interrupted_process_waits_for_nobody(tmp_path: Path) -> None:
+    """A thread that is still busy, as those of a cluster, holds up no end."""
+    (tmp_path / "busy.py").write_text(
+        "from threading import Event, Thread\nfrom delta_cad.common.console import Interrupt\n"
+        "def main():\n    Thread(target=Event().wait).start()\n    with Interrupt():\n        Event().wait()\n"
+    )
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom delta_cad.common.console import run_program\n"
+    ended = interrupted([sys.executable, "-c", f"{code}run_program('busy')"], 0.0)
+    assert (ended.code, ended.said) == (console.INTERRUPTED, "interrupted; nothing was written\n")
