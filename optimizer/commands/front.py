@@ -78,12 +78,13 @@ def run(given: argparse.Namespace) -> int:
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in ("points", "seed", "seeds")},
     }
+    from delta_cad.common.files import require_room
+
+    require_room(folder, folder=True)
     try:
         store = Checkpoint(folder.with_name(folder.name + ".checkpoint.jsonl"), key, given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     with Interrupt() as stop, Line() as line:
         try:
             return _Run(task, design, given, folder, store, stop, line).run()
@@ -93,9 +94,8 @@ def run(given: argparse.Namespace) -> int:
         except InfeasibleError as error:
             store.remove()
             return refuse(f"{given.requirements.name}: {error}", NOT_MET)
-        except OSError as error:
+        finally:
             store.close()
-            return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
 
 
 class _Run:

@@ -6,13 +6,14 @@ import argparse
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Interrupt, Line, Parser, natural, refuse
 
 if TYPE_CHECKING:
     from optimizer.problem.requirements import Requirements
     from optimizer.search.result import Result
+    from optimizer.synthesis.checkpoint import Checkpoint
     from optimizer.synthesis.three_step import Progress
 
 NAME = "synthesize"
@@ -69,24 +70,33 @@ def run(given: argparse.Namespace) -> int:
         task = load_requirements(given.requirements)
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
-    from optimizer.globalopt.bound import Effort
-    from optimizer.problem.step import ProblemError
-    from optimizer.search.genetic import GeneticError
+    from delta_cad.common.files import require_room
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
-    from optimizer.synthesis.infeasible import InfeasibleError
-    from optimizer.synthesis.three_step import Run
 
     key = {
         "checkpoint": 2,
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in NAMES},
     }
+    require_room(given.out)
     try:
         store = Checkpoint(given.out.with_name(given.out.name + ".checkpoint.jsonl"), key, given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    try:
+        return _solve(task, given, store)
+    finally:
+        store.close()
+
+
+def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint) -> int:
+    """Runs the steps and delivers what they come to."""
+    from optimizer.globalopt.bound import Effort
+    from optimizer.problem.step import ProblemError
+    from optimizer.search.genetic import GeneticError
+    from optimizer.synthesis.infeasible import InfeasibleError
+    from optimizer.synthesis.three_step import Run
+
     boxes = (BOXES if given.method == "proven" else BOXES_BESIDE) if given.boxes is None else given.boxes
     sizes = {"population": given.population, "generations": given.generations, "effort": Effort(given.gap, boxes)}
     with Interrupt() as stop, Line() as line:
@@ -126,13 +136,12 @@ def _again(given: argparse.Namespace) -> str:
     return " ".join([*words, *(["--no-proof"] if given.no_proof else [])])
 
 
-def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any) -> int:
+def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Checkpoint) -> int:
     """Writes the design of the last step, prints the results, and says how it went."""
     from delta_cad.design import DesignError
     from optimizer.synthesis.output import design_of, write_design
 
     last, interrupted = results[-1], results[-1].status == "interrupted"
-    store.close() if interrupted else store.remove()
     problem = ""
     if last.tiny and last.feasible:
         least = f"{last.design_mm[5]:.2g} mm, less than a micrometre"
@@ -144,11 +153,11 @@ def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result
             write_design(design_of(task, results, given.method, given.seed, given.out.name, command), given.out)
         except DesignError as error:
             problem = f"{given.out.name} was not written: {error}"
-        except OSError as error:
-            return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     else:
         lacking = ", ".join(f"{name} by {value:.3g}" for name, value in last.violations.items() if value > 0.0)
         problem = f"{given.out.name} was not written: step {last.problem.step} misses {lacking}; {last.advice}"
+    if not interrupted:
+        store.remove()
     if given.json:
         print(json.dumps({"name": task.name, "steps": [result.record() for result in results]}, indent=1))
     else:

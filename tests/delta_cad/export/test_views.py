@@ -6,14 +6,18 @@ import os
 import subprocess
 import sys
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.export.views import gallery
 from delta_cad.export.views import scene as scene_module
 from delta_cad.export.views.scene import PartScene, PictureError, placed, render_window
 from delta_cad.export.views.sheet import Sheet, box_actor
@@ -139,6 +143,68 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scene_module, "_window_makers", lambda: [Blind])
     with pytest.raises(PictureError, match="OpenGL"):
         render_window((64, 64))
+
+
+PAINTER = """
+import sys, time
+from pathlib import Path
+from delta_cad.export.views import gallery
+def draw(assembly, shapes, directory, stage):
+    print("an earlier line", file=sys.stderr)
+    (directory / "began").touch()
+    {does}
+gallery.write_views = draw
+gallery._draw()
+"""
+
+
+@contextmanager
+def painter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, does: str) -> Iterator[subprocess.Popen[bytes]]:
+    """The pictures of a machine, ordered of a process that does something else; it has begun."""
+    started: list[subprocess.Popen[bytes]] = []
+    popen = subprocess.Popen
+
+    def start(_: list[str], **options: Any) -> subprocess.Popen[bytes]:
+        started.append(popen([sys.executable, "-c", PAINTER.format(does=does)], cwd=ROOT, **options))
+        return started[0]
+
+    machine = make_assembly()
+    monkeypatch.setattr("delta_cad.export.views.gallery.subprocess.Popen", start)
+    with gallery.pictures(machine, MeshLibrary(machine.parts), tmp_path, STAGE):
+        while not (tmp_path / "began").exists() and started[0].poll() is None:
+            pass
+        yield started[0]
+
+
+@pytest.mark.parametrize(
+    ("does", "error", "says"),
+    [
+        ("time.sleep(600)", PictureError, r"ended by signal 9: an earlier line"),
+        ("raise gallery.PictureError('no OpenGL')", PictureError, "failed: no OpenGL"),
+        ("raise ValueError('a fault')", PictureError, "failed: ValueError: a fault"),
+        ("raise OSError(28, 'No space left')", OSError, "No space left"),
+    ],
+)
+def test_a_painter_that_fails_or_is_killed_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, does: str, error: type[Exception], says: str
+) -> None:
+    def run() -> None:
+        with painter(tmp_path, monkeypatch, does) as process:
+            if "sleep" in does:
+                process.kill()
+
+    with pytest.raises(error, match=says) as caught:
+        run()
+    assert getattr(caught.value, "filename", None) in (None, str(tmp_path))
+
+
+def test_a_painter_does_not_outlive_a_builder_that_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The builder's end of the pipe is all that a kill closes."""
+    with painter(tmp_path, monkeypatch, "time.sleep(600)") as process:
+        assert process.stdin is not None
+        process.stdin.close()
+        assert process.wait(timeout=60) == 1
+        process.returncode = 0
 
 
 def test_a_display_is_the_last_resort(monkeypatch: pytest.MonkeyPatch) -> None:
