@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same.
 PYTEST := $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: build test bench coverage mutants lint clean
+.PHONY: build test bench coverage mutants endurance lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -31,6 +31,10 @@ coverage: $(STAMP)
 
 mutants: $(STAMP)
 	$(PYTHON) -m tests.mutants
+
+# Damaged files, kills, full disks: half an hour on two cores; MINUTES=10 for less.
+endurance: $(STAMP)
+	$(PYTHON) -m tests.endurance $(MINUTES)
 
 $(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
 	sh scripts/system_libraries.sh

@@ -103,7 +103,7 @@ def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
             if not ID.fullmatch(row.id) or row.id in rows:
                 raise CatalogueError(f"{where}: id = {row.id[:LONGEST]!r}: must be unique, of letters, digits, . and -")
             if fault := row.fault():
-                raise CatalogueError(f"{where}: {fault}")
+                raise CatalogueError(f"{where}: {fault[:LONGEST]}")
             if not VERIFIED.fullmatch(row.verified):
                 rule = "must start with 'yes: ', 'partly: ' or 'no, '"
                 raise CatalogueError(f"{where}: verified = {row.verified[:LONGEST]!r}: {rule}")

@@ -88,7 +88,7 @@ class Records:
                     self.take(data["record"])
                 else:
                     raise ValueError
-            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError):
                 raise self._refused(f"is not a checkpoint, or is damaged in line {number}") from None
             if not same:
                 raise self._refused(self.OTHER)

@@ -104,6 +104,7 @@ def test_opening_changes_nothing_and_a_torn_line_is_cut_away_by_the_next(tmp_pat
         {"phase": "a", "generation": {"objective": [1.0]}},
         {"phase": "a", "generation": {"objective": [1.0], "margins": [[1.0], []]}},
         {"phase": "a", "generation": {"objective": ["x"], "margins": [[1.0]]}},
+        {"phase": "a", "generation": {"objective": [10**400], "margins": [[1.0]]}},
         {"index": 3}, dict.fromkeys(FIELDS), dict.fromkeys(FIELDS) | {"index": "x"},
     ],
     ids=str,
