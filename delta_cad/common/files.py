@@ -299,8 +299,10 @@ def _own_part(path: Path, flags: int) -> tuple[Path, int]:
             part.mkdir()
         try:
             descriptor = os.open(part, flags, 0o666)
-        except FileNotFoundError:  # another run took it for stale before it was locked
-            continue
+        except FileNotFoundError:
+            if flags & os.O_CREAT:  # no folder there, or one like /proc that takes no files
+                raise
+            continue  # another run took it for stale before it was locked
         if _lock(descriptor) and _is_at(descriptor, part):
             return part, descriptor
         os.close(descriptor)  # likewise: it is just being cleared away, or is gone

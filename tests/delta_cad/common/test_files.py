@@ -335,6 +335,14 @@ def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path
     assert {path.name: path.read_text() for path in (tmp_path / "a").iterdir()} == {"file": "old"}
 
 
+def test_a_folder_that_takes_no_files_is_refused() -> None:
+    """The system says that there is no such file, as where another run has just cleared a part away."""
+    for call in (require_room, Lines, lambda path: write_whole(path, "")):
+        with pytest.raises(FileNotFoundError) as caught:
+            call(Path("/proc/none"))
+        assert caught.value.filename == "/proc/none"
+
+
 @pytest.mark.parametrize("call", ["room", "file", "folder", "begin", "append"])
 def test_a_full_disk_is_named_by_the_path_that_was_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
