@@ -239,7 +239,7 @@ def _naming(path: Path, part: Path | None = None) -> Iterator[None]:
         where = path if error.filename is None else Path(os.fsdecode(error.filename))
         if part is not None and where.is_relative_to(part):
             where = path / where.relative_to(part)
-        elif where.parent == path.parent:  # a part of ours beside it
+        elif where.parent == path.parent or path.is_relative_to(where):  # a part beside it, or a folder above it
             where = path
         error.filename = str(where)
         raise

@@ -330,8 +330,9 @@ def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path
     with pytest.raises(IsADirectoryError) as caught_too:
         require_room(tmp_path / "a")
     assert caught_too.value.filename == str(tmp_path / "a")
-    with pytest.raises(OSError, match="file"):
+    with pytest.raises(NotADirectoryError) as below:
         require_room(tmp_path / "a" / "file" / "below" / "name")
+    assert below.value.filename == str(tmp_path / "a" / "file" / "below" / "name")
     assert {path.name: path.read_text() for path in (tmp_path / "a").iterdir()} == {"file": "old"}
 
 
