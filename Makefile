@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same.
 PYTEST := $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: build test bench coverage mutants faults lint clean
+.PHONY: build test bench coverage mutants faults endurance lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -35,6 +35,10 @@ mutants: $(STAMP)
 # Wrong machines, one fault each: which of them do the checks of a build refuse.
 faults: $(STAMP)
 	$(PYTHON) -m tests.delta_cad.faults
+
+# Damaged files, kills, full disks: half an hour on two cores; MINUTES=10 for less.
+endurance: $(STAMP)
+	$(PYTHON) -m tests.endurance $(MINUTES)
 
 $(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
 	sh scripts/system_libraries.sh

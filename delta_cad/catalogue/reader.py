@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections.abc import Mapping
@@ -13,9 +14,13 @@ from types import MappingProxyType
 from typing import Any, Generic, TypeVar, get_args, get_type_hints
 
 from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.common.reading import ReadError, read_bounded, text_of
+from delta_cad.common.refusal import LONGEST, printable
 
 DATA = Path(__file__).parent / "data"
+MOST_BYTES = 4_000_000  # of a family; ours have a thousandth of it
 R = TypeVar("R", bound=CatalogueRow)
+MOST_DIGITS = 15  # of a whole number: each is a double, too
 ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]*")
 VERIFIED = re.compile(r"yes: \S.*|partly: \S.*|no, \S.*")
 MAY_BE_ZERO = frozenset({"red", "green", "blue"})
@@ -23,11 +28,17 @@ MAY_BE_EMPTY = frozenset({"standard"})
 
 
 class CatalogueError(Exception):
-    """A part that is not in the catalogue, or a row that breaks the catalogue's rules."""
+    """A part that is not in the catalogue, or a row that breaks the catalogue's rules; one printable line."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 def _number(text: str, zero: bool) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:  # its message would hold all of the text
+        raise ValueError("must be a number") from None
     if not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero):
         raise ValueError("must be a finite number " + (">= 0" if zero else "> 0"))
     return value
@@ -40,8 +51,8 @@ def _value(text: str, kind: Any, name: str) -> Any:
             raise ValueError("must not be empty")
         return text
     if kind is int:
-        if not text.isdecimal() or int(text) == 0:
-            raise ValueError("must be a whole number > 0")
+        if not text.isdecimal() or len(text) > MOST_DIGITS or int(text) == 0:
+            raise ValueError(f"must be a whole number > 0, of at most {MOST_DIGITS} digits")
         return int(text)
     if kind is float:
         return _number(text, name in MAY_BE_ZERO)
@@ -73,34 +84,34 @@ def read_family(path: Path, record: type[R]) -> Mapping[str, R]:
     names = [field.name for field in fields(record)]
     rows: dict[str, R] = {}
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            table = csv.DictReader(file, strict=True)
-            header = list(table.fieldnames or ())
-            if sorted(header) != sorted(names):
-                missing, extra = sorted(set(names) - set(header)), sorted(set(header) - set(names))
-                raise CatalogueError(f"{path.name}: columns missing {missing}, not known {extra}, or repeated")
-            for cells in table:
-                if None in cells or None in cells.values():
-                    raise CatalogueError(f"{path.name} line {table.line_num}: needs {len(names)} cells")
-                values: dict[str, Any] = {}
-                for name in names:
-                    try:
-                        values[name] = _value(cells[name].strip(), kinds[name], name)
-                    except ValueError as error:
-                        where = f"{path.name} line {table.line_num}: {name} = {cells[name]!r}"
-                        raise CatalogueError(f"{where}: {error}") from None
-                row = record(**values)
-                where = f"{path.name} line {table.line_num}"
-                if not ID.fullmatch(row.id) or row.id in rows:
-                    raise CatalogueError(f"{where}: id = {row.id!r}: must be unique, of letters, digits, . and -")
-                if fault := row.fault():
-                    raise CatalogueError(f"{where}: {fault}")
-                if not VERIFIED.fullmatch(row.verified):
-                    rule = "must start with 'yes: ', 'partly: ' or 'no, '"
-                    raise CatalogueError(f"{where}: verified = {row.verified!r}: {rule}")
-                rows[row.id] = row
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise CatalogueError(f"{path.name}: cannot be read: {error}") from error
+        table = csv.DictReader(io.StringIO(text_of(read_bounded(path, MOST_BYTES), path.name), newline=""), strict=True)
+        header = list(table.fieldnames or ())
+        if sorted(header) != sorted(names):
+            missing, extra = sorted(set(names) - set(header)), str(sorted(set(header) - set(names)))[:LONGEST]
+            raise CatalogueError(f"{path.name}: columns missing {missing}, not known {extra}, or repeated")
+        for cells in table:
+            where = f"{path.name} line {table.line_num}"
+            if None in cells or None in cells.values():
+                raise CatalogueError(f"{where}: needs {len(names)} cells")
+            values: dict[str, Any] = {}
+            for name in names:
+                try:
+                    values[name] = _value(cells[name].strip(), kinds[name], name)
+                except ValueError as error:
+                    raise CatalogueError(f"{where}: {name} = {cells[name][:LONGEST]!r}: {error}") from None
+            row = record(**values)
+            if not ID.fullmatch(row.id) or row.id in rows:
+                raise CatalogueError(f"{where}: id = {row.id[:LONGEST]!r}: must be unique, of letters, digits, . and -")
+            if fault := row.fault():
+                raise CatalogueError(f"{where}: {fault[:LONGEST]}")
+            if not VERIFIED.fullmatch(row.verified):
+                rule = "must start with 'yes: ', 'partly: ' or 'no, '"
+                raise CatalogueError(f"{where}: verified = {row.verified[:LONGEST]!r}: {rule}")
+            rows[row.id] = row
+    except ReadError as error:
+        raise CatalogueError(str(error)) from None
+    except csv.Error as error:
+        raise CatalogueError(f"{path.name}: is not a table we can read: {error}") from None
     return MappingProxyType(rows)
 
 

@@ -24,7 +24,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Builds the design and returns the exit code."""
-    return made(given, _built)
+    return made(given, _built, lambda design, given: given.out / design.name, folder=True)
 
 
 def _built(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:

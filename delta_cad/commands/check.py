@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import machine_arguments, made
@@ -24,7 +25,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Checks the design and returns the exit code."""
-    return made(given, _checked)
+    return made(given, _checked, _place, folder=False)
 
 
 def _checked(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
@@ -32,5 +33,9 @@ def _checked(design: Design, given: argparse.Namespace, progress: Callable[[str]
     from delta_cad.pipeline import check
 
     outcome = check(design, progress)
-    write_whole(given.out / f"{design.name}.checks.json", json.dumps(outcome.record(), indent=1) + "\n")
+    write_whole(_place(design, given), json.dumps(outcome.record(), indent=1) + "\n")
     return outcome
+
+
+def _place(design: Design, given: argparse.Namespace) -> Path:
+    return given.out / f"{design.name}.checks.json"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 NOT_BUILT = 3
 # design, what was typed, what to call with the name of the next phase -> what came of it
 Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]
+# design, what was typed -> where that is written
+Place = Callable[["Design", argparse.Namespace], Path]
 
 
 def design_arguments(command: argparse.ArgumentParser) -> None:
@@ -31,8 +34,15 @@ def machine_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
 
 
-def made(given: argparse.Namespace, work: Work) -> int:
-    """Does a command's work on the design that was typed, shows what came of it and returns the exit code."""
+def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -> int:
+    """Does a command's work on the design that was typed, shows what came of it and returns the exit code.
+
+    Args:
+        given: What was typed.
+        work: The work.
+        place: Where its files go; that it can be written there is made sure before the work, not after.
+        folder: Whether that is a folder.
+    """
     from delta_cad.design import DesignError, load_design
 
     try:
@@ -43,9 +53,9 @@ def made(given: argparse.Namespace, work: Work) -> int:
     from delta_cad.mechanism import MechanismError
 
     try:
-        given.out.mkdir(parents=True, exist_ok=True)  # an unusable folder is told before the work, not after
+        require_room(place(design, given), folder=folder)
     except OSError as error:
-        return refuse(f"--out {given.out}: {error.strerror or error}; a folder that can be written", BAD_INPUT)
+        return _unwritten(given, error)
     with Line() as line:
         line.show("loading the CAD kernel")
         try:
@@ -56,16 +66,22 @@ def made(given: argparse.Namespace, work: Work) -> int:
             return refuse(f"{error.name} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
         except MechanismError as error:
             return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
-        except PermissionError as error:
-            return refuse(f"--out {given.out}: {error.strerror}; a folder that can be written", BAD_INPUT)
+        except OSError as error:
+            return _unwritten(given, error)
         except _geometry_errors() as error:
             return refuse(f"{given.design.name}: {error}", NOT_BUILT)
     if given.json:
-        folder = None if outcome.folder is None else str(outcome.folder)
-        print(json.dumps(outcome.record() | {"folder": folder}, indent=1))
+        landed = None if outcome.folder is None else str(outcome.folder)
+        print(json.dumps(outcome.record() | {"folder": landed}, indent=1))
     else:
         print_outcome(outcome)
     return DONE if outcome.passed else NOT_MET
+
+
+def _unwritten(given: argparse.Namespace, error: OSError) -> int:
+    """Refuses a folder that cannot be written, or no longer."""
+    at = "" if error.filename in (None, str(given.out)) else f"{error.filename}: "
+    return refuse(f"--out {given.out}: {at}{error.strerror or error}; must be a folder that can be written", BAD_INPUT)
 
 
 def _geometry_errors() -> tuple[type[Exception], ...]:

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def print_outcome(outcome: Outcome) -> None:
         )
     if outcome.folder is not None:
         state = "" if outcome.passed else " (rejected: a check fails)"
-        console.print(f"files in {outcome.folder}{state}", highlight=False, soft_wrap=True)
+        console.print(f"files in {escape(str(outcome.folder))}{state}", highlight=False, soft_wrap=True)
 
 
 def grouped(results: list[CheckResult]) -> dict[str, list[CheckResult]]:

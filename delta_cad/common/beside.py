@@ -7,12 +7,14 @@ reaches us alone.
 
 from __future__ import annotations
 
+import os
 import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from tempfile import TemporaryFile
+from threading import Thread
 from types import TracebackType
 from typing import Any, Self
 
@@ -69,7 +71,9 @@ class Beside:
             self._process.wait()
             self._said.seek(0)
             said = self._said.read().decode(errors="replace").strip().splitlines()
-            last = said[-1] if said else f"exit code {self._process.returncode}"
+            code = self._process.returncode
+            ended = f"ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
+            last = ": ".join([ended, *said[-1:]])
             raise BesideError(f"{self._module.rpartition('.')[2]}: {last}") from None
         if isinstance(result, Exception):
             raise result
@@ -84,7 +88,9 @@ def work(module: str) -> None:
         for name in getattr(work, "LOADS", ()):
             import_module(name)
         results: Callable[[Any], Iterator[Any]] = work.results
-        for result in results(pickle.load(sys.stdin.buffer)):
+        order = pickle.load(sys.stdin.buffer)
+        Thread(target=_end_with_the_other, daemon=True).start()
+        for result in results(order):
             pickle.dump(result, channel)
             channel.flush()
     except EOFError:
@@ -92,6 +98,13 @@ def work(module: str) -> None:
     except Exception as error:
         pickle.dump(_carried(error), channel)
         channel.flush()
+
+
+def _end_with_the_other() -> None:
+    """Ends this process when the one that ordered is killed: it would go on filling a folder that nobody wants."""
+    while os.read(sys.stdin.fileno(), 1):  # not through Python's own buffer, whose lock the interpreter's end wants
+        pass
+    os._exit(1)
 
 
 def _carried(error: Exception) -> Exception:

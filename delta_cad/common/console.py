@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import math
 import os
 import re
@@ -16,6 +15,8 @@ from contextlib import redirect_stdout, suppress
 from importlib import import_module
 from types import FrameType, ModuleType
 from typing import Any, NoReturn, TextIO
+
+from delta_cad.common.refusal import printable
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
@@ -31,7 +32,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> Any:
         """Ends the program with one line."""
-        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+        raise SystemExit(refuse(f"{self.prog}: {message}; see {self.prog} --help", BAD_INPUT))
 
 
 def command_parser(program: str, description: str, epilog: str, commands: Sequence[ModuleType]) -> Parser:
@@ -64,17 +65,17 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         extra: Extra of the package that installs what is missing, if a module is.
     """
     try:
-        given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
-        with Interrupt(), redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
-            code = given.run(given)
-            out.flush()
+        with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
+            try:
+                given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
+                with Interrupt():
+                    code = given.run(given)
+            finally:
+                out.flush()
     except KeyboardInterrupt:
         return refuse(NOTHING_WRITTEN, INTERRUPTED)
     except OSError as error:
-        if error.errno != errno.ENOSPC:
-            raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return refuse(f"the output could not be written: {error.strerror}", NOT_MET)
+        return refuse(told(error), BAD_INPUT)
     except ModuleNotFoundError as error:
         return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
     return code
@@ -99,11 +100,23 @@ def run_program(commands: str) -> NoReturn:
     sys.exit(code)
 
 
+def told(error: OSError) -> str:
+    """Says what the system refused: the path, if it is known, and why."""
+    why = error.strerror or str(error) or type(error).__name__
+    return why if error.filename is None else f"{os.fsdecode(error.filename)}: {why}"
+
+
 class _Output:
-    """A text stream whose reader may go away: what is left to write then goes nowhere."""
+    """A text stream whose reader may go away: what is left to write then goes nowhere.
+
+    So it does after any other failure, which is an error of standard output, and at every flush again: who wrote may
+    have kept silent about it, as argparse does. What the stream's encoding has not, as the bytes of a file name that
+    are no text, is escaped.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._failure: OSError | None = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -111,20 +124,33 @@ class _Output:
     def write(self, text: str) -> int:
         """Writes text, or drops it."""
         try:
-            return self._stream.write(text)
-        except BrokenPipeError:
-            return self._drop(len(text))
+            self._stream.write(text)
+        except UnicodeEncodeError as error:
+            self._stream.write(text.encode(error.encoding, "backslashreplace").decode(error.encoding))
+        except OSError as error:
+            self._drop(error)
+        return len(text)
 
     def flush(self) -> None:
         """Writes what is held back, or drops it."""
         try:
             self._stream.flush()
-        except BrokenPipeError:
-            self._drop(0)
+        except OSError as error:
+            self._drop(error)
+        if self._failure is not None:
+            raise self._failure
 
-    def _drop(self, count: int) -> int:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
-        return count
+    def _drop(self, error: OSError) -> None:
+        _to_nowhere(self._stream)
+        if not isinstance(error, BrokenPipeError):
+            self._failure = OSError(error.errno, error.strerror, "standard output")
+            raise self._failure from None
+
+
+def _to_nowhere(stream: TextIO) -> None:
+    """Lets what a stream still holds, and what comes, go nowhere, so that Python's end does not fail on it."""
+    with suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def with_negatives(arguments: Sequence[str]) -> list[str]:
@@ -176,8 +202,11 @@ _positive.__name__ = "number of minutes > 0"  # as argparse names it
 
 
 def refuse(message: str, code: int) -> int:
-    """Tells what is wrong in one line on stderr and returns the exit code."""
-    print(" ".join(message.split()), file=sys.stderr)
+    """Tells what is wrong in one printable line on stderr, if that can be written, and returns the exit code."""
+    try:
+        print(printable(message), file=sys.stderr, flush=True)
+    except OSError:
+        _to_nowhere(sys.stderr)
     return code
 
 

@@ -49,16 +49,18 @@ def write_all(contents: Mapping[Path, str | bytes]) -> None:
     parts: dict[Path, tuple[Path, int]] = {}
     try:
         for path, content in encoded.items():
-            if path.is_dir():
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-            recover(path)
-            parts[path] = part, lock = _own_part(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
-            _write(lock, content, 0)
-            os.fsync(lock)
+            with _naming(path):
+                _require_kind(path, folder=False)
+                recover(path)
+                parts[path] = _, lock = _own_part(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+                _write(lock, content, 0)
+                os.fsync(lock)
         for path, (part, _) in parts.items():
-            part.replace(path)
+            with _naming(path):
+                part.replace(path)
         for folder in {path.parent for path in parts}:
-            _sync(folder)
+            with _naming(folder):
+                _sync(folder)
     finally:
         for part, lock in parts.values():
             part.unlink(missing_ok=True)
@@ -81,22 +83,44 @@ def whole_folder(path: Path, to: Callable[[], Path] | None = None) -> Iterator[P
     Raises:
         OSError: It cannot be written, or a file has its name.
     """
-    if path.is_file():
-        raise FileExistsError(errno.EEXIST, "a file has the folder's name", str(path))
-    recover(path)
-    part, lock = _own_part(path, os.O_RDONLY)
+    with _naming(path):
+        _require_kind(path, folder=True)
+        recover(path)
+        part, lock = _own_part(path, os.O_RDONLY)
     try:
-        yield part
-        for file in sorted(part.rglob("*")):
-            if file.is_file():
-                _sync(file)
-        target = to() if to else path
-        with _locked_parent(path):
-            _restore(target)
-            _put_in_place(part, target)
+        with _naming(path, part):
+            yield part
+            for file in sorted(part.rglob("*")):
+                if file.is_file():
+                    _sync(file)
+            target = to() if to else path
+            with _locked_parent(path):
+                _restore(target)
+                _put_in_place(part, target)
     finally:
         shutil.rmtree(part, ignore_errors=True)  # what failed, or the replaced folder after an exchange
         os.close(lock)
+
+
+def require_room(path: Path, *, folder: bool = False) -> None:
+    """Makes sure, before the work for it, that a path can be written: makes a file beside it and removes it.
+
+    Args:
+        path: Where to; its parents are made if they are not there.
+        folder: Whether it will be a folder, else a file.
+
+    Raises:
+        OSError: It cannot be written, or a file has the folder's name, or a folder the file's; the path is named.
+    """
+    with _naming(path):
+        _require_kind(path, folder)
+        recover(path)
+        part, lock = _own_part(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+        try:
+            _write(lock, b"room", 0)  # a full disk lets files be made, but not written
+        finally:
+            part.unlink(missing_ok=True)
+            os.close(lock)
 
 
 def recover(path: Path) -> None:
@@ -133,10 +157,15 @@ class Lines:
             FileInUseError: Another run has it open.
             OSError: It cannot be read or written.
         """
-        recover(path)
-        self.path = path
-        self._descriptor: int | None = _opened_alone(path)
-        content = path.read_bytes()
+        with _naming(path):
+            recover(path)
+            self.path = path
+            self._descriptor: int | None = _opened_alone(path)
+            try:
+                content = path.read_bytes()
+            except BaseException:
+                self.close()
+                raise
         self._end = content.rfind(b"\n") + 1
         self.found = content[: self._end].decode("utf-8", "replace").split("\n")[:-1]
 
@@ -150,15 +179,16 @@ class Lines:
             OSError: They cannot be written; the file is as it was.
         """
         content = b"".join(_encoded(line) for line in lines)
-        part, descriptor = _own_part(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
-        try:
-            _write(descriptor, content, 0)
-            os.fsync(descriptor)
-            part.replace(self.path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            os.close(descriptor)
-            raise
+        with _naming(self.path):
+            part, descriptor = _own_part(self.path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+            try:
+                _write(descriptor, content, 0)
+                os.fsync(descriptor)
+                part.replace(self.path)
+            except BaseException:
+                part.unlink(missing_ok=True)
+                os.close(descriptor)
+                raise
         self.close()
         self._descriptor, self._end, self.found = descriptor, len(content), []
 
@@ -175,9 +205,10 @@ class Lines:
         content = _encoded(line)
         if self._descriptor is None:
             raise ValueError(f"{self.path.name}: is closed")
-        if os.fstat(self._descriptor).st_size > self._end:  # the beginning of a line that a kill or a full disk cut off
-            os.ftruncate(self._descriptor, self._end)
-        _write(self._descriptor, content, self._end)
+        with _naming(self.path):
+            if os.fstat(self._descriptor).st_size > self._end:  # what a kill or a full disk left of a line
+                os.ftruncate(self._descriptor, self._end)
+            _write(self._descriptor, content, self._end)
         self._end += len(content)
 
     def close(self) -> None:
@@ -197,6 +228,29 @@ class Lines:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+@contextmanager
+def _naming(path: Path, part: Path | None = None) -> Iterator[None]:
+    """Names the path in what the system refuses: writing names none, and of a part nobody has heard."""
+    try:
+        yield
+    except OSError as error:
+        where = path if error.filename is None else Path(os.fsdecode(error.filename))
+        if part is not None and where.is_relative_to(part):
+            where = path / where.relative_to(part)
+        elif where.parent == path.parent or path.is_relative_to(where):  # a part beside it, or a folder above it
+            where = path
+        error.filename = str(where)
+        raise
+
+
+def _require_kind(path: Path, folder: bool) -> None:
+    """Refuses a place that has what cannot be replaced."""
+    if folder and path.exists() and not path.is_dir():
+        raise FileExistsError(errno.EEXIST, "a file has the folder's name", str(path))
+    if not folder and path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
 
 
 def _encoded(line: str) -> bytes:
@@ -245,8 +299,10 @@ def _own_part(path: Path, flags: int) -> tuple[Path, int]:
             part.mkdir()
         try:
             descriptor = os.open(part, flags, 0o666)
-        except FileNotFoundError:  # another run took it for stale before it was locked
-            continue
+        except FileNotFoundError:
+            if flags & os.O_CREAT:  # no folder there, or one like /proc that takes no files
+                raise
+            continue  # another run took it for stale before it was locked
         if _lock(descriptor) and _is_at(descriptor, part):
             return part, descriptor
         os.close(descriptor)  # likewise: it is just being cleared away, or is gone

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from delta_cad import catalogue
+from delta_cad.common.reading import ReadError, read_json
+from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
 from delta_cad.design.record import (
     GRAVITY_MAX,
     HARDWARE_FAMILIES,
@@ -26,9 +27,9 @@ from delta_cad.design.record import (
     Hardware,
     Mechanism,
 )
-from delta_cad.design.refusal import RefusedError, bounds_of, floats, short
 from delta_cad.design.sums import impossible_sum
 
+MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
 UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2", "_kg": "kg", "_kg_m2": "kg m^2"}
 
 
@@ -46,33 +47,13 @@ def load_design(path: str | Path) -> Design:
         The design, with all defaults filled in.
 
     Raises:
-        DesignError: Unreadable, not JSON, a repeated key, or anything `design_from_dict` refuses.
+        DesignError: Refused by `read_json` or `design_from_dict`.
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise DesignError(path.name, "", "", f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise DesignError(path.name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
-
-    def without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        seen: dict[str, Any] = {}
-        for key, value in pairs:
-            if key in seen:
-                raise DesignError(path.name, key, short(value), "is given more than once; a key must be given once")
-            seen[key] = value
-        return seen
-
-    try:
-        data = json.loads(text, object_pairs_hook=without_repetition)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno} column {error.colno}"
-        raise DesignError(path.name, "", "", f"is not JSON: {error.msg} at {where}") from None
-    except DesignError:
-        raise
-    except (ValueError, RecursionError) as error:  # a number of thousands of digits; lists nested too deep
-        raise DesignError(path.name, "", "", f"is not JSON we can read: {error}") from None
+        data = read_json(path, MOST_BYTES, finite=False)
+    except ReadError as error:
+        raise DesignError(error.file, error.field, error.value, error.allowed) from None
     return design_from_dict(data, path.name)
 
 
@@ -103,9 +84,8 @@ def _validated(data: object, file: str) -> Design:
         raise DesignError(file, "", short(data), "must be an object")
     if "schema" in data and data["schema"] != SCHEMA:
         raise DesignError(file, "schema", short(data["schema"]), _allowed(("schema",)))
-    for field, value in floats(data):
-        if not math.isfinite(value):
-            raise DesignError(file, field, short(value), "must be finite")
+    if (bad := not_finite(data)) is not None:
+        raise DesignError(file, bad[0], short(bad[1]), "must be finite")
     try:
         design = Design.model_validate(dict(data))
     except ValidationError as error:

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.json_file import JsonError, parse_json, read_bounded
-from delta_cad.design.refusal import RefusedError, short
+from delta_cad.common.reading import ReadError, parse_json, read_bounded
+from delta_cad.common.refusal import RefusedError, short
 from delta_cad.drive.report import DriveReport
 from delta_cad.mechanism.limits import HandleInertia
 
@@ -175,8 +175,8 @@ def read_mass_properties(path: Path) -> tuple[Mapping[str, Any], bytes]:
     try:
         content = read_bounded(path)
         data = parse_json(content, path.name)
-    except JsonError as error:
-        raise MassError(path.name, "", "", str(error).removeprefix(f"{path.name}: ")) from None
+    except ReadError as error:
+        raise MassError(error.file, error.field, error.value, error.allowed) from None
     return _of_schema(data, path.name), content
 
 

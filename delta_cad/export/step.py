@@ -44,6 +44,9 @@ ORIGIN = "delta-haptics"  # organisation and originating system
 # Largest deviation of R R^T from the identity: rounding of a few products of unit matrices (1e-15 each), with room.
 RIGID_TOLERANCE = 1e-9
 
+END = b"END-ISO-10303-21;"  # of every whole STEP file
+BLOCK = 2**20  # bytes, more than any file system has left in the block that it gave last
+
 KG_M3_TO_STEP_DENSITY = 1e-3  # The kernel's writer states densities in g/cm^3.
 
 
@@ -167,8 +170,11 @@ def _write(document: TDocStd_Document, path: Path, schema: str, title: str) -> N
             raise StepError(f"{title}: the shapes could not be transferred to STEP")
         _mend_density_units(writer.ChangeWriter().Model(False))
         _fill_header(writer.ChangeWriter().Model(False), title)
-        if writer.Write(str(path)) != IFSelect_RetDone:
-            raise StepError(f"{title}: {path} could not be written")
+        if writer.Write(str(path)) == IFSelect_RetDone and path.read_bytes().rstrip().endswith(END):
+            return
+        if path.exists():  # the kernel gives no reason; if it is a full disk, this does
+            path.write_bytes(bytes(path.stat().st_size + BLOCK))
+        raise StepError(f"{title}: {path} could not be written")
 
 
 @contextmanager

@@ -25,13 +25,15 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code: 1 if the joints lack the design's force, or the default wall oscillates."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
-    from delta_cad.common.files import whole_folder
+    from delta_cad.common.files import require_room, whole_folder
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
     from haptics.feel.sheet import QUANTITIES, feel
     from haptics.model.machine import load_machine
 
     machine = load_machine(given.design, given.masses)
+    place = given.out / f"{machine.design.name}-feel"
+    require_room(place, folder=True)
     try:
         with Line() as line:
             sheet = feel(machine, say=line.show)
@@ -40,7 +42,7 @@ def run(given: argparse.Namespace) -> int:
             from haptics.scenes.pictures.style import save
 
             line.show("maps")
-            with whole_folder(given.out / f"{machine.design.name}-feel") as folder:
+            with whole_folder(place) as folder:
                 (folder / "feel.json").write_text(facts + "\n", encoding="utf-8")
                 (folder / "feel.md").write_text(feel_markdown(sheet), encoding="utf-8")
                 for quantity in QUANTITIES:
@@ -51,8 +53,6 @@ def run(given: argparse.Namespace) -> int:
                         save(figure, folder / f"{quantity.name}.png")
     except MechanismError as error:
         return refuse(f"{given.design}: cube: {error}", BAD_INPUT)
-    except OSError as error:
-        return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
     print(facts if given.json else feel_text(sheet))
     force, wanted = sheet.summaries["force_continuous"].worst[0], machine.design.requirements.force_N
     if force < wanted:

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from delta_cad.common.console import BAD_INPUT, DONE, refuse
+from delta_cad.common.console import DONE
 from haptics.commands.device import device_arguments, refusing
 
 NAME = "firmware"
@@ -23,21 +23,16 @@ def arguments(command: argparse.ArgumentParser) -> None:
 @refusing
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
+    from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
     machine = load_machine(given.design, given.masses)
+    require_room(given.out, folder=True)
     from haptics.firmware.generate import sources, write_firmware
     from haptics.simulation.assumptions import default_controller
 
-    try:
-        controller = default_controller(machine)
-    except ValueError as error:
-        return refuse(f"{given.design.name}: {error}", BAD_INPUT)
-    files = sources(controller, machine.design.name)
-    try:
-        write_firmware(files, given.out)
-    except OSError as error:
-        return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
+    files = sources(default_controller(machine), machine.design.name)
+    write_firmware(files, given.out)
     if given.json:
         print(json.dumps({"name": machine.design.name, "folder": str(given.out), "files": sorted(files)}, indent=1))
     else:

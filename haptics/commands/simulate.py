@@ -46,19 +46,18 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
     if given.plot:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
+    from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
     machine = load_machine(given.design, given.masses)
     folder = given.out / f"{machine.design.name}-{given.scene}"
-    try:
-        with Line() as line:
-            line.show(f"{given.scene}: simulating")
-            scene = _scene(machine, given)
-            line.show(f"{given.scene}: writing")
-            facts = _plain(_facts(machine, given, scene))
-            facts["files"] = _write(folder, machine, scene, facts, given.plot)
-    except OSError as error:
-        return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
+    require_room(folder, folder=True)
+    with Line() as line:
+        line.show(f"{given.scene}: simulating")
+        scene = _scene(machine, given)
+        line.show(f"{given.scene}: writing")
+        facts = _plain(_facts(machine, given, scene))
+        facts["files"] = _write(folder, machine, scene, facts, given.plot)
     if given.json:
         print(json.dumps(facts, indent=1, allow_nan=False))
     else:

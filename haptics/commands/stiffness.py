@@ -31,7 +31,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
-    from delta_cad.common.files import write_whole
+    from delta_cad.common.files import require_room, write_whole
     from haptics.model.machine import load_machine
     from haptics.stability.page import stiffness_facts, stiffness_text
     from haptics.stability.stiffness import largest_walls
@@ -40,6 +40,9 @@ def run(given: argparse.Namespace) -> int:
     if delay is not None and given.delay > 20.0 * given.period:
         return refuse(f"--delay {given.delay:g} ms: must be at most 20 periods of {given.period:g} ms", BAD_INPUT)
     machine = load_machine(given.design, given.masses)
+    name = machine.design.name
+    place = given.out / f"{name}-stiffness.json"
+    require_room(place)
     try:
         with Line() as line:
             walls = largest_walls(
@@ -51,12 +54,8 @@ def run(given: argparse.Namespace) -> int:
             )
     except ValueError as error:
         return refuse(f"{given.design}: {error}", BAD_INPUT)
-    name = machine.design.name
     facts = json.dumps(stiffness_facts(name, walls), indent=1)
-    try:
-        write_whole(given.out / f"{name}-stiffness.json", facts + "\n")
-    except OSError as error:
-        return refuse(f"--out {given.out}: {error.strerror or error}", BAD_INPUT)
+    write_whole(place, facts + "\n")
     print(facts if given.json else stiffness_text(name, walls))
     if not walls.shaken:
         return DONE

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import csv
+import io
+import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from delta_cad.common.files import write_whole
+from delta_cad.common.reading import ReadError, read_bounded, text_of
+from delta_cad.common.refusal import printable
+
+MOST_BYTES = 500_000_000  # of a recording, also unpacked; an hour of ticks has a fifth of it in npz, the half in CSV
+LONGEST = 200  # characters of another library's complaint
 # Columns of a CSV file, and with their values side by side of the array in an npz file.
 COLUMNS = (
     "time_s",
@@ -18,7 +26,10 @@ COLUMNS = (
 
 
 class RecordingError(ValueError):
-    """A recording that is refused; the message names the file and what is wrong."""
+    """A recording that is refused; the message names the file and what is wrong in one printable line."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text))
 
 
 class Recording(NamedTuple):
@@ -68,16 +79,20 @@ def save_recording(recording: Recording, path: str | Path) -> None:
 
     Raises:
         RecordingError: It ends in something else.
+        OSError: It cannot be written; a file that was there is as it was.
     """
     path = Path(path)
     table = np.column_stack([recording.time, recording.angles, recording.torques])
     if path.suffix == ".npz":
-        np.savez_compressed(path, columns=np.array(COLUMNS), values=table)
+        packed = io.BytesIO()
+        np.savez_compressed(packed, columns=np.array(COLUMNS), values=table)
+        write_whole(path, packed.getvalue())
     elif path.suffix == ".csv":
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(COLUMNS)
-            writer.writerows([repr(float(value)) for value in row] for row in table)
+        text = io.StringIO()
+        writer = csv.writer(text)
+        writer.writerow(COLUMNS)
+        writer.writerows([repr(float(value)) for value in row] for row in table)
+        write_whole(path, text.getvalue())
     else:
         raise RecordingError(f"{path.name}: a recording ends in .csv or .npz")
 
@@ -92,17 +107,20 @@ def load_recording(path: str | Path) -> Recording:
         The recording.
 
     Raises:
-        RecordingError: It cannot be read, other columns, a row that is not numbers, or a time that does not grow.
+        RecordingError: It cannot be read, is too large, has other columns, a row that is not numbers, or a time that
+            does not grow.
     """
     path = Path(path)
     if path.suffix not in (".csv", ".npz"):
         raise RecordingError(f"{path.name}: a recording ends in .csv or .npz")
+    read = _read_npz if path.suffix == ".npz" else _read_csv
     try:
-        columns, table = _read_npz(path) if path.suffix == ".npz" else _read_csv(path)
-    except OSError as error:
-        raise RecordingError(f"{path.name}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, KeyError, EOFError) as error:
-        raise RecordingError(f"{path.name}: is not a recording: {error}") from None
+        columns, table = read(read_bounded(path, MOST_BYTES), path.name)
+    except ReadError as error:
+        raise RecordingError(str(error)) from None
+    except Exception as error:  # unpacking a damaged file raises anything
+        text = str(error)[:LONGEST] or type(error).__name__
+        raise RecordingError(f"{path.name}: is not a recording: {text}") from None
     if columns != COLUMNS or table.ndim != 2 or table.shape[1:] != (len(COLUMNS),):
         raise RecordingError(f"{path.name}: its columns must be {', '.join(COLUMNS)}")
     if not np.isfinite(table[:, 0]).all() or not (np.diff(table[:, 0]) > 0.0).all():
@@ -110,19 +128,22 @@ def load_recording(path: str | Path) -> Recording:
     return _split(table)
 
 
-def _read_npz(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
-    import zipfile
-
-    try:
-        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-            return tuple(str(name) for name in file["columns"]), np.asarray(file["values"], dtype=float)
-    except zipfile.BadZipFile as error:
-        raise ValueError(error) from None
+def _read_npz(content: bytes, _name: str) -> tuple[tuple[str, ...], np.ndarray]:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        columns, values = (_member(archive, name) for name in ("columns", "values"))
+    return tuple(str(name) for name in columns.tolist()), np.asarray(values, dtype=float)
 
 
-def _read_csv(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.reader(file))
+def _member(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    """An array of the archive; a file of few bytes may unpack to many, or say that it does."""
+    info = archive.getinfo(f"{name}.npy")
+    if info.file_size > MOST_BYTES:
+        raise ValueError(f"{name} unpacks to more than {MOST_BYTES / 1e6:g} MB")
+    return np.lib.format.read_array(io.BytesIO(archive.read(info)), allow_pickle=False)
+
+
+def _read_csv(content: bytes, name: str) -> tuple[tuple[str, ...], np.ndarray]:
+    rows = list(csv.reader(io.StringIO(text_of(content, name), newline="")))
     if not rows:
         raise ValueError("it is empty")
     values = np.array([[float(cell) for cell in row] for row in rows[1:]], dtype=float)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, DesignError, design_hash, load_design
 from delta_cad.drive import DriveReport, drive_torque
-from delta_cad.drive.masses import MassError, Masses, load_masses
+from delta_cad.drive.masses import MassError, Masses, masses_from_dict, read_mass_properties
 from delta_cad.mechanism import DeltaGeometry, closure_margin, direct_margin
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 
@@ -70,9 +69,12 @@ def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineM
         raise MassError(
             str(path), "", "", f"is missing; run `python -m delta_cad build --design {design_file}` or give --masses"
         )
-    _require_same_design(path, design)
+    data, _ = read_mass_properties(path)
+    built_from = data.get("input_sha256")  # a file that does not say is trusted
+    if built_from is not None and built_from != design_hash(design):
+        raise MassError(path.name, "", "", f"was built from another design than {design.name}; build it again")
     drive = drive_torque(design)
-    return MachineModel(design, load_masses(path, design.geometry.forearm_length, drive), drive)
+    return MachineModel(design, masses_from_dict(data, design.geometry.forearm_length, drive, path.name), drive)
 
 
 def _require_assembled(design: Design, file: Path) -> None:
@@ -86,14 +88,3 @@ def _require_assembled(design: Design, file: Path) -> None:
     must = "be within reach" if reach.value < 0.0 else "have the assembly mode det S > 0, platform above elbows,"
     where = f"must {must} at every position, also at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
     raise DesignError(file.name, "cube.bottom_height_mm", str(design.cube.bottom_height_mm), where)
-
-
-def _require_same_design(path: Path, design: Design) -> None:
-    """Refuses masses that say that they were built from another design; a file that does not say is trusted."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return  # `load_masses` says what is wrong with it
-    built_from = data.get("input_sha256") if isinstance(data, dict) else None
-    if built_from is not None and built_from != design_hash(design):
-        raise MassError(str(path), "", "", f"was built from another design than {design.name}; build it again")

@@ -13,6 +13,7 @@ from optimizer.atlas.grid import Grid
 from optimizer.synthesis.checkpoint import Records
 
 SCHEMA = "delta-atlas/1"
+FIELDS = {"index", "inputs", "method", "seed", "feasible", "steps", "conflict", "conflict_step", "message", "seconds"}
 
 
 class RowFile(Records):
@@ -26,8 +27,14 @@ class RowFile(Records):
 
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
         """Opens the file; see `Records`."""
+        self.rows: dict[int, AtlasRow] = {}
         super().__init__(path, key, resume)
-        self.rows: dict[int, AtlasRow] = {row["index"]: row for row in self.found}
+
+    def take(self, record: dict[str, Any]) -> None:
+        """Takes up a row."""
+        if not record.keys() >= FIELDS:
+            raise KeyError
+        self.rows[int(record["index"])] = record
 
     def add(self, row: AtlasRow) -> None:
         """Keeps one more row."""

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from delta_cad.common.refusal import short
 from delta_cad.design import NAME_PATTERN, NAME_RULE
-from delta_cad.design.refusal import short
 from optimizer.problem.requirements import Requirements, RequirementsError, read_toml, requirements_from_dict
 from optimizer.search.genetic import GENERATIONS
 from optimizer.synthesis.three_step import METHODS

@@ -12,7 +12,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from delta_cad.common.files import write_whole
-from delta_cad.common.json_file import JsonError, read_json
+from delta_cad.common.reading import ReadError, read_json
+from delta_cad.common.refusal import LONGEST
 from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismError
 from delta_cad.mechanism.geometry import require_tolerance
@@ -179,7 +180,7 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         certificate = _certificate(read, limits)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = ".".join(_printable(part) for part in first["loc"]) or "the file"
+        where = ".".join(_key(part) for part in first["loc"]) or "the file"
         raise UnreadableError(f"{file}: {where}: {first['msg']}") from None
     except MechanismError as error:
         raise UnreadableError(f"{file}: {error}") from None
@@ -195,9 +196,9 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
     return certificate
 
 
-def _printable(part: str | int) -> str:
-    """Escapes a key of a file, so that none can move a terminal's cursor or break the line."""
-    return str(part) if isinstance(part, int) or part.isidentifier() else ascii(part)
+def _key(part: str | int) -> str:
+    """A key of a file, or a name in it, for a message: quoted and escaped if it is not plain, and not without end."""
+    return str(part) if isinstance(part, int) else part[:LONGEST] if part.isidentifier() else ascii(part[:LONGEST])
 
 
 def _limits(data: dict[str, Any]) -> Limits:
@@ -205,7 +206,7 @@ def _limits(data: dict[str, Any]) -> Limits:
     known = Limits.keys()
     for key in data:
         if key not in known:
-            raise GeometryError(f"limits.{_printable(key)}: unknown key; known: {', '.join(known)}")
+            raise GeometryError(f"limits.{_key(key)}: unknown key; known: {', '.join(known)}")
     try:
         return Limits.from_record(data)
     except GeometryError as error:
@@ -220,7 +221,7 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
     order = {limit.name: n for n, limit in enumerate(POSE_LIMITS)}
     unknown = [f.condition for f in read.findings if f.condition not in order]
     if unknown:
-        raise GeometryError(f"findings: condition {_printable(unknown[0])} is none of {', '.join(order)}")
+        raise GeometryError(f"findings: condition {_key(unknown[0])} is none of {', '.join(order)}")
     return Certificate(
         design=read.design,
         design_hash=read.design_hash,
@@ -277,6 +278,6 @@ def read_certificate(path: str | Path) -> Certificate:
     path = Path(path)
     try:
         data = read_json(path)
-    except JsonError as error:
+    except ReadError as error:
         raise UnreadableError(str(error)) from None
     return certificate_from_dict(data, path.name)

@@ -56,9 +56,10 @@ def run(given: argparse.Namespace) -> int:
         rows = RowFile(folder / "rows.jsonl", key_of(grid), given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"{folder}: {error.strerror or error}", BAD_INPUT)
-    return _solve(grid, rows, folder, given)
+    try:
+        return _solve(grid, rows, folder, given)
+    finally:
+        rows.close()
 
 
 def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -> int:
@@ -81,14 +82,12 @@ def _solve(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace) -
                     line.show(_status(grid, rows))
                     failed = collect(client, todo, take, stop)
     except ClusterError as error:
-        rows.close()
         return refuse(str(error), BAD_INPUT)
     except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
         failed = []
     missing = len(grid.sets) - len(rows.rows)
     kept = f"{len(rows.rows)} of {len(grid.sets)} sets are kept; run again with --resume to go on"
     if missing:
-        rows.close()
         if failed:
             first = f"the first, set {failed[0].place}: {failed[0].reason}"
             return refuse(f"{len(failed)} sets came to no result, {first}; {kept}", NOT_MET)
@@ -111,13 +110,9 @@ def _deliver(grid: Grid, rows: RowFile, folder: Path, given: argparse.Namespace)
         folder / "atlas.csv": csv_text(ordered),
         folder / "atlas.md": page(grid, ordered, picture.name if contents else None),
     }
-    try:
-        if picture not in contents:
-            picture.unlink(missing_ok=True)
-        write_all(contents)
-    except OSError as error:
-        rows.close()
-        return refuse(f"{folder}: {error.strerror or error}", BAD_INPUT)
+    write_all(contents)
+    if picture not in contents:
+        picture.unlink(missing_ok=True)
     rows.remove()
     met = sum(row["feasible"] for row in ordered)
     print(text if given.json else f"{len(ordered)} sets, {met} met, {len(ordered) - met} not; {folder / 'atlas.md'}")

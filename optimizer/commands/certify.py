@@ -10,6 +10,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
+from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
     from delta_cad.design import Design
@@ -87,6 +88,7 @@ def run(given: argparse.Namespace) -> int:
         design = load_design(given.design)
         _require_provable(given.design.name, design, given.mass_properties)
         _require_tolerance(design, given.tolerance)
+        require_room(given.out)
         share = share_of(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
@@ -229,8 +231,6 @@ def _certify(
     rows = report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:

@@ -90,12 +90,13 @@ def run(given: argparse.Namespace) -> int:
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in ("points", "seed", "seeds")},
     }
+    from delta_cad.common.files import require_room
+
+    require_room(folder, folder=True)
     try:
         store = Checkpoint(folder.with_name(folder.name + ".checkpoint.jsonl"), key, given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
     try:
         with Request() as stop, Line() as line:
             return _Run(task, design, given, folder, store, stop, line).run()
@@ -106,11 +107,9 @@ def run(given: argparse.Namespace) -> int:
         store.remove()
         return refuse(f"{given.requirements.name}: {error}", NOT_MET)
     except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
-        store.close()
         return refuse(f"interrupted; {store.path} keeps what was found; {AGAIN}", INTERRUPTED)
-    except OSError as error:
+    finally:
         store.close()
-        return refuse(f"{error.filename or folder}: {error.strerror or error}", BAD_INPUT)
 
 
 class _Run:

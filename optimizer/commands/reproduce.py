@@ -38,12 +38,15 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from delta_cad.common.files import write_all
+    from delta_cad.common.files import require_room, write_all
     from optimizer.paper.page import page, record
     from optimizer.paper.published import published_runs
     from optimizer.paper.reproduction import Reproduction
     from optimizer.search.genetic import GENERATIONS, GeneticError
 
+    places = given.out / "reproduce.json", given.out / "reproduce.md"
+    for place in places:
+        require_room(place)
     generations = GENERATIONS if given.generations is None else given.generations
     with Line() as line:
         line.show("loading the solvers; they are compiled once on a machine, in some 20 s")
@@ -56,15 +59,12 @@ def run(given: argparse.Namespace) -> int:
             return refuse(str(error), BAD_INPUT)
     facts = record(runs, made)
     text = json.dumps(facts, indent=1, allow_nan=False) + "\n"
-    try:
-        write_all({given.out / "reproduce.json": text, given.out / "reproduce.md": page(runs, made)})
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
+    write_all(dict(zip(places, (text, page(runs, made)), strict=True)))
     if given.json:
         print(text, end="")
     else:
         print("\n".join((facts["summary"], *facts["verdict"])))
-        print(f"the tables, ours beside them: {given.out / 'reproduce.md'}, {given.out / 'reproduce.json'}")
+        print(f"the tables, ours beside them: {places[1]}, {places[0]}")
     reasons = [f"the optimum of {r.run.name} is not proved" for r in runs if r.proven.status != "proved"]
     reasons += [f"GA+SQP fails on {r.run.name}" for r in runs if r.attempts["ga+sqp"].objective is None]
     return refuse("; ".join(reasons), NOT_MET) if reasons else DONE

@@ -7,7 +7,7 @@ import json
 import math
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from delta_cad.common.console import (
     BAD_INPUT,
@@ -25,6 +25,7 @@ from delta_cad.common.console import (
 if TYPE_CHECKING:
     from optimizer.problem.requirements import Requirements
     from optimizer.search.result import Result
+    from optimizer.synthesis.checkpoint import Checkpoint
     from optimizer.synthesis.output import DesignFile
     from optimizer.synthesis.three_step import Progress
 
@@ -84,6 +85,7 @@ def run(given: argparse.Namespace) -> int:
         task = load_requirements(given.requirements)
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
+    from delta_cad.common.files import require_room
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
     from optimizer.synthesis.output import DesignFile, OtherDesignError
 
@@ -92,25 +94,25 @@ def run(given: argparse.Namespace) -> int:
         file = DesignFile(given.out, task, given.force)
     except OtherDesignError as error:
         return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
 
     key = {
         "checkpoint": 3,
         "requirements": requirements_hash(task),
         **{name: getattr(given, name) for name in NAMES},
     }
+    require_room(given.out)
     try:
         store = Checkpoint(given.out.with_name(given.out.name + ".checkpoint.jsonl"), key, given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
-    except OSError as error:
-        return refuse(f"{given.out}: {error.strerror or error}", BAD_INPUT)
-    return _solve(task, given, store, file)
+    try:
+        return _solve(task, given, store, file)
+    finally:
+        store.close()
 
 
-def _solve(task: Requirements, given: argparse.Namespace, store: Any, file: DesignFile) -> int:
-    """Runs the steps and keeps the best design so far in its file."""
+def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, file: DesignFile) -> int:
+    """Runs the steps, keeps the best design so far in its file and delivers what they come to."""
     from delta_cad.design import DesignError
     from optimizer.globalopt.bound import Effort
     from optimizer.problem.step import ProblemError
@@ -153,11 +155,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Any, file: Desi
         return end(f"{given.requirements.name}: {error}", BAD_INPUT)
     except InfeasibleError as error:
         return end(f"{given.requirements.name}: {error}", NOT_MET)
-    except OSError as error:
-        store.close()
-        return refuse(f"{error.filename or given.out}: {error.strerror or error}", BAD_INPUT)
     except KeyboardInterrupt:  # nobody looked for a second, or it was pressed twice
-        store.close()
         return refuse(_interrupted(given, file), INTERRUPTED)
 
 
@@ -183,7 +181,9 @@ def _again(given: argparse.Namespace) -> str:
     return " ".join([*words, *(["--no-proof"] if given.no_proof else [])])
 
 
-def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result], store: Any, file: DesignFile) -> int:
+def _deliver(
+    task: Requirements, given: argparse.Namespace, results: list[Result], store: Checkpoint, file: DesignFile
+) -> int:
     """Writes the design of the last step, prints the results, and says how it went."""
     from delta_cad.design import DesignError
     from optimizer.synthesis.output import design_of
@@ -204,17 +204,17 @@ def _deliver(task: Requirements, given: argparse.Namespace, results: list[Result
     else:
         lacking = ", ".join(f"{name} by {value:.3g}" for name, value in last.violations.items() if value > 0.0)
         problem = f"{given.out.name} was not written: step {last.problem.step} misses {lacking}; {last.advice}"
+    if not interrupted:
+        store.remove()
     if given.json:
         print(json.dumps({"name": task.name, "steps": [result.record() for result in results]}, indent=1))
     else:
         for result in results:
             print(_summary(result))
     if interrupted:
-        store.close()
         return refuse(_interrupted(given, file, "" if file.kept else problem), INTERRUPTED)
     if problem:
         file.withdraw()
-    store.remove()
     return refuse(f"{given.requirements.name}: {problem}", NOT_MET) if problem else DONE
 
 

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from delta_cad.common.reading import MOST_TOML_BYTES, ReadError, parse_toml, read_bounded
+from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
 from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
 from delta_cad.design.file import UNITS
 from delta_cad.design.record import limit_fields
-from delta_cad.design.refusal import RefusedError, bounds_of, floats, short
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS, HandleInertia
 
@@ -166,16 +165,12 @@ def read_toml(path: Path, name: str, refused: type[RequirementsError] = Requirem
         Its tables as plain data.
 
     Raises:
-        RequirementsError: Unreadable, not UTF-8, or not TOML.
+        RequirementsError: Unreadable, or refused by `parse_toml`.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise refused(name, "", "", f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise refused(name, "", "", f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
-    except (ValueError, RecursionError) as error:  # also a number of thousands of digits; lists nested too deep
-        raise refused(name, "", "", f"is not TOML we can read: {error}") from None
+        return parse_toml(read_bounded(path, MOST_TOML_BYTES), name)
+    except ReadError as error:
+        raise refused(name, "", "", error.allowed) from None
 
 
 def requirements_from_dict(data: object, file: str = "requirements") -> Requirements:
@@ -195,9 +190,8 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
     """
     if not isinstance(data, Mapping):
         raise RequirementsError(file, "", short(data), "must be a table")
-    for field, value in floats(data):
-        if not math.isfinite(value):
-            raise RequirementsError(file, field, short(value), "must be finite")
+    if (bad := not_finite(data)) is not None:
+        raise RequirementsError(file, bad[0], short(bad[1]), "must be finite")
     try:
         given = Requirements.model_validate(dict(data))
     except ValidationError as error:

@@ -61,6 +61,10 @@ class Records:
             self.close()
             raise
 
+    def take(self, record: dict[str, Any]) -> None:
+        """Takes up a record of the file; what it raises of a record without its fields refuses the file."""
+        self.found.append(record)
+
     def append(self, record: dict[str, Any]) -> None:
         """Keeps one more record; a kill after this does not lose it."""
         text = _text(record)
@@ -82,10 +86,10 @@ class Records:
                 if number == 1:
                     same = _text({"key": data["key"]}) == key
                 elif crc32(_text(data["record"]).encode()) == data["crc32"]:
-                    self.found.append(data["record"])
+                    self.take(data["record"])
                 else:
                     raise ValueError
-            except (ValueError, KeyError, TypeError, RecursionError):
+            except (ArithmeticError, AttributeError, KeyError, RecursionError, TypeError, ValueError):
                 raise self._refused(f"is not a checkpoint, or is damaged in line {number}") from None
             if not same:
                 raise self._refused(self.OTHER)
@@ -99,13 +103,18 @@ class Checkpoint(Records):
 
     def __init__(self, path: Path, key: dict[str, Any], resume: bool) -> None:
         """Opens the file; see `Records`."""
-        super().__init__(path, key, resume)
-        self._done: dict[str, dict[str, Any]] = {r["phase"]: r["result"] for r in self.found if "result" in r}
+        self._done: dict[str, dict[str, Any]] = {}
         self._kept: dict[str, list[Generation]] = {}
-        for record in self.found:
-            if "generation" in record:
-                arrays = {name: np.array(values) for name, values in record["generation"].items()}
-                self._kept.setdefault(record["phase"], []).append(Generation(**arrays))
+        super().__init__(path, key, resume)
+
+    def take(self, record: dict[str, Any]) -> None:
+        """Takes up what a phase came to, or a generation of it."""
+        phase = str(record["phase"])
+        if "result" in record:
+            self._done[phase] = dict(record["result"])
+        else:
+            arrays = {name: np.array(values, dtype=float) for name, values in record["generation"].items()}
+            self._kept.setdefault(phase, []).append(Generation(**arrays))
 
     def finished(self, phase: str) -> dict[str, Any] | None:
         """Gives the result of a finished phase; None where it is not finished."""

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from delta_cad.common.files import write_whole
-from delta_cad.common.json_file import JsonError, read_json
+from delta_cad.common.reading import ReadError, read_json
+from delta_cad.common.refusal import short
 from delta_cad.design import Design, design_from_dict, design_to_json
-from delta_cad.design.refusal import short
 from delta_cad.mechanism.limits import LIMITS
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_hash
@@ -92,7 +92,7 @@ def _provenance(path: Path, given: Requirements) -> dict[str, Any]:
     leave = "to replace it give --force, to leave it another --out"
     try:
         data = read_json(path)
-    except JsonError as error:
+    except ReadError as error:
         raise OtherDesignError(f"{error}; {leave}") from None
     name, found = (data.get("name"), data.get("provenance")) if isinstance(data, dict) else (None, None)
     if name != given.name:

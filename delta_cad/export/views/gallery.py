@@ -31,6 +31,7 @@ def drawn(painter: Beside) -> None:
 
     Raises:
         PictureError: There is no OpenGL, or the other process ended early.
+        OSError: It could not write them.
     """
     try:
         painter.take()

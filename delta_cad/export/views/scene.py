@@ -193,7 +193,11 @@ def photograph(window: Any, path: Path) -> None:
     Args:
         window: Off-screen window with its renderers.
         path: File to write.
+
+    Raises:
+        OSError: It cannot be written.
     """
+    from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkImagingCore import vtkImageShrink3D
     from vtkmodules.vtkIOImage import vtkPNGWriter
     from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
@@ -207,5 +211,6 @@ def photograph(window: Any, path: Path) -> None:
     smooth.AveragingOn()
     writer = vtkPNGWriter()
     writer.SetInputConnection(smooth.GetOutputPort())
-    writer.SetFileName(str(path))
+    writer.WriteToMemoryOn()  # a full disk is told by Python, not by VTK
     writer.Write()
+    path.write_bytes(vtk_to_numpy(writer.GetResult()).tobytes())

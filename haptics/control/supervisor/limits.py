@@ -9,7 +9,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import Design
+from delta_cad.design import Design, DesignError
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_angles
@@ -171,7 +171,8 @@ def safety_limits(
         Checked limits.
 
     Raises:
-        ValueError: See `checked` and `motor_heat`; the cube holds a point that cannot be reached; or an unknown name.
+        DesignError: The cube, or the margin beyond it, holds a point out of reach or of another assembly mode.
+        ValueError: See `checked` and `motor_heat`; or an unknown name.
     """
     legal = (*SafetyLimits._fields[:-1], *Heat._fields)
     unknown = sorted(set(changes) - set(legal))
@@ -183,7 +184,11 @@ def safety_limits(
     low, high, _, _, _ = _extremes(g, half, bottom, far)
     _, _, reach, volume, turn = _extremes(g, half, bottom, margin)
     if not (reach > 0.0 and volume > 0.0):
-        raise ValueError("a point of the cube or its margin cannot be reached; no supervisor can hold this machine")
+        allowed = (
+            f"must be smaller, or bottom_height_mm another: the handle may leave the cube by {margin * MM_PER_M:g} mm, "
+            "and there it must be within reach and in the assembly mode det S > 0 for the supervisor to hold it"
+        )
+        raise DesignError(design.name, "cube.half_side_mm", f"{design.cube.half_side_mm:g}", allowed)
     torque = min(design.requirements.joint_torque_N_m, drive.peak_torque_N_m)
     joint_speed = 1.5 * speed * turn
     count = 2.0 * math.pi / catalogue.encoder(design.hardware.encoder).counts_per_turn

@@ -261,7 +261,7 @@ def test_a_folder_that_cannot_be_used_is_refused_before_the_work(
     for out in (taken, taken / "below"):
         line = refused(capsys, [command, "--design", str(BEST), "--out", str(out)])
         assert line.startswith(f"--out {out}: ")
-        assert line.endswith("; a folder that can be written\n")
+        assert line.endswith("; must be a folder that can be written\n")
     assert taken.read_text() == "a file"
 
 
@@ -275,7 +275,7 @@ def test_a_folder_that_must_not_be_written_is_refused(
 
     monkeypatch.setattr(check, "_checked", forbidden)
     line = refused(capsys, ["check", "--design", str(BEST), "--out", str(tmp_path)])
-    assert line == f"--out {tmp_path}: Permission denied; a folder that can be written\n"
+    assert line == f"--out {tmp_path}: Permission denied; must be a folder that can be written\n"
 
 
 def test_ctrl_c_ends_with_130_in_one_line(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +27,8 @@ def results(order: list[str]) -> Iterator[object]:
             raise ValueError("field = 3: must be <= 2")
         elif word == "odd":
             raise _OddError(1, 2)
+        elif word == "sleep":
+            time.sleep(600.0)
         elif word == "die":
             print("the last word", file=sys.stderr, flush=True)
             os._exit(3)
@@ -66,7 +69,7 @@ def test_what_cannot_be_carried_is_told() -> None:
 def test_an_early_end_is_told_with_the_last_word() -> None:
     with Beside(__name__) as beside:
         beside.give(["die"])
-        with pytest.raises(BesideError, match="test_beside: the last word"):
+        with pytest.raises(BesideError, match="test_beside: ended with exit code 3: the last word"):
             beside.take()
 
 
@@ -75,6 +78,26 @@ def test_a_module_that_is_not_there_is_named() -> None:
         beside.give([])
         with pytest.raises(ModuleNotFoundError, match="no_such_module"):
             beside.take()
+
+
+def test_a_killed_process_is_told() -> None:
+    with Beside(__name__) as beside:
+        beside.give(["a", "sleep"])
+        assert beside.take() == "a"
+        beside._process.kill()
+        with pytest.raises(BesideError, match="test_beside: ended by signal 9"):
+            beside.take()
+
+
+def test_the_work_ends_with_the_process_that_ordered_it() -> None:
+    """The end of the pipe is all that a kill of that process closes."""
+    with Beside(__name__) as beside:
+        beside.give(["a", "sleep"])
+        assert beside.take() == "a"
+        assert beside._process.stdin is not None
+        beside._process.stdin.close()
+        assert beside._process.wait(timeout=60) == 1
+        beside._process.stdin = None
 
 
 def test_no_process_outlives_the_block() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.files import FileInUseError, Lines, whole_folder, write_all, write_whole
+from delta_cad.common.files import FileInUseError, Lines, require_room, whole_folder, write_all, write_whole
 
 
 def test_folder_takes_its_place_when_it_is_full(tmp_path: Path) -> None:
@@ -315,3 +315,72 @@ def test_lines_survive_kills_at_any_moment(tmp_path: Path) -> None:
             assert len(lines.found) >= held + 1 + 3 * number
             held = len(lines.found)
     assert [file.name for file in tmp_path.iterdir()] == ["lines"]
+
+
+def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path) -> None:
+    require_room(tmp_path / "a" / "file")
+    require_room(tmp_path / "a" / "folder", folder=True)
+    assert list((tmp_path / "a").iterdir()) == []
+    write_whole(tmp_path / "a" / "file", "old")
+    require_room(tmp_path / "a" / "file")
+    require_room(tmp_path / "a", folder=True)
+    with pytest.raises(FileExistsError) as caught:
+        require_room(tmp_path / "a" / "file", folder=True)
+    assert caught.value.filename == str(tmp_path / "a" / "file")
+    with pytest.raises(IsADirectoryError) as caught_too:
+        require_room(tmp_path / "a")
+    assert caught_too.value.filename == str(tmp_path / "a")
+    with pytest.raises(NotADirectoryError) as below:
+        require_room(tmp_path / "a" / "file" / "below" / "name")
+    assert below.value.filename == str(tmp_path / "a" / "file" / "below" / "name")
+    assert {path.name: path.read_text() for path in (tmp_path / "a").iterdir()} == {"file": "old"}
+
+
+def test_a_folder_that_takes_no_files_is_refused() -> None:
+    """The system says that there is no such file, as where another run has just cleared a part away."""
+    for call in (require_room, Lines, lambda path: write_whole(path, "")):
+        with pytest.raises(FileNotFoundError) as caught:
+            call(Path("/proc/none"))
+        assert caught.value.filename == "/proc/none"
+
+
+@pytest.mark.parametrize("call", ["room", "file", "folder", "begin", "append"])
+def test_a_full_disk_is_named_by_the_path_that_was_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """Writing names no path, and a part has a name that nobody knows."""
+
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path, lines = tmp_path / "a", Lines(tmp_path / "lines") if call in ("begin", "append") else None
+    monkeypatch.setattr("delta_cad.common.files.os.pwrite", full)
+
+    def run() -> None:
+        if lines is not None:
+            lines.begin([""]) if call == "begin" else lines.append("")
+        elif call == "folder":
+            with whole_folder(path):
+                full()
+        else:
+            require_room(path) if call == "room" else write_whole(path, "x")
+
+    with pytest.raises(OSError, match="No space") as caught:
+        run()
+    assert caught.value.filename == str(path if lines is None else lines.path)
+    if lines is not None:
+        lines.close()
+    assert not any(file.name.endswith(".part") for file in tmp_path.iterdir())
+
+
+def test_a_file_of_a_folder_is_named_by_where_it_was_to_be(tmp_path: Path) -> None:
+    def fill() -> None:
+        with whole_folder(tmp_path / "front") as folder:
+            (folder / "none" / "a").write_text("")
+
+    with pytest.raises(FileNotFoundError) as caught:
+        fill()
+    assert caught.value.filename == str(tmp_path / "front" / "none" / "a")
+    with pytest.raises(OSError, match="elsewhere") as other, whole_folder(tmp_path / "front"):
+        raise OSError(errno.EIO, "no luck", "/elsewhere/b")
+    assert other.value.filename == "/elsewhere/b"

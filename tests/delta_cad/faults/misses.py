@@ -11,6 +11,8 @@ MISSES = {
     "capstan_cable: too long at -x": "the bare end beyond the crimp is cut off by hand",
     "encoder_board*: turned half way about y": "its plug looks up instead of down: a matter of wiring",
     "encoder_board: mirrored along x": "its plug looks up instead of down: a matter of wiring",
+    "upper_arm: bored 9.327 *": "round end of the beam's pocket, which nothing goes by",
+    "upper_arm: bored 13.473 *": "round end of the beam's pocket, which nothing goes by",
     "upper_arm: of another bearing": "only its collar is wider, on a ring that is no wider",
     "sector: of another bearing": "only its collar is wider, on a ring that is no wider",
     "platform: turned half way about x": "its webs lie below instead of above: as strong, and as free",

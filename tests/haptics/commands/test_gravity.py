@@ -100,8 +100,8 @@ def test_a_full_disk_is_one_line(masses: Path) -> None:
     command = [sys.executable, "-m", "haptics", "gravity", "--design", str(BEST), "--masses", str(masses)]
     with open("/dev/full", "w") as full:
         run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=BEST.parent)
-    assert run.returncode == 1
-    assert run.stderr == "the output could not be written: No space left on device\n"
+    assert run.returncode == 2
+    assert run.stderr == "standard output: No space left on device\n"
 
 
 def test_without_a_build_it_says_which_command_makes_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

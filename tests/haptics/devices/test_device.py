@@ -250,13 +250,18 @@ HEAD = ",".join(COLUMNS) + "\n"
         (HEAD + "0,1,2,3,4,5,6\n1,2\n", ""),
         (HEAD + "0,1,2,3,4,5,6\n0,1,2,3,4,5,6\n", "time_s "),
         (HEAD + "nan,1,2,3,4,5,6\n", "time_s "),
+        (HEAD + "0,1,2,3,4,5,\0\n", "is not a recording"),
+        (HEAD + "0,1,2,3,4,5,\x1b[2J" + "x" * 100_000 + "\n", "is not a recording"),
+        (HEAD + '0,"' + "1" * 200_000, "is not a recording"),
     ],
 )
 def test_a_table_that_is_no_recording_is_refused(tmp_path: Path, text: str, says: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(RecordingError, match=rf"^log\.csv: {says}"):
+    with pytest.raises(RecordingError, match=rf"^log\.csv: {says}") as caught:
         load_recording(path)
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 300
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
@@ -273,6 +278,44 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "other.npz", values=np.zeros(3))
     with pytest.raises(RecordingError, match=r"^other\.npz: "):
         load_recording(tmp_path / "other.npz")
+
+
+def test_a_damaged_npz_file_is_a_recording_or_refused(tmp_path: Path) -> None:
+    """Each byte changed in turn, and the file cut off there: readers of zip files raise ten kinds of errors."""
+    save_recording(recorded(), tmp_path / "whole.npz")
+    whole, path, lines = (tmp_path / "whole.npz").read_bytes(), tmp_path / "bad.npz", []
+    for k in range(len(whole)):
+        for content in (whole[:k], whole[:k] + bytes([whole[k] ^ 0xFF]) + whole[k + 1 :]):
+            path.write_bytes(content)
+            try:
+                load_recording(path)
+            except RecordingError as error:
+                lines.append(str(error))
+    assert len(lines) > len(whole)
+    assert all(line.startswith("bad.npz: ") and line.isprintable() for line in lines)
+
+
+def test_an_npz_file_that_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("haptics.devices.recording.MOST_BYTES", 100_000)
+    long = Recording(np.arange(3000.0), np.zeros((3000, 3)), np.zeros((3000, 3)))
+    save_recording(long, tmp_path / "log.npz")
+    assert (tmp_path / "log.npz").stat().st_size < 100_000
+    with pytest.raises(RecordingError, match=r"^log\.npz: .* more than 0\.1 MB"):
+        load_recording(tmp_path / "log.npz")
+
+
+def test_a_log_appears_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    for name in ("log.csv", "log.npz"):
+        (tmp_path / name).write_text("before")
+        with monkeypatch.context() as patch:
+            patch.setattr("delta_cad.common.files.os.pwrite", full)
+            with pytest.raises(OSError, match="No space"):
+                save_recording(recorded(), tmp_path / name)
+        assert (tmp_path / name).read_text() == "before"
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 # ---- disturbances ----

@@ -173,8 +173,8 @@ def test_a_file_that_two_readers_could_read_differently_or_not_at_all_is_refused
     """The digest is over what was read: of a key that stands twice it covers the last one only."""
     text = json.dumps(whole)
     for content, words in (
-        (text[:-1] + ', "boxes": 1}', "the key 'boxes' stands twice"),
-        (text.replace('"kappa_max": ', '"kappa_max": 1.5, "kappa_max": ', 1), "the key 'kappa_max' stands twice"),
+        (text[:-1] + ', "boxes": 1}', "boxes = 1: is given more than once"),
+        (text.replace('"kappa_max": ', '"kappa_max": 1.5, "kappa_max": ', 1), "kappa_max = "),
         (text.replace('"half_side_m": ', '"half_side_m": NaN, "_": ', 1), "NaN is no number"),
         (text[:-1] + ', "x": ' + "[" * 100 + "]" * 100 + "}", "is nested deeper than"),
         (text[:-1] + " " * 64_000_000 + "}", "is larger than 64 MB"),

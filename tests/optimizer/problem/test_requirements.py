@@ -190,14 +190,19 @@ def test_a_value_that_is_no_table_is_refused() -> None:
         (b"name = 'a'\nname = 'b'", "task.toml: "),
         (b"name = " + b"1" * 5000, "task.toml: 4300"),
         (b"name = " + b"[" * 100_000, "task.toml: "),
+        (b"[" + b"a." * 800 + b"a]", "task.toml: 32"),
+        (b"name = 0x" + b"f" * 5000, "task.toml: name"),
+        (b'"\\u001b[2J\\u202e\\n" = 1', "task.toml: "),
+        (b"name = '" + b" " * 1_000_000 + b"'", "task.toml: 1"),
     ],
-    ids=["encoding", "syntax", "twice", "digits", "nested"],
+    ids=["encoding", "syntax", "twice", "digits", "nested", "dotted", "hexadecimal", "escapes", "large"],
 )
 def test_unreadable_file_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     file = tmp_path / "task.toml"
     file.write_bytes(content)
-    with refuses(RequirementsError, words):
+    with refuses(RequirementsError, words) as caught:
         load_requirements(file)
+    assert str(caught.value).isprintable()
 
 
 def test_missing_file_is_refused(tmp_path: Path) -> None:

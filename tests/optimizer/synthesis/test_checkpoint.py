@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from optimizer.atlas.file import RowFile
+from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.commands import cli
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, Records
 
@@ -97,15 +97,41 @@ def test_opening_changes_nothing_and_a_torn_line_is_cut_away_by_the_next(tmp_pat
     assert all(json.loads(line) for line in path.read_text().splitlines())
 
 
+@pytest.mark.parametrize(
+    "record",
+    [
+        [], 3, {}, {"phase": "a"}, {"phase": "a", "result": 3}, {"phase": "a", "generation": []},
+        {"phase": "a", "generation": {"objective": [1.0]}},
+        {"phase": "a", "generation": {"objective": [1.0], "margins": [[1.0], []]}},
+        {"phase": "a", "generation": {"objective": ["x"], "margins": [[1.0]]}},
+        {"phase": "a", "generation": {"objective": [10**400], "margins": [[1.0]]}},
+        {"index": 3}, dict.fromkeys(FIELDS), dict.fromkeys(FIELDS) | {"index": "x"},
+    ],
+    ids=str,
+)  # fmt: skip
+@pytest.mark.parametrize("kind", [Checkpoint, RowFile])
+def test_a_whole_record_of_another_shape_is_refused(kind: type[Records], record: Any, tmp_path: Path) -> None:
+    path = tmp_path / "c.jsonl"
+    store = Records(path, KEY, resume=False)
+    store.append(record)
+    store.close()
+    whole = path.read_bytes()
+    with pytest.raises(CheckpointError, match=r"^c\.jsonl: .* damaged in line 2"):
+        kind(path, KEY, resume=True)
+    assert path.read_bytes() == whole
+    kind(path, KEY, resume=False).close()  # its lock was given back
+
+
 def test_an_atlas_that_another_run_writes_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rows.jsonl"
     rows = RowFile(path, KEY, resume=False)
     with pytest.raises(CheckpointError, match="another run"):
         RowFile(path, KEY, resume=False)
-    rows.add({"index": 4})
+    row = dict.fromkeys(FIELDS) | {"index": 4}
+    rows.add(row)
     rows.close()
     again = RowFile(path, KEY, resume=True)
-    assert again.rows == {4: {"index": 4}}
+    assert again.rows == {4: row}
     again.remove()
     assert list(tmp_path.iterdir()) == []
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from delta_cad.design import design_from_dict
+from delta_cad.design import DesignError, design_from_dict
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.supervisor.faults import FaultCode, State, described
 from haptics.control.supervisor.limits import SafetyLimits, checked, safety_limits
@@ -52,7 +52,7 @@ def test_an_unknown_name_is_refused() -> None:
 
 
 def test_a_margin_out_of_reach_is_refused() -> None:
-    with pytest.raises(ValueError, match="cube or its margin"):
+    with pytest.raises(DesignError, match=r"cube\.half_side_mm = 37\.5: .* by 40 mm"):
         safety_limits(DESIGN, edge_margin=0.04, edge_far=0.05)
 
 

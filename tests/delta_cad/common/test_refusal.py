@@ -1,0 +1,49 @@
+"""What a refusal says: one printable line, however long or strange the file's keys and values."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from delta_cad.common.refusal import RefusedError, not_finite, printable, short
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("one  line\nof \t two\u2028and three", "one line of two and three"),
+        ("\x1b[31mred\x07", r"\x1b[31mred\x07"),
+        ("a\u202eb\u200bc\x9bd", r"a\u202eb\u200bc\x9bd"),
+        ("\ud800 \udcff", r"\ud800 \udcff"),
+        ("\U000e0041 'it's' \\ ü µ", r"\U000e0041 'it's' " + "\\ ü µ"),
+        ("", ""),
+    ],
+)
+def test_text_of_anybody_is_one_printable_line(text: str, shown: str) -> None:
+    assert printable(text) == shown
+
+
+def test_a_refusal_names_file_field_value_and_what_is_allowed() -> None:
+    assert str(RefusedError("a.json", "b.c", "3", "must be 4")) == "a.json: b.c = 3: must be 4"
+    assert str(RefusedError("a.json", "", "", "is missing")) == "a.json: is missing"
+    assert str(RefusedError("\x1b.json", "\x07", "3", "\u202e")) == r"\x1b.json: \x07 = 3: \u202e"
+    strange = RefusedError("a.json", "x" * 1_000_000, short("y" * 1_000_000), "must be 4")
+    assert len(str(strange)) < 300
+
+
+def test_a_value_is_told_in_short() -> None:
+    assert short([1.5, None]) == "[1.5, null]"
+    assert len(short("a" * 100)) == 60
+    assert short(16**5000) == "too long to tell"
+    nested: list[object] = []
+    for _ in range(100_000):
+        nested = [nested]
+    assert short(nested) == "too long to tell"
+
+
+def test_the_first_number_that_is_not_finite_is_named() -> None:
+    assert not_finite({"a": [1.0, 2, "inf", None]}) is None
+    assert not_finite(-math.inf) == ("", -math.inf)
+    assert not_finite({"a": {"b": [0.0, (1.0, math.inf)]}, "c": math.nan}) == ("a.b[1][1]", math.inf)
+    assert not_finite({"long" * 500_000: [0.0] * 500_000}) is None  # a path for each would be a terabyte

@@ -1,0 +1,88 @@
+"""What all commands share: text of anybody on one line, what the system refuses, streams that fail."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from types import ModuleType
+
+import pytest
+
+from delta_cad.common.console import command_parser, refuse, run_command
+
+
+def test_a_refusal_is_one_printable_line_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    assert refuse("a\x1b[2J\nb", 7) == 7
+    assert capsys.readouterr() == ("", "a\\x1b[2J b\n")
+
+
+def program(does: Callable[[], int]) -> int:
+    """The exit code of a program whose one command does something."""
+    command = ModuleType("a command")
+    command.__dict__.update(NAME="do", TEXT="", arguments=lambda _: None, run=lambda _: does())
+    return run_command(command_parser("program", "", "", [command]), ["do"], "extra")
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (OSError(28, "No space left on device", "/a/b"), "/a/b: No space left on device"),
+        (OSError(30, "Read-only file system", b"/a/\xff"), r"/a/\udcff: Read-only file system"),
+        (OSError(122, "Disk quota exceeded"), "Disk quota exceeded"),
+        (OSError("only words"), "only words"),
+        (TimeoutError(), "TimeoutError"),
+    ],
+    ids=str,
+)
+def test_what_the_system_refuses_is_one_line_and_exit_2(
+    error: OSError, line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fails() -> int:
+        raise error
+
+    assert program(fails) == 2
+    assert capsys.readouterr() == ("", line + "\n")
+
+
+def test_usage_is_refused_on_one_printable_line(capsys: pytest.CaptureFixture[str]) -> None:
+    parser = command_parser("program", "", "", [])
+    with pytest.raises(SystemExit) as ended:
+        parser.parse_args(["\x1b[2J\n"])
+    assert ended.value.code == 2
+    told = capsys.readouterr().err
+    assert told.endswith("see program --help\n")
+    assert told[:-1].isprintable()
+
+
+PRINTS = """
+import argparse, sys, types
+from delta_cad.common.console import command_parser, refuse, run_command
+
+def run(given):
+    print("a" * int(given.count) + "\\udcff")
+    return refuse("told", 1) if given.count == "1" else 0
+
+def arguments(parser):
+    parser.add_argument("count")
+
+command = types.SimpleNamespace(NAME="do", TEXT="", arguments=arguments, run=run)
+sys.exit(run_command(command_parser("program", "", "", [command]), None, "extra"))
+"""
+
+
+@pytest.mark.parametrize("arguments", [["do", "3"], ["do", "100000"], ["--help"]], ids=str)
+def test_output_that_cannot_be_written_is_one_line_and_exit_2(arguments: list[str]) -> None:
+    with open("/dev/full", "w") as full:
+        run = subprocess.run([sys.executable, "-c", PRINTS, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (run.returncode, run.stderr) == (2, "standard output: No space left on device\n")
+
+
+def test_names_that_are_no_text_are_printed_escaped_and_a_full_stderr_changes_no_code() -> None:
+    command = [sys.executable, "-c", PRINTS, "do"]
+    for encoding in ("utf-8", "ascii"):
+        run = subprocess.run([*command, "2"], capture_output=True, env=os.environ | {"PYTHONIOENCODING": encoding})
+        assert (run.returncode, run.stdout, run.stderr) == (0, b"aa\\udcff\n", b"")
+    with open("/dev/full", "w") as full:
+        assert subprocess.run([*command, "1"], stdout=subprocess.DEVNULL, stderr=full).returncode == 1

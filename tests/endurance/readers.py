@@ -1,0 +1,270 @@
+"""The readers of files and packets, and what damage must never do to them."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import signal
+import tomllib
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from delta_cad.catalogue import FAMILIES, CatalogueError
+from delta_cad.catalogue.reader import DATA, read_family
+from delta_cad.commands import cli as delta_cad_cli
+from delta_cad.design import DesignError, load_design
+from delta_cad.drive.masses import MassError, load_masses
+from haptics.commands import cli as haptics_cli
+from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, encode
+from haptics.devices.recording import Recording, RecordingError, load_recording, save_recording
+from optimizer.atlas.file import FIELDS, RowFile
+from optimizer.atlas.grid import load_grid
+from optimizer.certify.certificate import Certificate, CertificateError, cube_of, limits_of
+from optimizer.certify.file import certificate_to_dict, read_certificate
+from optimizer.commands import cli as optimizer_cli
+from optimizer.problem.requirements import RequirementsError, load_requirements
+from optimizer.search.genetic import Generation
+from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
+from tests.committed import BEST, ROOT
+from tests.endurance.mutation import csv_text, damaged, json_text, mutated, strange, toml_text
+from tests.optimizer.certify.designs import masses, redigested
+
+HANG_S = 10.0
+LONGEST_LINE = 3000  # characters of a message: the longest lists of what is known have half of it
+KEY = {"run": 1}
+COMMANDS_EVERY = 20  # one of so many refused files goes through its command, too
+
+
+class HangError(Exception):
+    """A reader that did not come back."""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """One reader.
+
+    Attributes:
+        name: Its name.
+        file: Name that its files have.
+        make: Damaged content of a file, of random numbers.
+        read: Reads a file.
+        refuses: The only errors it may raise.
+        command: A command's `main` and its arguments for a file that is refused; None where none reads such files.
+    """
+
+    name: str
+    file: str
+    make: Callable[[Random], bytes]
+    read: Callable[[Path], object]
+    refuses: tuple[type[Exception], ...]
+    command: tuple[Callable[[list[str]], int], Callable[[Path], list[str]]] | None = None
+
+
+def _of_tree(data: Any, write: Callable[[Any, Random], str], forge: Callable[[Any], Any] | None = None) -> Any:
+    """Content by grammar, two thirds of the time, else by bytes, or by both."""
+
+    def make(rng: Random) -> bytes:
+        how = rng.randrange(6)
+        try:
+            tree = data if how == 0 else mutated(data, rng)
+            if forge is not None and rng.random() < 0.7:
+                with contextlib.suppress(AttributeError, TypeError, ValueError):
+                    tree = forge(tree)
+            content = write(tree, rng).encode("utf-8", "surrogatepass")
+        except (RecursionError, ValueError):  # an integer, or a depth, that Python does not write
+            content, how = write(data, rng).encode(), 0
+        return damaged(content, rng) if how < 2 else content
+
+    return make
+
+
+def _lines(records: list[Any]) -> Callable[[Random], bytes]:
+    """Lines of a checkpoint whose check sums are right, more often than not."""
+
+    def line(record: Any, rng: Random) -> str:
+        text = json.dumps(record, separators=(",", ":"))
+        return f'{{"crc32":{zlib.crc32(text.encode()) + (rng.random() < 0.05)},"record":{text}}}'
+
+    def make(rng: Random) -> bytes:
+        try:
+            kept = [mutated(one, rng) if rng.random() < 0.5 else one for one in records]
+            lines = [json.dumps({"key": KEY}, separators=(",", ":")), *(line(one, rng) for one in kept)]
+        except (RecursionError, ValueError):
+            lines = ["{}"]
+        content = ("\n".join(lines) + "\n").encode("utf-8", "surrogatepass")
+        return damaged(content, rng) if rng.random() < 0.3 else content
+
+    return make
+
+
+def _resumed(kind: type[Checkpoint | RowFile]) -> Callable[[Path], object]:
+    return lambda path: kind(path, KEY, resume=True).close()
+
+
+def _packed(whole: bytes) -> Callable[[Random], bytes]:
+    """An npz file damaged, or one of other arrays."""
+
+    def make(rng: Random) -> bytes:
+        if rng.random() < 0.7:
+            content = whole
+            for _ in range(rng.randint(1, 3)):
+                content = damaged(content, rng)
+            return content
+        arrays: dict[str, Any] = {}
+        for name in ("columns", "values", rng.choice(("other", "values"))):
+            with contextlib.suppress(ValueError, OverflowError, TypeError):
+                arrays[name] = np.array(strange(rng))
+        file = io.BytesIO()
+        with contextlib.suppress(UnicodeEncodeError):
+            np.savez(file, **{name: one for name, one in arrays.items() if one.dtype != object})
+        return file.getvalue()
+
+    return make
+
+
+def _packet(rng: Random) -> bytes:
+    values = {
+        PacketKind.HELLO: 1,
+        PacketKind.WELCOME: 4,
+        PacketKind.STATE: 3,
+        PacketKind.COMMAND: 3,
+        PacketKind.REFUSED: 2,
+    }
+    kind = rng.choice(list(PacketKind))
+    numbers = tuple(rng.choice((0, 1, 2)) for _ in range(values.get(kind, 0)))
+    content = damaged(
+        encode(Packet(kind, rng.getrandbits(32), rng.getrandbits(32), 0, rng.getrandbits(64), numbers)), rng
+    )
+    return content if rng.random() < 0.3 else content[:-4] + zlib.crc32(content[:-4]).to_bytes(4, "little")
+
+
+def readers(folder: Path) -> list[Reader]:
+    """Makes the readers, with valid files of each to damage.
+
+    Args:
+        folder: Where valid files may be written.
+    """
+    design, task = load_design(BEST), tomllib.loads((ROOT / "joystick.toml").read_text())
+    grid = {"name": "g", "seeds": [0, 1], "axes": {"requirements.joint_torque_N_m": [0.4, 0.8]}, "base": task}
+    grid["axes"]["limits.outline_radius_max_mm"] = {"linspace": [118, 122, 3]}
+    weights = masses(folder, design, 1e-5)
+    certificate = certificate_to_dict(
+        Certificate(
+            design.name, "0" * 64, design.geometry, cube_of(design), limits_of(design, None), (),
+            np.array([[0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 1, 1]]), 3,
+        )
+    )  # fmt: skip
+    generation = Generation(np.array([1.0, 2.0]), np.array([[0.1, 0.2], [0.3, -0.4]]))
+    lists = {name: values.tolist() for name, values in generation._asdict().items()}
+    kept = [{"phase": "ga", "generation": lists}, {"phase": "ga", "result": {"design_mm": [1.0], "status": "done"}}]
+    row = dict.fromkeys(FIELDS, 0) | {"index": 3, "inputs": {"a": 1}, "steps": [{"step": 1}], "conflict": []}
+    recording = Recording(np.arange(5.0), np.ones((5, 3)), np.zeros((5, 3)))
+    for name in ("whole.csv", "whole.npz"):
+        save_recording(recording, folder / name)
+    length = design.geometry.forearm_length
+    found = [
+        Reader("design", "d.json", _of_tree(json.loads(BEST.read_text()), json_text), load_design, (DesignError,),
+               (delta_cad_cli.main, lambda p: ["inspect", "--design", str(p)])),
+        Reader("requirements", "r.toml", _of_tree(task, toml_text), load_requirements, (RequirementsError,),
+               (optimizer_cli.main, lambda p: ["synthesize", str(p), "--out", str(p.with_name("b.json"))])),
+        Reader("grid", "g.toml", _of_tree(grid, toml_text), load_grid, (RequirementsError,),
+               (optimizer_cli.main, lambda p: ["atlas", str(p), "--out", str(p.parent)])),
+        Reader("masses", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
+               lambda p: load_masses(p, length), (MassError,),
+               (haptics_cli.main, lambda p: ["gravity", "--design", str(BEST), "--masses", str(p)])),
+        Reader("certificate", "c.json", _of_tree(certificate, json_text, redigested), read_certificate,
+               (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),
+        Reader("checkpoint", "c.jsonl", _lines(kept), _resumed(Checkpoint), (CheckpointError,)),
+        Reader("atlas rows", "rows.jsonl", _lines([row, row | {"index": 4}]), _resumed(RowFile), (CheckpointError,)),
+        Reader("recording csv", "r.csv", _of_tree(_table(folder / "whole.csv"), csv_text), load_recording,
+               (RecordingError,)),
+        Reader("recording npz", "r.npz", _packed((folder / "whole.npz").read_bytes()), load_recording,
+               (RecordingError,)),
+        Reader("packet", "packet", _packet, lambda p: decode(p.read_bytes()), (PacketError,)),
+    ]  # fmt: skip
+    for family in FAMILIES.values():
+        found.append(
+            Reader(
+                f"catalogue {family.name}", family.file, _of_tree(_table(DATA / family.file), csv_text),
+                lambda p, record=family.record: read_family(p, record), (CatalogueError,),
+            )
+        )  # fmt: skip
+    return found
+
+
+def _table(path: Path) -> list[list[str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Interrupts what takes longer."""
+
+    def late(*_: object) -> None:
+        raise HangError(f"no answer within {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def fault(reader: Reader, number: int, folder: Path) -> str | None:
+    """Lets a reader read the damaged file of a number.
+
+    Args:
+        reader: The reader.
+        number: Its random numbers' seed; the file is left in the folder.
+        folder: Of the file.
+
+    Returns:
+        What the reader did that it must not; None if it read or refused the file as it should.
+    """
+    path = folder / reader.file
+    path.write_bytes(reader.make(Random(f"{reader.name} {number}")))
+    try:
+        with within(HANG_S):
+            reader.read(path)
+    except reader.refuses as error:
+        wrong = unfit(str(error))
+        return wrong or (_commanded(reader, path) if number % COMMANDS_EVERY == 0 else None)
+    except Exception as error:  # what is looked for
+        return f"{type(error).__name__}: {str(error)[:200]!r}"
+    return None
+
+
+def unfit(line: str) -> str | None:
+    """Says why a text cannot be shown as one line."""
+    if not line or not line.isprintable():
+        return f"the message is not one printable line: {line[:200]!r}"
+    return f"the message has {len(line)} characters: {line[:100]}..." if len(line) > LONGEST_LINE else None
+
+
+def _commanded(reader: Reader, path: Path) -> str | None:
+    """What a command does with a refused file that it must not do."""
+    if reader.command is None:
+        return None
+    main, arguments = reader.command
+    out, err = io.StringIO(), io.StringIO()
+    try:
+        with within(HANG_S), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = main(arguments(path))
+    except BaseException as error:  # what is looked for
+        return f"the command raised {type(error).__name__}: {str(error)[:200]!r}"
+    line = err.getvalue()
+    if code not in (1, 2) or out.getvalue() or line.count("\n") != 1:
+        return f"the command ended with {code}, {out.getvalue()[:100]!r} and {line[:200]!r}"
+    return unfit(line[:-1])

@@ -1,0 +1,44 @@
+"""A seeded sample of the damaged files that `make endurance` makes many of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from tests.endurance.readers import Reader, fault, readers
+
+SAMPLE = 60  # files a reader: two seconds for all of them
+
+
+def test_no_damaged_file_gets_more_than_one_line_out_of_its_reader(tmp_path: Path) -> None:
+    faults = {}
+    for reader in readers(tmp_path):
+        made = {reader.make(Random(f"{reader.name} {number}")) for number in range(SAMPLE)}
+        assert len(made) > SAMPLE / 2, reader.name
+        for number in range(SAMPLE):
+            if (found := fault(reader, number, tmp_path)) is not None:
+                faults[reader.name, number] = found
+    assert faults == {}
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (KeyError("a"), "KeyError"),
+        (ValueError("two\nlines"), "not one printable line"),
+        (ValueError("\x1b[2J"), "not one printable line"),
+        (ValueError("x" * 10_000), "10000 characters"),
+        (ValueError(""), "not one printable line"),
+        (ValueError("fine"), ""),
+    ],
+    ids=str,
+)
+def test_a_fault_is_found(error: Exception, told: str, tmp_path: Path) -> None:
+    def read(_: Path) -> None:
+        raise error
+
+    found = fault(Reader("a", "a.json", lambda _: b"", read, (ValueError,)), 0, tmp_path)
+    assert (found is None) == (told == "")
+    assert told in (found or "")
