@@ -14,6 +14,7 @@ import pytest
 from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.commands import cli
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, Records
+from tests.designs import named
 
 KEY = {"seed": 1}
 RECORDS = [{"index": 0, "value": 1.0 / 3.0}, {"index": 1, "value": 1e-300}, {"index": 2, "value": [0.1, None]}]
@@ -105,9 +106,9 @@ def test_opening_changes_nothing_and_a_torn_line_is_cut_away_by_the_next(tmp_pat
         {"phase": "a", "generation": {"objective": [1.0], "margins": [[1.0], []]}},
         {"phase": "a", "generation": {"objective": ["x"], "margins": [[1.0]]}},
         {"phase": "a", "generation": {"objective": [10**400], "margins": [[1.0]]}},
-        {"index": 3}, dict.fromkeys(FIELDS), dict.fromkeys(FIELDS) | {"index": "x"},
+        {"index": 3}, dict.fromkeys(sorted(FIELDS)), dict.fromkeys(sorted(FIELDS)) | {"index": "x"},
     ],
-    ids=str,
+    ids=named,
 )  # fmt: skip
 @pytest.mark.parametrize("kind", [Checkpoint, RowFile])
 def test_a_whole_record_of_another_shape_is_refused(kind: type[Records], record: Any, tmp_path: Path) -> None:
