@@ -106,12 +106,13 @@ def require_room(path: Path, *, folder: bool = False) -> None:
     """Makes sure, before the work for it, that a path can be written: makes a file beside it and removes it.
 
     Args:
-        path: Where to; its parents are made if they are not there.
+        path: Where to; parents that are not there are made, and taken away again.
         folder: Whether it will be a folder, else a file.
 
     Raises:
         OSError: It cannot be written, or a file has the folder's name, or a folder the file's; the path is named.
     """
+    missing = [parent for parent in path.parents if not parent.exists()]
     with _naming(path):
         _require_kind(path, folder)
         recover(path)
@@ -121,6 +122,9 @@ def require_room(path: Path, *, folder: bool = False) -> None:
         finally:
             part.unlink(missing_ok=True)
             os.close(lock)
+            with contextlib.suppress(OSError):  # somebody else has put something there
+                for parent in missing:
+                    parent.rmdir()
 
 
 def recover(path: Path) -> None:
@@ -129,7 +133,6 @@ def recover(path: Path) -> None:
     Args:
         path: The folder or file that the runs wrote; its parent is made if it is not there.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     with _locked_parent(path):
         _restore(path)
     _clear_stale(path)
@@ -241,6 +244,8 @@ def _naming(path: Path, part: Path | None = None) -> Iterator[None]:
             where = path / where.relative_to(part)
         elif where.parent == path.parent or path.is_relative_to(where):  # a part beside it, or a folder above it
             where = path
+        if error.strerror is None:  # without a name it has words only, which a name would take away
+            error.errno, error.strerror = errno.EIO, str(error)
         error.filename = str(where)
         raise
 
@@ -295,14 +300,15 @@ def _own_part(path: Path, flags: int) -> tuple[Path, int]:
     """
     while True:
         part = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
-        if not flags & os.O_CREAT:
-            part.mkdir()
         try:
+            if not flags & os.O_CREAT:
+                part.mkdir()
             descriptor = os.open(part, flags, 0o666)
         except FileNotFoundError:
-            if flags & os.O_CREAT:  # no folder there, or one like /proc that takes no files
+            if flags & os.O_CREAT and path.parent.exists():  # one like /proc that takes no files
                 raise
-            continue  # another run took it for stale before it was locked
+            path.parent.mkdir(parents=True, exist_ok=True)  # a run that only looked for room took it away
+            continue  # or another took the part for stale before it was locked
         if _lock(descriptor) and _is_at(descriptor, part):
             return part, descriptor
         os.close(descriptor)  # likewise: it is just being cleared away, or is gone
@@ -343,8 +349,12 @@ def _clear_stale(path: Path) -> None:
 
 @contextmanager
 def _locked_parent(path: Path) -> Iterator[None]:
-    """Holds off other runs that would put their folders to the same place at the same moment."""
-    descriptor = os.open(path.parent, os.O_RDONLY)
+    """Makes the parent and holds off other runs that would put their folders to the same place at the same moment."""
+    while True:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):  # a run that only looked for room took it away in between
+            descriptor = os.open(path.parent, os.O_RDONLY)
+            break
     try:
         with contextlib.suppress(OSError):  # a file system without locks
             fcntl.flock(descriptor, fcntl.LOCK_EX)

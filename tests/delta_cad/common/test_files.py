@@ -319,8 +319,8 @@ def test_lines_survive_kills_at_any_moment(tmp_path: Path) -> None:
 
 def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path) -> None:
     require_room(tmp_path / "a" / "file")
-    require_room(tmp_path / "a" / "folder", folder=True)
-    assert list((tmp_path / "a").iterdir()) == []
+    require_room(tmp_path / "a" / "b" / "folder", folder=True)
+    assert list(tmp_path.iterdir()) == []
     write_whole(tmp_path / "a" / "file", "old")
     require_room(tmp_path / "a" / "file")
     require_room(tmp_path / "a", folder=True)
