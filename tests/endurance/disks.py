@@ -11,6 +11,7 @@ from pathlib import Path
 from tests.committed import BEST, ROOT
 from tests.endurance.kills import LIMIT_S, TASK, digest, start
 from tests.endurance.readers import unfit
+from tests.terminal import said
 
 SMALL = 2**18  # bytes: less than a build writes, more than a checkpoint needs to begin
 CHECK = ["-m", "delta_cad", "check", "--design", str(BEST), "--out"]
@@ -49,7 +50,7 @@ def ended(arguments: list[str], codes: tuple[int, ...] = (2,), needs: str = "", 
         run.kill()
         run.communicate()
         return [f"no end: {' '.join(arguments)}"]
-    text = told.decode(errors="backslashreplace")
+    text = said(told.decode(errors="backslashreplace"))
     lines = [line for line in text.split("\n") if line and not line.startswith("note: ")]
     found = [] if run.returncode in codes else [f"exit code {run.returncode}, not {codes}: {text[-300:]!r}"]
     if run.returncode in (0, 1):
