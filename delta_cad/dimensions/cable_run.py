@@ -1,0 +1,186 @@
+"""The cable between sector and pinion, developed into a plane: one straight line at every angle of the arm.
+
+Each strand leaves the pinion along the groove's own helix. The sector's lugs are set outwards by as much as the strand
+climbs on its way, so that the fleet angle is zero everywhere and the cable's length does not change. Both take-offs
+walk along the pinion the same way as it turns, a constant distance apart.
+
+Source: developed geometry of crossed internal tangents; grooves of a lathe's pitch just over the cable's diameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, atan, atan2, cos, exp, hypot, log, pi, sin, sqrt, tan, tau
+
+GROOVE_PITCHES_MM = (0.5, 0.6, 0.7, 0.75, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0)  # what lathes cut
+PITCH_PER_DIAMETER = 1.25  # least pitch: neighbouring turns keep a quarter of a diameter
+FRICTION = 0.12  # cable on metal, the low end of what is measured
+SLIP_SAFETY = 1.8  # turns drawn over turns that hold the peak
+SLACK_N = 4.0  # least tension of the slack strand
+FLEET_LIMIT_RAD = 0.0436  # 2.5 deg: beyond, a cable climbs out of a flat groove
+
+
+def groove_pitch_mm(cable_mm: float) -> float:
+    """Gives the smallest pitch of a lathe that keeps neighbouring turns of a cable apart, mm."""
+    least = PITCH_PER_DIAMETER * cable_mm
+    return next((pitch for pitch in GROOVE_PITCHES_MM if pitch >= least), least)
+
+
+def least_turns(pretension_N: float, difference_N: float, friction: float = FRICTION) -> float:
+    """Computes the turns on the pinion that just hold a difference of tensions (Euler, Eytelwein).
+
+    Args:
+        pretension_N: Mean tension of both strands.
+        difference_N: Tight less slack strand, less than twice the pretension.
+        friction: Coefficient of friction of cable and pinion.
+    """
+    tight, slack = pretension_N + difference_N / 2, pretension_N - difference_N / 2
+    return log(tight / slack) / (tau * friction)
+
+
+def held_ratio(turns: float, friction: float = FRICTION) -> float:
+    """Computes the largest ratio of the tensions that turns on the pinion hold (Euler, Eytelwein)."""
+    return exp(tau * friction * turns)
+
+
+@dataclass(frozen=True)
+class CableRun:
+    """Cable between a sector and a pinion that turn against one another; lengths in mm, angles in rad.
+
+    Attributes:
+        sector_mm: Radius of the cable's middle on the sector.
+        pinion_mm: Radius of the cable's middle on the pinion.
+        gap_mm: Distance of the two pitch circles.
+        pitch_mm: Pitch of the pinion's groove.
+        turns: Turns on the pinion, counted from a take-off round to the line of centres, whole.
+        stroke_rad: Angle of the arm from stop to stop.
+        beyond_rad: Angle on the sector from the tangent point to the rim's end, at the stop.
+    """
+
+    sector_mm: float
+    pinion_mm: float
+    gap_mm: float
+    pitch_mm: float
+    turns: int
+    stroke_rad: float
+    beyond_rad: float
+
+    @property
+    def centre_distance_mm(self) -> float:
+        """Distance of the axes."""
+        return self.sector_mm + self.pinion_mm + self.gap_mm
+
+    @property
+    def tangent_rad(self) -> float:
+        """Angle of the tangent points from the line of centres, either side, on both circles."""
+        return acos((self.sector_mm + self.pinion_mm) / self.centre_distance_mm)
+
+    @property
+    def free_mm(self) -> float:
+        """Length of a strand between its tangent points."""
+        return sqrt(self.gap_mm**2 + 2.0 * self.gap_mm * (self.sector_mm + self.pinion_mm))
+
+    @property
+    def lead_rad(self) -> float:
+        """Angle of the groove's helix from the plane across the axes."""
+        return atan2(self.pitch_mm, tau * self.pinion_mm)
+
+    @property
+    def climb(self) -> float:
+        """Way along the axes per length of cable in the plane across them."""
+        return self.pitch_mm / (tau * self.pinion_mm)
+
+    @property
+    def spread_mm(self) -> float:
+        """Distance of the two take-offs along the pinion."""
+        return self.pitch_mm * (self.turns - self.tangent_rad / pi)
+
+    @property
+    def wrap_rad(self) -> float:
+        """Angle of the cable round the pinion: the far side of the line of centres, and all whole turns."""
+        return tau * self.turns - 2.0 * self.tangent_rad
+
+    @property
+    def walk_mm(self) -> float:
+        """Way of both take-offs along the pinion from stop to stop."""
+        return self.climb * self.sector_mm * self.stroke_rad
+
+    @property
+    def middle_mm(self) -> float:
+        """Length from the rim's end to the pinion's tangent point in the middle of the stroke."""
+        return self.sector_mm * (self.stroke_rad / 2 + self.beyond_rad) + self.free_mm
+
+    @property
+    def shortest_mm(self) -> float:
+        """The same length at the stop where it is least."""
+        return self.sector_mm * self.beyond_rad + self.free_mm
+
+    @property
+    def lug_mm(self) -> float:
+        """Offset of the rim's ends from the sector's middle plane, one to either side."""
+        return self.spread_mm / 2 + self.middle_mm * self.climb
+
+    @property
+    def rim_rad(self) -> float:
+        """Angle of the rim that carries cable."""
+        return self.stroke_rad + 2 * self.beyond_rad + 2 * self.tangent_rad
+
+    @property
+    def grooved_mm(self) -> float:
+        """Width of the pinion's groove: the turns, their walk and one pitch at either end."""
+        return self.spread_mm + self.walk_mm + 2 * self.pitch_mm
+
+    def take_off_mm(self, turned_rad: float) -> tuple[float, float]:
+        """Gives where both strands leave the pinion along its axis, from the middle plane, mm.
+
+        Args:
+            turned_rad: Angle of the arm from the middle of its stroke.
+
+        Returns:
+            Of the strand that grows longer as the angle grows, and of the other.
+        """
+        walked = self.climb * self.sector_mm * turned_rad
+        return self.spread_mm / 2 - walked, -self.spread_mm / 2 - walked
+
+    def fleet_rad(self, turned_rad: float, lugs_mm: tuple[float, float]) -> tuple[float, float]:
+        """Computes the angle between each strand and the groove's helix.
+
+        Args:
+            turned_rad: Angle of the arm from the middle of its stroke.
+            lugs_mm: Offsets of the rim's ends from the middle plane as they are, of the same two strands.
+        """
+        reach = self.sector_mm * turned_rad
+        found = []
+        for take_off, lug, length in zip(
+            self.take_off_mm(turned_rad), lugs_mm, (self.middle_mm + reach, self.middle_mm - reach), strict=True
+        ):
+            found.append(atan(abs(lug - take_off) / length) - self.lead_rad)
+        return found[0], found[1]
+
+    def lug_tolerance_mm(self, limit_rad: float = FLEET_LIMIT_RAD) -> float:
+        """Computes by how much a lug may be off before a strand leaves the plane across the axes by a limit."""
+        return self.shortest_mm * (tan(limit_rad) - self.climb)
+
+    def shaft_load_N(self, pretension_N: float, difference_N: float) -> float:
+        """Computes the load on the pinion's shaft: the pretensions nearly cancel, their difference adds up.
+
+        The strands leave to opposite sides, `tangent_rad` off the common tangent of the pitch circles.
+        """
+        psi = self.tangent_rad
+        return hypot(2.0 * pretension_N * sin(psi), difference_N * cos(psi))
+
+    def stiffness_N_mm(self, EA_N: float, turned_rad: float, anchors_mm: float = 0.0) -> float:
+        """Computes the stiffness at the sector's pitch circle, both strands together, the pinion held.
+
+        Args:
+            EA_N: Tension of the cable per strain.
+            turned_rad: Angle of the arm from the middle of its stroke.
+            anchors_mm: Length of cable beyond the rim's end on either side.
+        """
+        reach = self.sector_mm * turned_rad
+        lengths = self.middle_mm + reach + anchors_mm, self.middle_mm - reach + anchors_mm
+        return EA_N * sum(1.0 / length for length in lengths)
+
+    def length_mm(self) -> float:
+        """Computes the length of the cable from rim's end to rim's end; the same at every angle."""
+        return hypot(1.0, self.climb) * (2.0 * self.middle_mm + self.wrap_rad * self.pinion_mm)
