@@ -2,123 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.assembly.bench import (
+    BESIDE_MM,
+    HALF_TURN,
+    UPRIGHT,
+    Bench,
+    Progress,
+    at,
+    longest,
+    longest_dowel,
+    pointing,
+)
 from delta_cad.assembly.contacts import contacts, stops
+from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.statement import statement
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.dimensions.rules import require
-from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame, frames
-from delta_cad.solids import brackets, capstan, fasteners, forearm, platform, shaft, upper_arm
+from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
+from delta_cad.solids import brackets, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
-from delta_cad.solids.bought.bearing import make_bearing
 from delta_cad.solids.bought.encoder_board import make_encoder_board
 from delta_cad.solids.bought.foot import make_foot
 from delta_cad.solids.bought.magnet import make_magnet
 from delta_cad.solids.bought.motor import make_motor
-from delta_cad.solids.part import Fit, Joint, Occurrence, Part
-
-ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm
-CONTACT_MM3 = 0.01  # common volume of two faces that touch: the kernel's noise, not a fit
-BESIDE_MM = 0.8  # least gap of what turns beside a cheek: 1 mm by design less play and the meshes' deviation
-BESIDE = (  # what of an arm passes what of its own bracket that closely
-    ("tension_screw_{}_0", "motor_cheek_{}"),
-    ("tension_screw_{}_1", "motor_cheek_{}"),
-    ("lock_nut_{}_0", "motor_cheek_{}"),
-    ("lock_nut_{}_1", "motor_cheek_{}"),
-    *((f"sector_screw_{{}}_{k}", "encoder_cheek_{}") for k in range(3)),
-    *((f"sector_screw_{{}}_{k}", "motor_cheek_{}") for k in range(3)),
-    *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
-    ("encoder_magnet_{}", "bearing_{}_e"),
-)
-Progress = Callable[[str], None]
+from delta_cad.solids.part import Joint
 
 
-def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
-    """(4, 4) translation."""
-    moved = np.eye(4)
-    moved[:3, 3] = (x, y, z)
-    return moved
-
-
-HALF_TURN = np.diag([-1.0, -1.0, 1.0, 1.0])  # about z
-UPRIGHT = np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])  # x down: rods pass beside the board
-
-
-def pointing(direction: Sequence[float], x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
-    """(4, 4) frame at a point whose z axis is the direction: how screws, dowels and sleeves are placed."""
-    axis = np.asarray(direction, dtype=float)
-    axis = axis / np.linalg.norm(axis)
-    aside = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.9 else [1.0, 0.0, 0.0], axis)
-    first = aside / np.linalg.norm(aside)
-    return frames(first, np.cross(axis, first), np.array([x, y, z]))
-
-
-def longest(size: str, available_mm: float) -> float:
-    """Longest stock length of a cap screw, such as "M3", that fits from under its head to the end of the thread, mm.
-
-    Raises:
-        DimensionError: The shortest one is longer.
-    """
-    return _longest(catalogue.screw(size).lengths_mm, available_mm, f"screw_{size}", " under the head")
-
-
-def longest_dowel(key: str, available_mm: float) -> float:
-    """Longest stock length of a dowel, such as "3", that does not exceed the depth of its bores together, mm.
-
-    Raises:
-        DimensionError: The shortest one is longer.
-    """
-    return _longest(catalogue.dowel(key).lengths_mm, available_mm, f"dowel_{key}")
-
-
-def _longest(lengths_mm: tuple[float, ...], available_mm: float, part: str, where: str = "") -> float:
-    fitting = [length for length in lengths_mm if length <= available_mm + ROUNDING_MM]
-    shortest = f"{available_mm:.2f} mm are available{where}; the shortest has {min(lengths_mm):g} mm"
-    require(bool(fitting), part, "length", shortest)
-    return max(fitting)
-
-
-class _Assembler:
-    """Collects occurrences; makes each part once."""
-
-    def __init__(self, d: Dimensions, progress: Progress) -> None:
-        self.d = d
-        self.progress = progress
-        self.parts: dict[str, Part] = {}
-        self.occurrences: list[Occurrence] = []
-        self.fits: list[Fit] = []
-
-    def once(self, key: str, make: Callable[[], Part]) -> Part:
-        if key not in self.parts:
-            self.progress(key)
-            self.parts[key] = make()
-        return self.parts[key]
-
-    def screw(self, size: str, length: float) -> Part:
-        return self.once(f"screw_{size}x{length:g}", lambda: fasteners.make_cap_screw(size, length))
-
-    def dowel(self, key: str, length: float) -> Part:
-        return self.once(f"dowel_{key}x{length:g}", lambda: fasteners.make_dowel(key, length))
-
-    def put(self, name: str, part: Part, link: str, placement: np.ndarray) -> str:
-        self.occurrences.append(Occurrence(name, part, link, placement))
-        return name
-
-    def touch(self, a: str, b: str, reason: str) -> None:
-        self.fits.append(Fit(a, b, "contact", overlap_mm3=CONTACT_MM3, reason=reason))
-
-    def gap(self, a: str, b: str, gap_mm: float, reason: str, gap_max_mm: float | None = None) -> None:
-        self.fits.append(Fit(a, b, "running gap", gap_mm=gap_mm, reason=reason, gap_max_mm=gap_max_mm))
-
-
-def _base(bench: _Assembler) -> None:
+def _base(bench: Bench) -> None:
     d = bench.d
     bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
     foot = bench.once("foot", lambda: make_foot(d))
@@ -132,7 +47,7 @@ def _base(bench: _Assembler) -> None:
             bench.put(f"foot_screw_{i}", screw, "base", pointing((0, 0, -1), x, y, low - rest))
 
 
-def _bracket(bench: _Assembler, i: int) -> None:
+def _bracket(bench: Bench, i: int) -> None:
     d, layers, b = bench.d, bench.d.layers, bench.d.bracket
     shoulder = chain_frame(i) @ at(b.shoulder_u_mm)
     encoder_side, motor_side = layers.encoder_cheek_mm, layers.motor_cheek_mm
@@ -198,7 +113,7 @@ def _bracket(bench: _Assembler, i: int) -> None:
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
 
 
-def _arm(bench: _Assembler, i: int) -> None:
+def _arm(bench: Bench, i: int) -> None:
     d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
     bench.put(f"upper_arm_{i}", bench.once("upper_arm", lambda: upper_arm.make_upper_arm(d)), link, np.eye(4))
     bench.put(
@@ -223,70 +138,7 @@ def _arm(bench: _Assembler, i: int) -> None:
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
 
 
-def _direct(bench: _Assembler, i: int) -> None:
-    bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
-    bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
-    bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
-    for k in range(bench.d.motor.mount_count):
-        bench.gap(f"upper_arm_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
-    for k in range(len(bench.d.bracket.stop_pins_mm)):
-        bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
-
-
-def _capstan(bench: _Assembler, i: int) -> None:
-    d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
-    y = d.layers.sector_mm
-    bench.put(f"sector_{i}", bench.once("sector", lambda: capstan.make_sector(d)), link, np.eye(4))
-    bench.put(f"capstan_cable_{i}", bench.once("capstan_cable", lambda: capstan.make_cable(d)), link, np.eye(4))
-    bench.put(f"pinion_{i}", bench.once("pinion", lambda: capstan.make_pinion(d)), f"pinion_{i}", np.eye(4))
-    tension = bench.once(
-        "tension_screw",
-        lambda: fasteners.make_tension_screw(
-            capstan.TENSION_SCREW, capstan.TENSION_SCREW_LENGTH_MM, capstan.CABLE_BORE_MM
-        ),
-    )
-    nut = bench.once("lock_nut", lambda: fasteners.make_lock_nut(capstan.TENSION_SCREW))
-    sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
-    head = catalogue.hex_screw(capstan.TENSION_SCREW).head_height_mm
-    for end in range(2):
-        under_head = capstan.tension_screw_frame(d, end)
-        bench.put(f"tension_screw_{i}_{end}", tension, link, under_head)
-        bench.put(f"lock_nut_{i}_{end}", nut, link, under_head @ at(z=-capstan.TENSION_SCREW_OUT_MM))
-        bench.put(f"crimp_sleeve_{i}_{end}", sleeve, link, under_head @ at(z=head))
-    row = catalogue.screw(upper_arm.SECTOR_SCREW)
-    seat = d.layers.arm_mm[0] + row.counterbore_depth_mm
-    screw = bench.screw(upper_arm.SECTOR_SCREW, longest(upper_arm.SECTOR_SCREW, y[1] - seat))
-    circle = a.sector_screw_circle_mm / 2
-    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_screw_angles_rad)):
-        bench.put(f"sector_screw_{i}_{k}", screw, link, pointing((0, -1, 0), x, seat, z))
-    pin = bench.dowel("3", longest_dowel("3", y[1] - d.layers.arm_mm[0] - 1.0))
-    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
-        bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
-    bearing = bench.once("bearing", lambda: make_bearing(d))
-    shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
-    seats = {"e": d.layers.encoder_cheek_mm[1] - d.bearing.width_mm, "m": d.layers.motor_cheek_mm[0]}
-    for side, start in seats.items():
-        bench.put(f"bearing_{i}_{side}", bearing, "base", shoulder @ at(0.0, start, 0.0))
-        bench.touch(f"shoulder_shaft_{i}", f"bearing_{i}_{side}", "shaft in the bearing's bore")
-    bench.touch(f"upper_arm_{i}", f"bearing_{i}_e", "collar on the inner ring")
-    bench.touch(f"sector_{i}", f"bearing_{i}_m", "collar on the inner ring")
-    bench.touch(f"pinion_{i}", f"motor_{i}", "pinion bonded on the motor's shaft")
-    bench.gap(f"sector_{i}", f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
-    for moving, fixed in BESIDE:
-        bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1.2 mm or more by design")
-    bench.gap(f"capstan_cable_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
-    bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
-    for k in range(d.motor.mount_count):
-        for moving in ("sector_{}", "lock_nut_{}_0", "lock_nut_{}_1", "tension_screw_{}_0", "tension_screw_{}_1"):
-            bench.gap(
-                moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design"
-            )
-    bench.gap(f"sector_{i}", f"pinion_{i}", 0.6, "capstan gap, 0.8 mm by design, the cable runs in it", 1.0)
-    bench.gap(f"capstan_cable_{i}", f"pinion_{i}", 0.1, "cable leaves the rim for the pinion here")
-    bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
-
-
-def _rods(bench: _Assembler, i: int) -> None:
+def _rods(bench: Bench, i: int) -> None:
     d, f = bench.d, bench.d.forearm
     socket = bench.once("ball_socket", lambda: forearm.make_socket(d))
     tube = bench.once("rod_tube", lambda: forearm.make_rod_tube(d))
@@ -304,7 +156,7 @@ def _rods(bench: _Assembler, i: int) -> None:
             bench.touch(f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}", "ball in its seat")
 
 
-def _platform(bench: _Assembler) -> None:
+def _platform(bench: Bench) -> None:
     d, p = bench.d, bench.d.platform
     top = p.boss_diameter_mm / 2
     bench.put("platform", bench.once("platform", lambda: platform.make_platform(d)), "platform", np.eye(4))
@@ -344,15 +196,15 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         BuildError: A solid could not be built (part, feature, parameter).
         DimensionError: No stock screw or dowel is short enough, or no stop pin long enough.
     """
-    bench = _Assembler(d, progress)
+    bench = Bench(d, progress)
     _base(bench)
     for i in CHAINS:
         _bracket(bench, i)
         _arm(bench, i)
         if d.capstan is not None:
-            _capstan(bench, i)
+            place_capstan(bench, i)
         else:
-            _direct(bench, i)
+            place_direct(bench, i)
         _rods(bench, i)
     _platform(bench)
     cube = d.design.cube

@@ -11,16 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions
-from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
+from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions, pinion_end_mm, rim_y_mm
 from delta_cad.dimensions.forearm import CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError
+from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 __all__ = ["DimensionError", "Dimensions", "dimensions"]
@@ -50,6 +53,13 @@ class Dimensions:
     magnet: catalogue.Magnet
 
     @property
+    def home_rad(self) -> float:
+        """Shoulder angle of all three arms in the cube's centre, where the machine is exported."""
+        cube = self.design.cube
+        home = np.array([0.0, 0.0, (cube.bottom_height_mm + cube.half_side_mm) / MM_PER_M])
+        return float(inverse_kinematics(self.design.geometry, home)[0])
+
+    @property
     def stops_rad(self) -> tuple[float, float]:
         """Shoulder angles at which the stop pins are met."""
         return (
@@ -73,13 +83,18 @@ def dimensions(design: Design) -> Dimensions:
     bearing = catalogue.bearing(hardware.bearing)
     encoder, magnet = catalogue.encoder(hardware.encoder), catalogue.magnet(hardware.magnet)
     cable, tube, knob = catalogue.cable(hardware.cable), catalogue.tube(hardware.tube), catalogue.knob(hardware.knob)
-    stack = layers(hardware.arm_thickness_mm, hardware.drive, bearing, encoder, motor)
+    run = rim = None
+    if hardware.drive == "capstan":
+        run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
+        clear = design.requirements.clearance_min_mm
+        rim = rim_y_mm(run, cable.diameter_mm, hardware.arm_thickness_mm, mechanism.base_radius_mm, clear)
+    stack = layers(hardware.arm_thickness_mm, rim, pinion_end_mm(rim), bearing, encoder, motor)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM, stack, bearing)
     capstan = None
-    if hardware.drive == "capstan":
+    if run is not None:
         capstan = capstan_dimensions(
-            hardware.sector_radius_mm,
+            run,
             hardware.capstan_ratio,
             shoulder,
             stack,

@@ -3,60 +3,84 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, hypot, pi, radians, sin, tau
+from math import acos, cos, hypot, pi, radians, sin
 
 from delta_cad import catalogue
+from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
+from delta_cad.mechanism.geometry import SIN_60
 
-PINION_DIRECTION_RAD = radians(-125.0)  # from the shoulder down and inwards: keeps the motor inside the outline
-GAP_MM = 0.8  # pinion to sector; the cable runs between them
-PINION_WRAPS = 3.0  # friction of three turns holds e^(0.15 * 6 pi) = 17 times the slack side's tension
-PINION_WALL_MM = 0.75  # steel sleeve bonded on the motor shaft
+SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
+PINION_DIRECTION_RAD = radians(-115.0)  # from the shoulder down and inwards: keeps the motor inside the outline
+GAP_MM = 1.0  # of the pitch circles; the strands cross between them
+PINION_TURNS = 4  # hold 20 times the slack side's tension at a friction of 0.12
 GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
-SHAFT_ENGAGEMENT_MM = 6.0  # bonded length at least one shaft diameter
-NOSE_RADIUS_MM = 5.0  # under the cable at the rim's upper end: it bends no tighter there than on the pinion
+PINION_WALL_MM = 0.75  # least steel between the groove and the motor's shaft
+SHOULDER_MM = 0.5  # of the pinion at either end of its groove
+SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
+COLLAR_WALL_MM = 2.0  # around the shaft, for the set screws' threads
+COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+SET_SCREW = "M3"
+COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
+NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end: it bends no tighter there than on the pinion
 NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
 RIM_BEYOND_MM = 4.0  # rim between the pinion at the stop and the nose: keeps a wall of 2 mm beside the stop's slot
+RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
 HUB_WALL_MM = 8.0  # sector around the shaft in its upper half, where no screws are and the rods pass beside it
 SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
+ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
+CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
+COLLAR_OFF_MM = 1.0  # along the axis from the sector's rim to the collar, which may be wider than the pinion
+TENSION_SCREW, TENSION_SCREW_LENGTH_MM = "M3", 10.0
+CARRIAGE_MM = (6.0, 5.0)  # length and thickness of the block that pulls the cable's outer end
+CARRIAGE_RADII_MM = (-7.5, 2.5)  # its inner and outer face from the cable's line
+CARRIAGE_SCREW_MM = -5.0  # line of its screw from the cable's line
+CARRIAGE_FROM_MM, TENSION_TRAVEL_MM = 0.5, 3.5  # where it stands when the cable is put on, and how far it goes
+LUG_WALL_MM = (1.7, 3.0)  # beside the carriage's pocket, and under its screw's head
+POCKET_PLAY_MM = 0.1  # of the carriage in its pocket, either side
 
 
 @dataclass(frozen=True)
 class CapstanDimensions:
     """Sector, pinion and cable; angles are polar angles about the shoulder in the arm's frame.
 
-    At the larger angle the cable leaves the rim along its tangent. At the smaller one, which passes under the platform,
-    the rim ends in a nose round which the cable turns inwards, so that nothing stands above the rim there.
+    At the larger angle the cable leaves the rim along its tangent, into a carriage that a screw pulls. At the smaller
+    one, which passes under the platform, the rim ends in a nose round which the cable turns inwards to its anchor, so
+    that nothing stands above the rim there. The outer end lies towards the arm, the inner one towards the motor.
     """
 
-    rim_radius_mm: float
+    run: CableRun
     cable_diameter_mm: float
-    pitch_radius_mm: float
-    pinion_pitch_radius_mm: float
+    rim_radius_mm: float
+    middle_y_mm: float
     pinion_radius_mm: float
     pinion_bore_mm: float
     pinion_bore_depth_mm: float
     pinion_y_mm: tuple[float, float]
-    centre_distance_mm: float
+    collar_radius_mm: float
+    collar_y_mm: tuple[float, float]
     direction_rad: float
     ratio: float
     rim_angles_rad: tuple[float, float]
     hub_radius_mm: float
     nose_radius_mm: float
     turns_rad: tuple[float, float]
-    lug_length_mm: float
-    lug_radii_mm: tuple[float, float]
     slot_radius_mm: float
     slot_width_mm: float
     slot_angles_rad: tuple[float, float]
-    cable_length_mm: float
     keep_out_radius_mm: float
+
+    @property
+    def pitch_radius_mm(self) -> float:
+        """Radius of the cable's middle on the sector."""
+        return self.run.sector_mm
 
     @property
     def pinion_axis_mm(self) -> tuple[float, float]:
         """(u, z) of the pinion's axis from the shoulder."""
-        return self.centre_distance_mm * cos(self.direction_rad), self.centre_distance_mm * sin(self.direction_rad)
+        distance = self.run.centre_distance_mm
+        return distance * cos(self.direction_rad), distance * sin(self.direction_rad)
 
     @property
     def nose_centre_mm(self) -> tuple[float, float]:
@@ -66,12 +90,91 @@ class CapstanDimensions:
 
     @property
     def nose_bar_radius_mm(self) -> float:
-        """Half width of the sector's end below the nose: as far below the cable as the plate lies under a lug."""
-        return self.nose_radius_mm + self.cable_diameter_mm / 2 - (self.pitch_radius_mm - self.lug_radii_mm[0])
+        """Half width of the sector's end below the nose: as far below the cable as the anchor's wall goes."""
+        return self.nose_radius_mm + self.cable_diameter_mm / 2 - ANCHOR_SIDE_MM
+
+    @property
+    def end_y_mm(self) -> tuple[float, float]:
+        """Coordinate along the shoulder's axis of the cable at the rim's ends, of the smaller angle first."""
+        return self.middle_y_mm + self.run.lug_mm, self.middle_y_mm - self.run.lug_mm
+
+    @property
+    def cable_length_mm(self) -> float:
+        """Length of the cable between the backs of its two sleeves."""
+        nose = (self.nose_radius_mm + self.cable_diameter_mm / 2) * self.turns_rad[0]
+        carriage = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
+        return self.run.length_mm() + nose + ANCHOR_MM + CRIMP_MM[1] + carriage
+
+
+def cable_run(
+    pitch_radius_mm: float, ratio: float, shoulder_rad: tuple[float, float], cable: catalogue.Cable
+) -> CableRun:
+    """Lays a cable over the range of shoulder angles with the stops' margin, the outer lug clear of the pinion.
+
+    Args:
+        pitch_radius_mm: Radius of the cable's middle on the sector.
+        ratio: Turns of the pinion per turn of the arm.
+        shoulder_rad: Smallest and largest shoulder angle over the cube.
+        cable: Row of the catalogue.
+    """
+    pinion, d = pitch_radius_mm / ratio, cable.diameter_mm
+    distance = pitch_radius_mm + pinion + GAP_MM
+    lug = pitch_radius_mm + CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
+    near = crest_mm(pinion, d) + RUNNING_GAP_MM  # closest that the lug may come to the pinion's axis
+    cosine = (distance**2 + lug**2 - near**2) / (2 * distance * lug)
+    aside = acos(cosine) - acos((pitch_radius_mm + pinion) / distance) if cosine < 1.0 else 0.0
+    return CableRun(
+        sector_mm=pitch_radius_mm,
+        pinion_mm=pinion,
+        gap_mm=GAP_MM,
+        pitch_mm=groove_pitch_mm(d),
+        turns=PINION_TURNS,
+        stroke_rad=shoulder_rad[1] - shoulder_rad[0] + 2 * STOP_MARGIN_RAD,
+        beyond_rad=max(aside, RIM_BEYOND_MM / pitch_radius_mm),
+    )
+
+
+def crest_mm(pinion_pitch_mm: float, cable_mm: float) -> float:
+    """Gives the outer radius of a pinion between the turns of its groove, mm."""
+    return pinion_pitch_mm - cable_mm / 2 + GROOVE_FRACTION * cable_mm
+
+
+def sector_width_mm(run: CableRun, cable_mm: float) -> float:
+    """Gives the width of the rim that both ends of the cable need, mm."""
+    return 2 * run.lug_mm + cable_mm + 2 * RIM_SIDE_MM
+
+
+def rim_y_mm(
+    run: CableRun, cable_mm: float, arm_thickness_mm: float, base_radius_mm: float, clearance_mm: float
+) -> tuple[float, float]:
+    """Places the rim along the shoulder's axis: beside the arm, and as far out as the neighbour's sector asks for.
+
+    Two sectors that swing inwards under the platform meet at 120 degrees: the tip of one, at its rim's height, passes
+    the other's inner side when R >= tip - y sqrt 3 + clearance 2 / sqrt 3.
+
+    Args:
+        run: The cable.
+        cable_mm: Its diameter.
+        arm_thickness_mm: Thickness of the arm's plate.
+        base_radius_mm: Base centre to shoulder axis, R.
+        clearance_mm: Between links.
+
+    Returns:
+        Both sides of the rim.
+    """
+    tip = run.sector_mm + cable_mm / 2
+    neighbour = (tip - base_radius_mm + clearance_mm / SIN_60) / (2 * SIN_60)
+    low = max(arm_thickness_mm / 2 + SECTOR_OFF_MM, neighbour)
+    return low, low + sector_width_mm(run, cable_mm)
+
+
+def pinion_end_mm(rim_y: tuple[float, float] | None) -> float:
+    """Gives where the pinion's collar ends beyond the rim, along the shoulder's axis, mm; 0 without a rim."""
+    return 0.0 if rim_y is None else rim_y[1] + COLLAR_OFF_MM + COLLAR_MM
 
 
 def capstan_dimensions(
-    pitch_radius_mm: float,
+    run: CableRun,
     ratio: float,
     shoulder_rad: tuple[float, float],
     layers: Layers,
@@ -81,13 +184,12 @@ def capstan_dimensions(
     slot_radius_mm: float,
     shaft_mm: float,
 ) -> CapstanDimensions:
-    """Dimensions a capstan for a range of shoulder angles.
+    """Dimensions a capstan around its cable.
 
-    The sector covers the pinion at every shoulder angle in the range, with the stop margin and room for the lugs of
-    the tension screws at both ends; the arc slot around the stop pin ends exactly the stop margin outside the range.
+    The arc slot around the stop pin ends exactly the stop margin outside the range of shoulder angles.
 
     Args:
-        pitch_radius_mm: Radius of the cable's middle on the sector.
+        run: The cable.
         ratio: Turns of the pinion per turn of the arm.
         shoulder_rad: Smallest and largest shoulder angle over the cube.
         layers: Stack along the shoulder axis.
@@ -101,23 +203,29 @@ def capstan_dimensions(
         DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, the sector is too small
             for the stop pin's slot or would have to go round more than 250 degrees.
     """
-    d = cable.diameter_mm
-    rim_radius_mm = pitch_radius_mm - d / 2
-    pinion_pitch = pitch_radius_mm / ratio
-    crest = pinion_pitch - d / 2 + GROOVE_FRACTION * d
+    d, pitch = cable.diameter_mm, run.sector_mm
     bore = motor.shaft_diameter_mm
-    wall = pinion_pitch - d / 2 - bore / 2
+    wall = run.pinion_mm - d / 2 - bore / 2
     require(
         wall >= PINION_WALL_MM,
         "pinion",
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
-        f"hardware.capstan_ratio must be <= {pitch_radius_mm / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
+        f"hardware.capstan_ratio must be <= {pitch / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
     )
-    face = layers.motor_cheek_mm[1]
-    y = (layers.sector_mm[0] - 0.5, face - motor.pilot_height_mm - 0.5)
-    shaft_end = face - motor.shaft_length_mm
-    floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the sleeve
+    collar = collar_radius_mm(motor)
+    require(
+        collar - bore / 2 >= COLLAR_WALL_MM,
+        "pinion",
+        "collar",
+        f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
+        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws: another hardware.motor",
+    )
+    middle = sum(layers.sector_mm) / 2
+    half = run.grooved_mm / 2 + SHOULDER_MM
+    y = (middle - half, pinion_end_mm(layers.sector_mm))
+    shaft_end = layers.motor_cheek_mm[1] - motor.shaft_length_mm
+    floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the pinion
     engaged = y[1] - max(floor, shaft_end)
     require(
         engaged >= SHAFT_ENGAGEMENT_MM,
@@ -125,26 +233,22 @@ def capstan_dimensions(
         "bore",
         f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
     )
-    distance = rim_radius_mm + crest + GAP_MM
     slot_width = stop_pin_mm + 1.0
     to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
     least = max(
         slot_radius_mm + slot_width / 2 + SLOT_WALL_MM + d / 2,
-        (to_pilot - GAP_MM + (1.0 - GROOVE_FRACTION) * d) / (1.0 + 1.0 / ratio),  # distance >= to_pilot
+        (to_pilot - run.gap_mm) / (1.0 + 1.0 / ratio),  # distance of the axes >= to_pilot
     )
     require(
-        pitch_radius_mm >= least,
+        pitch >= least,
         "sector",
         "slot",
-        f"hardware.sector_radius_mm = {pitch_radius_mm:g} must be at least {least:.1f} mm, or the stop pin's slot on "
+        f"hardware.sector_radius_mm = {pitch:g} must be at least {least:.1f} mm, or the stop pin's slot on "
         f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
     )
-    lug = (rim_radius_mm - 3.2, rim_radius_mm + 3.6)
-    near = crest + RUNNING_GAP_MM  # closest that a lug may come to the pinion's axis
-    aside = acos((distance**2 + lug[1] ** 2 - near**2) / (2 * distance * lug[1]))
-    direction = PINION_DIRECTION_RAD
+    direction, side = PINION_DIRECTION_RAD, run.tangent_rad + run.beyond_rad
     reach = (direction - shoulder_rad[1] - STOP_MARGIN_RAD, direction - shoulder_rad[0] + STOP_MARGIN_RAD)
-    rim = (reach[0] - RIM_BEYOND_MM / pitch_radius_mm, reach[1] + aside)
+    rim = (reach[0] - side, reach[1] + side)
     require(
         rim[1] - rim[0] <= radians(250.0),
         "sector",
@@ -153,32 +257,37 @@ def capstan_dimensions(
         f"{(rim[1] - rim[0]) * 180 / pi:.0f} deg, at most 250",
     )
     play = (slot_width - stop_pin_mm) / 2 / slot_radius_mm
-    lug_length = 6.0
-    head = 2.0 + 1.7 + 3.0  # lock nut, screw head and crimp sleeve
+    head = catalogue.screw(TENSION_SCREW).head_height_mm
+    lug = (pitch + CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0], lug_length_mm() + head)
     return CapstanDimensions(
-        rim_radius_mm=rim_radius_mm,
+        run=run,
         cable_diameter_mm=d,
-        pitch_radius_mm=pitch_radius_mm,
-        pinion_pitch_radius_mm=pinion_pitch,
-        pinion_radius_mm=crest,
+        rim_radius_mm=pitch - d / 2,
+        middle_y_mm=middle,
+        pinion_radius_mm=crest_mm(run.pinion_mm, d),
         pinion_bore_mm=bore,
         pinion_bore_depth_mm=y[1] - floor,
         pinion_y_mm=y,
-        centre_distance_mm=distance,
+        collar_radius_mm=collar,
+        collar_y_mm=(y[1] - COLLAR_MM, y[1]),
         direction_rad=direction,
         ratio=ratio,
         rim_angles_rad=rim,
         hub_radius_mm=shaft_mm / 2 + HUB_WALL_MM,
         nose_radius_mm=NOSE_RADIUS_MM,
         turns_rad=(NOSE_TURN_RAD, 0.0),
-        lug_length_mm=lug_length,
-        lug_radii_mm=lug,
         slot_radius_mm=slot_radius_mm,
         slot_width_mm=slot_width,
         slot_angles_rad=(reach[0] + play, reach[1] - play),
-        cable_length_mm=pitch_radius_mm * (rim[1] - rim[0])
-        + (NOSE_RADIUS_MM + d / 2) * NOSE_TURN_RAD
-        + 2 * (lug_length + head)
-        + PINION_WRAPS * tau * pinion_pitch,
-        keep_out_radius_mm=hypot(lug[1], lug_length + head),
+        keep_out_radius_mm=hypot(*lug),
     )
+
+
+def collar_radius_mm(motor: catalogue.Motor) -> float:
+    """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, mm."""
+    return motor.pilot_diameter_mm / 2 - COLLAR_PLAY_MM
+
+
+def lug_length_mm() -> float:
+    """Gives the length of the outer lug: carriage, its travel and the wall under the screw's head, mm."""
+    return CARRIAGE_FROM_MM + CARRIAGE_MM[0] + TENSION_TRAVEL_MM + LUG_WALL_MM[1]

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from delta_cad import catalogue
 from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
 
-SECTOR_THICKNESS_MM = 6.0  # takes the M3 tension screws (head 5.5 mm) in its edge
 ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
 SHAFT_ENDS_GAP_MM = 0.5
+PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
 
@@ -34,7 +34,8 @@ class Layers:
 
 def layers(
     arm_thickness_mm: float,
-    drive: str,
+    rim_mm: tuple[float, float] | None,
+    pinion_end_mm: float,
     bearing: catalogue.Bearing,
     encoder: catalogue.Encoder,
     motor: catalogue.Motor,
@@ -43,21 +44,31 @@ def layers(
 
     The arm's plate is centred on the chain's plane, because the two rods pull on it symmetrically. A capstan's sector
     lies on its motor side; a direct drive has none, so that the motor comes closer: just so far that its shaft ends in
-    front of the stub that carries the magnet. `drive` is "capstan" or "direct".
+    front of the stub that carries the magnet.
+
+    Args:
+        arm_thickness_mm: Thickness of the arm's plate.
+        rim_mm: Both sides of a capstan's rim; None for a direct drive.
+        pinion_end_mm: End of the pinion, which turns in the bore of the motor's pilot and ends before the pilot.
+        bearing: Row of the catalogue, as the next two.
+        encoder: At the shoulder.
+        motor: At the motor cheek.
 
     Raises:
         DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter.
     """
     half = arm_thickness_mm / 2
     cheek = bearing.width_mm + PRESS_DEPTH_MM
-    sector = (half, half + SECTOR_THICKNESS_MM) if drive == "capstan" else (half, half)
+    sector = rim_mm or (half, half)
     encoder_inside = -half - RUNNING_GAP_MM
     motor_inside = sector[1] + RUNNING_GAP_MM
     fixing = catalogue.screw(motor.mount_thread)  # sunk; the shortest must not bottom in the motor
     motor_face = motor_inside + max(
         cheek, fixing.counterbore_depth_mm + min(fixing.lengths_mm) - motor_thread_mm(motor)
     )
-    if drive == "direct":
+    if rim_mm is not None:
+        motor_face = max(motor_face, pinion_end_mm + PILOT_OFF_MM + motor.pilot_height_mm)
+    else:
         motor_face = max(motor_face, STUB_DEPTH_MM + SHAFT_ENDS_GAP_MM - half + motor.shaft_length_mm)
         clamped = half - (motor_face - motor.shaft_length_mm)
         least = arm_thickness_mm + motor.shaft_diameter_mm / 2 - clamped

@@ -1,4 +1,4 @@
-"""Sector, pinion, cable and tension screw of the capstan (arm's frame; the pinion in its own, y along its axis)."""
+"""Sector, pinion, cable and tension carriage of the capstan (arm's frame; the pinion in its own, y along its axis)."""
 
 from __future__ import annotations
 
@@ -10,15 +10,30 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.capstan import (
+    ANCHOR_MM,
+    ANCHOR_SIDE_MM,
+    CARRIAGE_FROM_MM,
+    CARRIAGE_MM,
+    CARRIAGE_RADII_MM,
+    CARRIAGE_SCREW_MM,
+    CRIMP_MM,
+    LUG_WALL_MM,
+    POCKET_PLAY_MM,
+    SET_SCREW,
+    TENSION_SCREW,
+    CapstanDimensions,
+    lug_length_mm,
+)
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
-    bevelled,
     bore_y,
+    bore_z,
+    box,
     cut,
     cylinder,
     feature,
@@ -26,17 +41,16 @@ from delta_cad.solids.primitive import (
     hull_along_y,
     one_solid,
     ring_segment,
+    stepped,
+    swept_round,
 )
 from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
 
-TENSION_SCREW = "M2.5"
-TENSION_SCREW_LENGTH_MM = 8.0
-TENSION_TRAVEL_MM = 3.0  # by which a screw can be turned out: stretch and settling of the cable
-TENSION_SCREW_OUT_MM = 2.0  # room for the lock nut; drawn with the screw as far in as it goes
-CABLE_BORE_MM = 0.8
-CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeve crimped on the cable
+CABLE_BORE_MM = 0.3  # by which a bore is wider than the cable
 BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest cut off
 LIGHTENING_MM = 7.0
+RIM_MM, WEB_MM = 3.5, 4.0  # of the sector: height of the full width under the cable, thickness below it
+STEP_RAD = 0.05  # between points of a cable's path on a drum
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -58,19 +72,53 @@ def rim_end(d: Dimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray
     angle = c.rim_angles_rad[end] + sense * c.turns_rad[end]
     normal = np.array([cos(angle), 0.0, sin(angle)])
     tangent = sense * np.array([-sin(angle), 0.0, cos(angle)])
-    middle = np.array([0.0, sum(d.layers.sector_mm) / 2, 0.0])
+    beside = np.array([0.0, c.end_y_mm[end], 0.0])
     if end:
-        return middle + c.pitch_radius_mm * normal, tangent, normal
+        return beside + c.pitch_radius_mm * normal, tangent, normal
     x, z = c.nose_centre_mm
     nose = np.array([x, 0.0, z]) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * normal
-    return middle + nose, tangent, normal
+    return beside + nose, tangent, normal
 
 
-def tension_screw_frame(d: Dimensions, end: int) -> np.ndarray:
-    """(4, 4) frame under the head of a tension screw in the arm's frame; z points from shank to head."""
-    point, tangent, radial = rim_end(d, end)
-    seat = point + (capstan_of(d).lug_length_mm + TENSION_SCREW_OUT_MM) * tangent
-    return frames(radial, np.cross(tangent, radial), seat)
+def carriage_frame(d: Dimensions) -> np.ndarray:
+    """(4, 4) frame of the tension carriage in the arm's frame: x outwards, y along the shoulder's axis, z off the rim.
+
+    The origin lies on the cable's line where the carriage begins.
+    """
+    point, tangent, normal = rim_end(d, 1)
+    frame = frames(normal, np.cross(tangent, normal), point + CARRIAGE_FROM_MM * tangent)
+    assert np.allclose(frame[:3, 2], tangent)
+    return frame
+
+
+def tension_screw_frame(d: Dimensions) -> np.ndarray:
+    """(4, 4) frame under the head of the tension screw in the arm's frame; z points from shank to head."""
+    point, tangent, normal = rim_end(d, 1)
+    return frames(normal, np.cross(tangent, normal), point + CARRIAGE_SCREW_MM * normal + lug_length_mm() * tangent)
+
+
+def sleeve_frames(d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
+    """(4, 4) frames of both crimp sleeves in the arm's frame, behind the anchor's wall and in the carriage."""
+    found = []
+    for end, back in enumerate((ANCHOR_MM, CARRIAGE_FROM_MM + CARRIAGE_MM[0] - CRIMP_MM[1])):
+        point, tangent, normal = rim_end(d, end)
+        found.append(frames(normal, np.cross(tangent, normal), point + back * tangent))
+    return found[0], found[1]
+
+
+def set_screw_frames(d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
+    """(4, 4) frames of the pinion's set screws in its frame: origin at the collar's surface, z outwards."""
+    c = capstan_of(d)
+    middle = sum(c.collar_y_mm) / 2
+    along_x = frames(np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), np.array([-c.collar_radius_mm, middle, 0.0]))
+    along_z = frames(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, middle, c.collar_radius_mm]))
+    return along_x, along_z
+
+
+def web_y_mm(d: Dimensions) -> tuple[float, float]:
+    """Both sides of the sector's web along the shoulder's axis."""
+    middle = capstan_of(d).middle_y_mm
+    return middle - WEB_MM / 2, middle + WEB_MM / 2
 
 
 def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
@@ -87,42 +135,43 @@ def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
 
 
 def make_sector(d: Dimensions) -> Part:
-    """Sector bolted to the arm: rim and nose for the cable, lugs for the tension screws, slot around the stop pin."""
+    """Sector bolted to the arm: rim, nose and anchor for the cable, pocket for its carriage, slot for the stop pin."""
     number, c, a, y = "sector", capstan_of(d), d.arm, d.layers.sector_mm
+    arm, web = d.layers.arm_mm[1], web_y_mm(d)
     inner = a.flange_radius_mm - 4.0
     low, high = c.rim_angles_rad
-    under = c.lug_length_mm / c.rim_radius_mm  # the plate goes on under the lug
-    screw = catalogue.hex_screw(TENSION_SCREW)
+    length = lug_length_mm()
+    under = length / c.rim_radius_mm  # the web goes on under the lug
+    top = CARRIAGE_RADII_MM[1] + LUG_WALL_MM[0]
+    foot = CARRIAGE_RADII_MM[0] - LUG_WALL_MM[0]
+    pocket_y = (c.end_y_mm[1] - CARRIAGE_MM[1] / 2, c.end_y_mm[1] + CARRIAGE_MM[1] / 2 + POCKET_PLAY_MM)
+
+    def beside(
+        end: int, radial: tuple[float, float], along: tuple[float, float], wide: tuple[float, float]
+    ) -> cq.Shape:
+        """Prism beside a rim's end: off the cable's line, along it from the end, along the shoulder's axis."""
+        point, tangent, normal = rim_end(d, end)
+        corners = [point + r * normal + s * tangent for r in radial for s in along]
+        return hull_along_y([(float(p[0]), float(p[2]), 0.0) for p in corners], wide)
 
     def body() -> cq.Shape:
-        plate = ring_segment(inner, c.rim_radius_mm, (low, high), y)
-        support = ring_segment(inner, c.lug_radii_mm[0] + 0.5, (low, high + under), y)
+        plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
+        rim = ring_segment(c.rim_radius_mm - RIM_MM, c.rim_radius_mm, (low, high), y)
+        support = ring_segment(inner, c.pitch_radius_mm + foot + 1.0, (low, high + under), web)
         x, z = c.nose_centre_mm
         share = inner / (c.rim_radius_mm - c.nose_radius_mm)
         bar = [(x, z, c.nose_bar_radius_mm), (share * x, share * z, c.nose_bar_radius_mm)]
-        nose = fuse(bore_y(2 * c.nose_radius_mm, (x, z), y), hull_along_y(bar, y))
-        hub = bore_y(2 * c.hub_radius_mm, (0.0, 0.0), y)
-        seat = ring_segment(c.hub_radius_mm - 1.0, a.flange_radius_mm, (-pi, 0.0), y)
-        collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (y[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
-        lugs = []
-        for end in range(2):
-            point, tangent, radial = rim_end(d, end)
-            foot = point - c.pitch_radius_mm * radial
-            corners = [
-                foot + r * radial + s * tangent
-                for r, s in (
-                    (c.lug_radii_mm[0], 0.0),
-                    (c.lug_radii_mm[1], 0.0),
-                    (c.lug_radii_mm[1], c.lug_length_mm),
-                    (c.lug_radii_mm[0], c.lug_length_mm),
-                )
-            ]
-            lugs.append(hull_along_y([(float(p[0]), float(p[2]), 0.0) for p in corners], y))
-        return fuse(plate, support, nose, hub, seat, collar, *lugs)
+        nose = fuse(bore_y(2 * c.nose_radius_mm, (x, z), y), hull_along_y(bar, web))
+        hub = bore_y(2 * c.hub_radius_mm, (0.0, 0.0), (arm, web[1]))
+        seat = ring_segment(c.hub_radius_mm - 1.0, a.flange_radius_mm, (-pi, 0.0), (arm, web[1]))
+        collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (web[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
+        lug = beside(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
+        anchor = beside(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
+        return fuse(plate, rim, support, nose, hub, seat, collar, lug, anchor)
 
     shape = feature(number, "outline", "hardware.sector_radius_mm", body)
-    through = (y[0] - THROUGH_MM, d.layers.motor_cheek_mm[0] + THROUGH_MM)
-    thread = catalogue.screw(SECTOR_SCREW)
+    through = (arm - THROUGH_MM, d.layers.motor_cheek_mm[0] + THROUGH_MM)
+    thread, screw = catalogue.screw(SECTOR_SCREW), catalogue.screw(TENSION_SCREW)
     seats = polar_positions(a.sector_screw_circle_mm / 2, a.sector_screw_angles_rad)
     pins = polar_positions(a.sector_screw_circle_mm / 2, a.sector_dowel_angles_rad)
     tools: list[cq.Shape] = [bore_y(a.shaft_bore_mm, (0.0, 0.0), through)]
@@ -133,75 +182,173 @@ def make_sector(d: Dimensions) -> Part:
     tools += [bore_y(c.slot_width_mm, at, through) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
     lights = lightening(c)
     tools += [bore_y(LIGHTENING_MM, at, through) for at in lights]
-    for end in range(2):
+    free = POCKET_PLAY_MM
+    pocket = (CARRIAGE_FROM_MM - 0.2, length - LUG_WALL_MM[1])
+    radial = (CARRIAGE_RADII_MM[0] - free, CARRIAGE_RADII_MM[1] + free)
+    tools.append(beside(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1])))
+    bore = c.cable_diameter_mm + CABLE_BORE_MM
+    for end, lengths in ((0, (-THROUGH_MM, ANCHOR_MM + THROUGH_MM)), (1, (-THROUGH_MM, 1.0))):
         point, tangent, _ = rim_end(d, end)
-        outer = point + (c.lug_length_mm + THROUGH_MM) * tangent
-        tools.append(cylinder(screw.tap_drill_mm, tuple(point - THROUGH_MM * tangent), tuple(outer)))
+        tools.append(cylinder(bore, tuple(point + lengths[0] * tangent), tuple(point + lengths[1] * tangent)))
+    point, tangent, normal = rim_end(d, 1)
+    line = point + CARRIAGE_SCREW_MM * normal
+    ends = (length - LUG_WALL_MM[1] - THROUGH_MM, length + THROUGH_MM)
+    tools.append(cylinder(screw.clearance_hole_mm, *(tuple(line + s * tangent) for s in ends)))
     solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, tools))
     holes = (
         Hole(a.shaft_bore_mm, 1, f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft"),
         Hole(thread.tap_drill_mm, len(seats), f"{SECTOR_SCREW} through, to the arm"),
         Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, dowels"),
         Hole(c.slot_width_mm, 2, f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends"),
-        Hole(screw.tap_drill_mm, 2, f"{TENSION_SCREW} through the lugs, tangential"),
+        Hole(screw.clearance_hole_mm, 1, f"{screw.clearance_hole_mm:g} into the pocket, tension screw"),
+        Hole(bore, 2, f"{bore:g} tangential, cable"),
         *([Hole(LIGHTENING_MM, len(lights), f"{LIGHTENING_MM:g} through, lightening")] if lights else []),
     )
-    description = f"capstan sector, rim radius {c.rim_radius_mm:g}, ratio {c.ratio:g}:1"
-    extent = None, (y[0], d.layers.motor_cheek_mm[0]), None
+    lead = c.run.pitch_mm * c.ratio
+    description = (
+        f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1"
+    )
+    extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
     return made_part(number, description, solid, material("aluminium-7075"), extent, holes)
 
 
+def make_carriage(d: Dimensions) -> Part:
+    """Block in the sector's pocket that pulls the cable's sleeve by a screw and cannot turn; frame `carriage_frame`."""
+    number, c = "tension_carriage", capstan_of(d)
+    (low, high), (length, thick) = CARRIAGE_RADII_MM, CARRIAGE_MM
+    screw, bore = catalogue.screw(TENSION_SCREW), c.cable_diameter_mm + CABLE_BORE_MM
+    seat = CRIMP_MM[0] + 0.2
+    body = box((low, -thick / 2, 0.0), (high, thick / 2, length))
+    tools = [
+        bore_z(bore, (0.0, 0.0), (-THROUGH_MM, length)),
+        bore_z(seat, (0.0, 0.0), (length - CRIMP_MM[1], length + THROUGH_MM)),
+        bore_z(screw.tap_drill_mm, (CARRIAGE_SCREW_MM, 0.0), (-THROUGH_MM, length + THROUGH_MM)),
+    ]
+    solid = feature(number, "bores", "hardware.cable", lambda: cut(body, tools))
+    holes = (
+        Hole(bore, 1, f"{bore:g} through, cable"),
+        Hole(seat, 1, f"counterbore {CRIMP_MM[1]:g} deep, sleeve"),
+        Hole(screw.tap_drill_mm, 1, f"{TENSION_SCREW} through"),
+    )
+    extent = CARRIAGE_RADII_MM, (-thick / 2, thick / 2), (0.0, length)
+    return made_part(number, "carriage that tensions the cable", solid, material("brass"), extent, holes)
+
+
 def make_pinion(d: Dimensions) -> Part:
-    """Steel sleeve bonded on the motor's shaft; the helical groove is a callout, as threads are."""
+    """Steel pinion on the motor's shaft, its groove drawn to the bottom as threads are; two set screws in the collar."""
     number, c = "pinion", capstan_of(d)
-    y0, y1 = c.pinion_y_mm
-    sleeve = bevelled(c.pinion_radius_mm, (y0, y1), 0.3)
-    floor = y1 - c.pinion_bore_depth_mm
-    bore = bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y1 + THROUGH_MM))
-    solid = feature(number, "bore", "motor shaft", lambda: cut(sleeve, [bore]))
-    d_c = c.cable_diameter_mm
-    depth = c.pinion_radius_mm - c.pinion_pitch_radius_mm + d_c / 2
-    description = f"capstan pinion, helical groove R{d_c / 2:.2f} x {depth:.2f} deep, pitch {1.4 * d_c:.2f}"
-    callout = f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, bonded on the motor's shaft"
-    hole, extent = Hole(c.pinion_bore_mm, 1, callout), round_y(c.pinion_radius_mm, c.pinion_y_mm)
-    return made_part(number, description, solid, material("stainless-1.4305"), extent, [hole])
+    (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
+    half, bottom = c.run.grooved_mm / 2, c.run.pinion_mm - c.cable_diameter_mm / 2
+    first, last = c.middle_y_mm - half, c.middle_y_mm + half
+    crest = c.pinion_radius_mm
+    body = stepped((crest, y0, first), (bottom, first, last), (crest, last, y1), (c.collar_radius_mm, y1, y2))
+    floor = y2 - c.pinion_bore_depth_mm
+    screw, middle = catalogue.screw(SET_SCREW), (y1 + y2) / 2
+    tools = [bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y2 + THROUGH_MM))]
+    reach = c.collar_radius_mm + THROUGH_MM
+    tools += [
+        cylinder(screw.tap_drill_mm, (0.0, middle, 0.0), at) for at in ((reach, middle, 0.0), (0.0, middle, reach))
+    ]
+    solid = feature(number, "bore", "motor shaft", lambda: cut(body, tools))
+    run, d_c = c.run, c.cable_diameter_mm
+    description = (
+        f"capstan pinion, helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.2f}, pitch {run.pitch_mm:g}, "
+        f"{run.grooved_mm:.1f} long"
+    )
+    holes = (
+        Hole(c.pinion_bore_mm, 1, f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, on the motor's shaft"),
+        Hole(screw.tap_drill_mm, 2, f"{SET_SCREW} radial, set screws"),
+    )
+    extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
+    return made_part(number, description, solid, material("stainless-1.4305"), extent, holes)
 
 
 def make_cable(d: Dimensions) -> Part:
-    """The cable where it lies on the rim and in the lugs; its turns on the pinion are in the cut length only."""
-    number, c = "capstan_cable", capstan_of(d)
-    (p0, t0, _), (p1, t1, _) = rim_end(d, 0), rim_end(d, 1)
-    beyond = c.lug_length_mm + TENSION_SCREW_OUT_MM + catalogue.hex_screw(TENSION_SCREW).head_height_mm + CRIMP_MM[1]
-    y = sum(d.layers.sector_mm) / 2
-    middle = sum(c.rim_angles_rad) / 2
-    top = cq.Vector(c.pitch_radius_mm * cos(middle), y, c.pitch_radius_mm * sin(middle))
+    """Cable from its sleeve in the carriage over the rim to where it leaves the sector, in the exported position."""
+    c, run = capstan_of(d), capstan_of(d).run
+    point, tangent, _ = rim_end(d, 1)
+    back = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
+    straight = [point + s * tangent for s in np.linspace(back, 0.0, 4)[:-1]]
+    high = c.rim_angles_rad[1]
+    ends = (high, c.direction_rad - d.home_rad + run.tangent_rad)
+    rim = _on_rim(c, ends, c.end_y_mm[1], run.climb)
+    total = c.cable_length_mm
+    piece = _piece(d, "capstan_cable", [*straight, *rim])
+    text = f"{d.cable.description}, cut {total + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
+    return replace(piece, description=text, piece_of="")
 
-    def on_nose(turned_by: float) -> cq.Vector:
-        (x, z), angle = c.nose_centre_mm, c.rim_angles_rad[0] - turned_by
-        radius = c.nose_radius_mm + c.cable_diameter_mm / 2
-        return cq.Vector(x + radius * cos(angle), y, z + radius * sin(angle))
 
-    def body() -> cq.Shape:
-        start = cq.Vector(*(p0 + beyond * t0))
-        path = cq.Wire.assembleEdges(
-            [
-                cq.Edge.makeLine(start, cq.Vector(*p0)),
-                cq.Edge.makeThreePointArc(cq.Vector(*p0), on_nose(c.turns_rad[0] / 2), on_nose(0.0)),
-                cq.Edge.makeThreePointArc(on_nose(0.0), top, cq.Vector(*p1)),
-                cq.Edge.makeLine(cq.Vector(*p1), cq.Vector(*(p1 + beyond * t1))),
-            ]
-        )
-        profile = cq.Wire.makeCircle(c.cable_diameter_mm / 2, start, cq.Vector(*(-t0)))
-        return cq.Solid.sweep(profile, [], path, True, True)
+def make_inner_cable(d: Dimensions) -> Part:
+    """Cable from its sleeve behind the anchor round the nose and over the rim to where it leaves the sector."""
+    c, run = capstan_of(d), capstan_of(d).run
+    point, tangent, _ = rim_end(d, 0)
+    straight = [point + s * tangent for s in np.linspace(ANCHOR_MM + CRIMP_MM[1], 0.0, 5)[:-1]]
+    low, (x, z) = c.rim_angles_rad[0], c.nose_centre_mm
+    radius, y = c.nose_radius_mm + c.cable_diameter_mm / 2, c.end_y_mm[0]
+    turn = np.linspace(low - c.turns_rad[0], low, 13)[:-1]
+    nose = [np.array([x + radius * cos(a), y, z + radius * sin(a)]) for a in turn]
+    rim = _on_rim(c, (low, c.direction_rad - d.home_rad - run.tangent_rad), y, -run.climb)
+    return _piece(d, "capstan_cable_inner", [*straight, *nose, *rim])
 
-    solid, mass_g = feature(number, "sweep", "hardware.cable", body), d.cable.mass_g_m * c.cable_length_mm / 1000.0
-    ends = f"{d.cable.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
-    extent = None, (y - c.cable_diameter_mm / 2, y + c.cable_diameter_mm / 2), None
-    return replace(bought_part(number, d.cable, solid, "stainless-1.4305", extent, mass_g), description=ends)
+
+def make_strand(d: Dimensions, end: int) -> Part:
+    """Free strand from the sector to the pinion in the exported position; frame of the shoulder, axes of the chain."""
+    c, run = capstan_of(d), capstan_of(d).run
+    sense = 1.0 if end else -1.0
+    at = c.direction_rad + sense * run.tangent_rad
+    leaves = np.array([run.sector_mm * cos(at), _leaves_y(d, end), run.sector_mm * sin(at)])
+    x, z = c.pinion_axis_mm
+    angle = at + pi
+    arrives = np.array([x + run.pinion_mm * cos(angle), leaves[1], z + run.pinion_mm * sin(angle)])
+    arrives[1] += sense * run.climb * run.free_mm
+    strand = cylinder(c.cable_diameter_mm, tuple(leaves), tuple(arrives))
+    return _bought(d, f"capstan_cable_strand_{'outer' if end else 'inner'}", strand, run.free_mm)
+
+
+def make_turns(d: Dimensions) -> Part:
+    """Turns of the cable on the pinion in the exported position; the pinion's frame."""
+    c, run = capstan_of(d), capstan_of(d).run
+    turned = -c.ratio * d.home_rad  # the pinion's frame seen from the chain's
+    start = c.direction_rad + pi + run.tangent_rad - turned
+    angle = np.linspace(0.0, run.wrap_rad, int(run.wrap_rad / 0.2) + 2)
+    y = _leaves_y(d, 1) + run.climb * (run.free_mm + run.pinion_mm * angle)
+    round_it = [run.pinion_mm * f(start + angle) for f in (np.cos, np.sin)]
+    return _piece(d, "capstan_cable_turns", list(np.column_stack([round_it[0], y, round_it[1]])))
+
+
+def _leaves_y(d: Dimensions, end: int) -> float:
+    """Coordinate along the shoulder's axis where a strand leaves the sector in the exported position."""
+    c, run = capstan_of(d), capstan_of(d).run
+    sense = 1.0 if end else -1.0
+    way = c.pitch_radius_mm * abs(c.rim_angles_rad[end] - (c.direction_rad - d.home_rad + sense * run.tangent_rad))
+    return c.end_y_mm[end] + sense * run.climb * way
+
+
+def _on_rim(c: CapstanDimensions, angles: tuple[float, float], y: float, climb: float) -> list[np.ndarray]:
+    """Points of the cable's middle along the rim between two angles; y at the first, and how it climbs."""
+    first, last = angles
+    found = []
+    for angle in np.linspace(first, last, int(abs(last - first) / STEP_RAD) + 2):
+        along = y + climb * c.pitch_radius_mm * abs(angle - first)
+        found.append(np.array([c.pitch_radius_mm * cos(angle), along, c.pitch_radius_mm * sin(angle)]))
+    return found
+
+
+def _piece(d: Dimensions, number: str, points: list[np.ndarray]) -> Part:
+    """A piece of the cable along points of its middle."""
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    shape = feature(number, "sweep", "hardware.cable", lambda: swept_round(points, capstan_of(d).cable_diameter_mm))
+    return _bought(d, number, shape, length)
+
+
+def _bought(d: Dimensions, number: str, shape: cq.Shape, length_mm: float) -> Part:
+    mass_g = d.cable.mass_g_m * length_mm / 1000.0
+    part = bought_part(number, d.cable, shape, "stainless-1.4305", None, mass_g)
+    return replace(part, piece_of="capstan_cable", description=f"{part.description}, drawn in pieces")
 
 
 def make_crimp_sleeve(d: Dimensions) -> Part:
-    """Sleeve crimped on the cable behind a tension screw's head; along z from the head."""
+    """Sleeve crimped on the cable, behind the anchor's wall or in the carriage; along z from the cable's pull."""
     c, number = capstan_of(d), "crimp_sleeve"
     outer, length = CRIMP_MM
     sleeve = cylinder(outer, (0, 0, 0), (0, 0, length))

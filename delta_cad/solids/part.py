@@ -62,6 +62,7 @@ class Part:
         order_code: Supplier and order code or "".
         source: Where its data come from or "".
         extent_mm: Declared reach along the part's axes, checked against the solid; None: not declared.
+        piece_of: Number of the part that it is drawn as a piece of, and ordered with; "" for a part of its own.
     """
 
     number: str
@@ -75,6 +76,7 @@ class Part:
     order_code: str = ""
     source: str = ""
     extent_mm: Extent | None = None
+    piece_of: str = ""
 
 
 @dataclass(frozen=True)

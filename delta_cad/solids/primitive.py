@@ -186,6 +186,13 @@ def cut(solid: cq.Shape, tools: Iterable[cq.Shape]) -> cq.Shape:
     return solid.cut(*tools)
 
 
+def swept_round(points: Sequence[Sequence[float]], diameter: float) -> cq.Solid:
+    """Round rod along a smooth line through points."""
+    line = cq.Edge.makeSpline([cq.Vector(*point) for point in points])
+    profile = cq.Wire.makeCircle(diameter / 2, line.startPoint(), line.tangentAt(0.0))
+    return cq.Solid.sweep(profile, [], cq.Wire.assembleEdges([line]), True, False)
+
+
 def fuse(solid: cq.Shape, *others: cq.Shape) -> cq.Shape:
     """Union with coplanar faces merged."""
     return solid.fuse(*others).clean()

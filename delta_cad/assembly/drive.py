@@ -1,0 +1,107 @@
+"""The drives placed on their links: capstan, or motor on the shoulder's axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.assembly.bench import BESIDE_MM, Bench, at, longest, longest_dowel, longest_set_screw, pointing
+from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW
+from delta_cad.mechanism.placement import chain_frame
+from delta_cad.solids import capstan, fasteners, upper_arm
+from delta_cad.solids.bought.bearing import make_bearing
+
+CABLE_MM3 = 1.0  # what pieces of one cable share: the free strands are drawn where they are in the exported position
+BESIDE = (  # what of an arm passes what of its own bracket that closely
+    *((f"{moving}_{{}}", "motor_cheek_{}") for moving in ("tension_screw", "tension_carriage")),
+    ("crimp_sleeve_{}_0", "motor_cheek_{}"),
+    ("capstan_cable_{}_inner", "motor_cheek_{}"),
+    *((f"sector_screw_{{}}_{k}", "encoder_cheek_{}") for k in range(3)),
+    *((f"sector_screw_{{}}_{k}", "motor_cheek_{}") for k in range(3)),
+    *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
+    ("encoder_magnet_{}", "bearing_{}_e"),
+)
+
+
+def place_direct(bench: Bench, i: int) -> None:
+    """Notes what is close where the arm sits on the motor's shaft."""
+    bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
+    bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
+    for k in range(bench.d.motor.mount_count):
+        bench.gap(f"upper_arm_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
+    for k in range(len(bench.d.bracket.stop_pins_mm)):
+        bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
+
+
+def place_capstan(bench: Bench, i: int) -> None:
+    """Places sector, pinion, cable and tensioner of a chain, and the bearings of its shoulder."""
+    d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
+    y = d.layers.sector_mm
+    bench.put(f"sector_{i}", bench.once("sector", lambda: capstan.make_sector(d)), link, np.eye(4))
+    pinion = f"pinion_{i}"
+    bench.put(pinion, bench.once("pinion", lambda: capstan.make_pinion(d)), pinion, np.eye(4))
+    wall = capstan.capstan_of(d).collar_radius_mm - d.motor.shaft_diameter_mm / 2
+    length = longest_set_screw(SET_SCREW, wall)
+    grub = bench.once("set_screw", lambda: fasteners.make_set_screw(SET_SCREW, length))
+    for k, frame in enumerate(capstan.set_screw_frames(d)):
+        bench.put(f"set_screw_{i}_{k}", grub, pinion, frame)
+    _cable(bench, i)
+    carriage = bench.once("tension_carriage", lambda: capstan.make_carriage(d))
+    bench.put(f"tension_carriage_{i}", carriage, link, capstan.carriage_frame(d))
+    tension = bench.screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
+    bench.put(f"tension_screw_{i}", tension, link, capstan.tension_screw_frame(d))
+    sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
+    for end, frame in enumerate(capstan.sleeve_frames(d)):
+        bench.put(f"crimp_sleeve_{i}_{end}", sleeve, link, frame)
+    row = catalogue.screw(upper_arm.SECTOR_SCREW)
+    seat = d.layers.arm_mm[0] + row.counterbore_depth_mm
+    screw = bench.screw(upper_arm.SECTOR_SCREW, longest(upper_arm.SECTOR_SCREW, y[1] - seat))
+    circle = a.sector_screw_circle_mm / 2
+    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_screw_angles_rad)):
+        bench.put(f"sector_screw_{i}_{k}", screw, link, pointing((0, -1, 0), x, seat, z))
+    pin = bench.dowel("3", longest_dowel("3", y[1] - d.layers.arm_mm[0] - 1.0))
+    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
+        bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
+    bearing = bench.once("bearing", lambda: make_bearing(d))
+    shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+    seats = {"e": d.layers.encoder_cheek_mm[1] - d.bearing.width_mm, "m": d.layers.motor_cheek_mm[0]}
+    for side, start in seats.items():
+        bench.put(f"bearing_{i}_{side}", bearing, "base", shoulder @ at(0.0, start, 0.0))
+        bench.touch(f"shoulder_shaft_{i}", f"bearing_{i}_{side}", "shaft in the bearing's bore")
+    bench.touch(f"upper_arm_{i}", f"bearing_{i}_e", "collar on the inner ring")
+    bench.touch(f"sector_{i}", f"bearing_{i}_m", "collar on the inner ring")
+    bench.touch(pinion, f"motor_{i}", "pinion on the motor's shaft")
+    bench.gap(f"sector_{i}", f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
+    for moving, fixed in BESIDE:
+        bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
+    bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
+    for k in range(d.motor.mount_count):
+        for moving in ("sector_{}", "tension_screw_{}", "crimp_sleeve_{}_0", "capstan_cable_{}_inner", "pinion_{}"):
+            bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
+    bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
+    bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
+    bench.gap(pinion, f"motor_cheek_{i}", 0.4, "collar in the pilot's bore, 0.5 mm by design")
+    for k in range(2):
+        bench.gap(f"set_screw_{i}_{k}", f"motor_cheek_{i}", 0.4, "set screw below the collar's surface")
+
+
+def _cable(bench: Bench, i: int) -> None:
+    """Places the cable of a chain, in pieces: on the sector at either end, free, and on the pinion."""
+    d, link, pinion = bench.d, f"upper_arm_{i}", f"pinion_{i}"
+    name, shoulder = f"capstan_cable_{i}", chain_frame(i) @ at(d.bracket.shoulder_u_mm)
+    turns = bench.put(f"{name}_turns", bench.once("turns", lambda: capstan.make_turns(d)), pinion, np.eye(4))
+    bench.gap(turns, f"sector_{i}", 0.5, "turns beside the rim, 1 mm by design, and beside the lug")
+    bench.gap(turns, f"motor_cheek_{i}", BESIDE_MM, "turns beside the bracket")
+    for end, (side, make) in enumerate((("inner", capstan.make_inner_cable), ("outer", capstan.make_cable))):
+        on_rim = bench.put(f"{name}_{side}", bench.once(f"cable_{side}", lambda make=make: make(d)), link, np.eye(4))
+        strand = bench.once(f"strand_{side}", lambda end=end: capstan.make_strand(d, end))
+        free = bench.put(f"{name}_strand_{side}", strand, "base", shoulder)
+        bench.gap(on_rim, turns, 0.3, "cable on the rim beside that on the pinion, 0.46 mm by design")
+        bench.gap(on_rim, pinion, 0.6, "cable on the rim beside the pinion")
+        bench.touch(free, f"sector_{i}", "the strand leaves the rim along its tangent")
+        bench.touch(free, pinion, "the strand reaches the groove along its tangent")
+        bench.touch(free, turns, "one cable", CABLE_MM3)
+        bench.touch(free, on_rim, "one cable", CABLE_MM3)
+    for side, other in (("inner", "outer"), ("outer", "inner")):
+        bench.gap(f"{name}_{side}", f"{name}_strand_{other}", 0.5, "the strands cross a turn's width apart")
