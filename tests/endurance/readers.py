@@ -194,7 +194,7 @@ def readers(folder: Path) -> list[Reader]:
     for family in FAMILIES.values():
         found.append(
             Reader(
-                f"catalogue {family.name}", family.file, _of_tree(_table(DATA / family.file), csv_text),
+                f"catalogue {family.name}", Path(family.file).name, _of_tree(_table(DATA / family.file), csv_text),
                 lambda p, record=family.record: read_family(p, record), (CatalogueError,),
             )
         )  # fmt: skip
