@@ -129,18 +129,24 @@ def _require_columns(file: str, header: list[str], names: list[str], optional: f
 def _values(
     where: str, cells: Mapping[str, str], kinds: Mapping[str, Any], names: list[str], defaults: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Makes the fields of a row of its cells, in the order of the fields; what is empty or left out by its default."""
+    """Makes the fields of a row: first of its cells, then by their defaults those that are empty or left out."""
     values: dict[str, Any] = {}
+    left = [name for name in names if name in defaults and not cells.get(name, "").strip()]
     for name in names:
-        text = cells.get(name, "").strip()
-        if not text and name in defaults:
-            default = defaults[name]
-            values[name] = default(values) if callable(default) else default
+        if name in left:
             continue
         try:
-            values[name] = _value(text, kinds[name], name)
+            values[name] = _value(cells.get(name, "").strip(), kinds[name], name)
         except ValueError as error:
             raise CatalogueError(f"{where}: {name} = {cells.get(name, '')[:LONGEST]!r}: {error}") from None
+    for name in left:
+        try:
+            value = defaults[name](values) if callable(defaults[name]) else defaults[name]
+            if isinstance(value, float):
+                _number(repr(value), name in MAY_BE_ZERO)
+        except (ArithmeticError, ValueError):
+            raise CatalogueError(f"{where}: {name}: must be stated: what follows for it is no number > 0") from None
+        values[name] = value
     return values
 
 

@@ -26,7 +26,8 @@ class CatalogueRow:
         verified: "yes: ...", "partly: ..." or "no, ...".
         price_EUR: Price of one without tax; None when none was found.
         price_source: Date and source of the price, or "".
-        defaults: What columns hold that a user's own row leaves out: a value, or a function of the columns before it.
+        defaults: What columns hold that a user's own row leaves out: a value, or a function of the columns that it
+            states and of the defaults before it.
             A column that is neither here nor may be None must be stated.
         partners: Columns that hold an id of another family -> that family.
     """
