@@ -98,7 +98,8 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None) ->
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
-    _check_catalogue(design, file)
+    _check_catalogue(design.hardware, file)
+    _check_drive(design.hardware, file)
     fault = impossible_sum(design)
     if fault is not None:
         raise DesignError(file, fault.field, short(fault.value), fault.allowed)
@@ -122,14 +123,60 @@ def _own_parts(hardware: object, file: str, folder: Path, given: Path | None) ->
         raise DesignError(file, field, short(value), str(error)) from None
 
 
-def design_schema() -> dict[str, Any]:
-    """Makes the JSON Schema of the design file, with bounds, defaults and descriptions."""
+def hardware_from_dict(
+    data: Mapping[str, Any],
+    file: str = "design",
+    folder: Path = Path(),
+    own_parts: Path | None = None,
+    *,
+    drive_fits: bool = True,
+) -> Hardware:
+    """Validates the hardware of a design given as plain data.
+
+    Args:
+        data: Its entries; what is left out has its default.
+        file: Name that error messages start with.
+        folder: Folder that the entry `catalogue` starts from.
+        own_parts: Folder of the user's own parts, in place of that one.
+        drive_fits: Whether to refuse a motor that does not suit the drive.
+
+    Returns:
+        The hardware, with all defaults filled in.
+
+    Raises:
+        DesignError: As `design_from_dict` refuses the hardware of a design.
+    """
+    own = _own_parts(data, file, folder, own_parts)
+    try:
+        hardware = Hardware.model_validate(dict(data), context=own)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise _explained(file, first["type"], ("hardware", *first["loc"]), first["input"], first["msg"]) from None
+    _check_catalogue(hardware, file)
+    if drive_fits:
+        _check_drive(hardware, file)
+    return hardware
+
+
+def design_schema(own_parts: Path | None = None) -> dict[str, Any]:
+    """Makes the JSON Schema of the design file, with bounds, defaults and descriptions.
+
+    Args:
+        own_parts: Folder of the user's own parts, whose ids are legal, too, where the design names a folder.
+
+    Raises:
+        CatalogueError: The own parts are refused.
+    """
+    own = None if own_parts is None else catalogue.own_parts(own_parts)
     schema = Design.model_json_schema(by_alias=True)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = SCHEMA
-    entries = schema["$defs"]["Hardware"]["properties"]
-    for entry in HARDWARE_FAMILIES:
-        entries[entry]["enum"] = list(catalogue.family(entry))
+    legal = {entry: {"enum": list(catalogue.family(entry))} for entry in HARDWARE_FAMILIES}
+    named = {"required": ["catalogue"], "properties": {"catalogue": {"type": "string"}}}
+    schema["$defs"]["Hardware"] |= {"if": named, "else": {"properties": legal}}
+    if own is not None:
+        more = {entry: {"enum": list(catalogue.family(entry, own))} for entry in HARDWARE_FAMILIES}
+        schema["$defs"]["Hardware"] |= {"then": {"properties": more}}
     return schema
 
 
@@ -215,17 +262,18 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
     return DesignError(file, field, short(value), _allowed(loc))
 
 
-def _check_catalogue(design: Design, file: str) -> None:
-    """Refuses parts that are not in the catalogue and motors that do not suit the drive."""
-    own = design.hardware.own_parts
+def _check_catalogue(hardware: Hardware, file: str) -> None:
+    """Refuses parts that are in no catalogue."""
     for entry in HARDWARE_FAMILIES:
-        key, rows = getattr(design.hardware, entry), catalogue.family(entry, own)
+        key, rows = getattr(hardware, entry), catalogue.family(entry, hardware.own_parts)
         if key not in rows:
             raise DesignError(file, f"hardware.{entry}", short(key), f"must be one of {', '.join(rows)}")
-    drive = design.hardware.drive
-    if drive not in catalogue.motor.chosen(design.hardware).drives:
-        motors = catalogue.family("motor", own).items()
-        legal = [key for key, row in motors if isinstance(row, catalogue.Motor) and drive in row.drives]
-        value = short(design.hardware.motor)
-        allowed = f"is not for the {drive} drive; must be one of {', '.join(legal)}"
-        raise DesignError(file, "hardware.motor", value, allowed)
+
+
+def _check_drive(hardware: Hardware, file: str) -> None:
+    """Refuses a motor that does not suit the drive."""
+    if hardware.drive not in catalogue.motor.chosen(hardware).drives:
+        motors = catalogue.family("motor", hardware.own_parts).items()
+        legal = [key for key, row in motors if isinstance(row, catalogue.Motor) and hardware.drive in row.drives]
+        allowed = f"is not for the {hardware.drive} drive; must be one of {', '.join(legal)}"
+        raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)

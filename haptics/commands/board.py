@@ -72,7 +72,7 @@ def _board(given: argparse.Namespace):
     from haptics.model.machine import load_machine
     from haptics.model.plant import plant
 
-    machine = load_machine(given.design, given.masses)
+    machine = load_machine(given.design, given.masses, given.catalogue)
     counts = catalogue.encoder.chosen(machine.design.hardware).counts_per_turn
     par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
     device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
