@@ -24,7 +24,7 @@ from delta_cad.design import (
 )
 from delta_cad.dimensions import dimensions
 from delta_cad.drive import drive_torque
-from tests.committed import BEST
+from tests.committed import BEST, ROOT
 
 MOTOR = {
     "id": "mine-32",
@@ -243,3 +243,9 @@ def test_unknown_ids_and_unfit_drives_are_refused_with_own_rows_among_the_legal_
         load_design(stated(tmp_path, "my-parts", motor="mine-32", drive="direct"))
     with pytest.raises(DesignError, match=r"hardware\.motor"):
         load_design(stated(tmp_path, None, motor="mine-32"))  # of nobody
+
+
+def test_the_readme_lists_the_columns_that_must_be_there() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name, family in CHOSEN.items():
+        assert f"| `{name}.csv` | {', '.join(f'`{column}`' for column in needed_columns(family))} |" in text
