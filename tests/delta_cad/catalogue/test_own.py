@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
 import shutil
 from math import pi
 from pathlib import Path
@@ -58,6 +59,17 @@ def cell(value: Any) -> str:
     return "" if value is None else ";".join(value) if isinstance(value, tuple) else str(value)
 
 
+def copied(folder: Path, name: str) -> dict[str, Any]:
+    """Writes our rows of a family as a user's file, under other ids; gives our rows by our ids."""
+    family = CHOSEN[name]
+    lines = [",".join(family.columns)]
+    for row in family.rows.values():
+        cells = {column: cell(getattr(row, column)) for column in family.columns} | {"id": f"own-{row.id}"}
+        lines.append(",".join(f'"{text}"' for text in cells.values()))
+    (folder / f"{name}.csv").write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
+    return dict(family.rows)
+
+
 def stated(folder: Path, name: str | None, **hardware: Any) -> Path:
     """A copy of the committed design with other hardware, its own parts in a folder."""
     data = json.loads(BEST.read_text(encoding="utf-8"))
@@ -88,13 +100,7 @@ def test_the_columns_that_must_be_there_are_enough(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", CHOSEN)
 def test_our_own_rows_are_read_as_a_users_file_under_other_ids(name: str, tmp_path: Path) -> None:
     """Every column spelled out is fine, too: the same rows come back."""
-    family = CHOSEN[name]
-    rows = dict(family.rows)
-    lines = [",".join(family.columns)]
-    for row in rows.values():
-        cells = {column: cell(getattr(row, column)) for column in family.columns} | {"id": f"own-{row.id}"}
-        lines.append(",".join(f'"{text}"' for text in cells.values()))
-    (tmp_path / f"{name}.csv").write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
+    rows = copied(tmp_path, name)
     own = catalogue.own_parts(tmp_path).rows[name]
     assert [vars(row) | {"id": key} for key, row in rows.items()] == [
         vars(row) | {"id": key.removeprefix("own-")} for key, row in own.items()
@@ -176,6 +182,35 @@ def test_a_design_takes_its_rows_from_the_folder_beside_it(tmp_path: Path) -> No
     assert made.bearing is catalogue.bearing("688")
     assert (drive.motor, drive.cable) == ("mine-32", "mine-rope")
     assert drive.continuous_torque_N_m == pytest.approx(9.0 * 0.96 * 0.1)
+
+
+def test_all_parts_may_be_ones_own(tmp_path: Path) -> None:
+    """With our numbers under other ids nothing changes but the ids."""
+    parts = tmp_path / "my-parts"
+    parts.mkdir()
+    for name in CHOSEN:
+        copied(parts, name)
+    best = load_design(BEST)
+    design = load_design(stated(tmp_path, "my-parts", **{n: f"own-{getattr(best.hardware, n)}" for n in CHOSEN}))
+    made, ours = dimensions(design), dimensions(best)
+    for name in CHOSEN:
+        assert getattr(made, name).id == f"own-{getattr(ours, name).id}"
+    assert (made.arm, made.capstan, made.bracket, made.shaft) == (ours.arm, ours.capstan, ours.bracket, ours.shaft)
+    assert (made.forearm, made.platform, made.base) == (ours.forearm, ours.platform, ours.base)
+    own, shared = drive_torque(design), drive_torque(best)
+    assert vars(own) | {"motor": shared.motor, "cable": shared.cable} == vars(shared)
+
+
+def test_no_code_asks_for_the_part_that_a_design_names_among_ours_alone() -> None:
+    """`catalogue.motor(design.hardware.motor)` knows ours alone; `catalogue.motor.chosen(design.hardware)` all."""
+    ours_alone = re.compile(rf"catalogue\.({'|'.join(CHOSEN)})\((?!\")")
+    found = [
+        str(path.relative_to(ROOT))
+        for package in ("delta_cad", "haptics", "optimizer")
+        for path in (ROOT / package).rglob("*.py")
+        if ours_alone.search(path.read_text(encoding="utf-8"))
+    ]
+    assert found == []
 
 
 def test_it_is_the_same_design_in_another_place_and_another_one_with_another_part(tmp_path: Path) -> None:
