@@ -22,7 +22,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.statement import statement
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
-from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
 from delta_cad.solids import brackets, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
@@ -92,11 +91,8 @@ def _bracket(bench: Bench, i: int) -> None:
     motor = bench.once("motor", lambda: make_motor(d))
     u, z = b.motor_axis_mm
     bench.put(f"motor_{i}", motor, "base", chain_frame(i) @ at(u, motor_side[1], z))
-    screw = catalogue.screw(d.motor.mount_thread)
-    face = motor_side[0] + screw.counterbore_depth_mm
-    fixing = bench.screw(
-        d.motor.mount_thread, longest(d.motor.mount_thread, motor_side[1] - face + motor_thread_mm(d.motor))
-    )
+    length, sunk = brackets.motor_screw_mm(d)
+    fixing, face = bench.screw(d.motor.mount_thread, length), motor_side[0] + sunk
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))
 

@@ -10,7 +10,14 @@ from math import pi
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.capstan import SHAFT_ENGAGEMENT_MM, CapstanDimensions
+from delta_cad.dimensions.capstan import (
+    CARRIAGE_MM,
+    CRIMP_MM,
+    POCKET_PLAY_MM,
+    SHAFT_ENGAGEMENT_MM,
+    TENSION_SCREW,
+    CapstanDimensions,
+)
 from delta_cad.dimensions.forearm import BALL_CLEARANCE_MM, TUBE_GLUE_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
@@ -21,6 +28,7 @@ FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
 GLUE_MM = 0.06  # radius: the widest bond, of the magnet
 SEATED_MM = 0.02  # along a normal: what a shim cannot enter
 THREAD_MM = fasteners.CORE_PLAY_MM  # radius, threads being drawn as their cores
+CABLE_OFF_MM = 0.03  # the cable's line is drawn through points on its path
 CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together
 SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
 
@@ -150,28 +158,44 @@ def _shoulder(bench: _Contacts, d: Dimensions, i: int) -> None:
 
 
 def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> None:
-    arm, sector, cable, pinion = f"upper_arm_{i}", f"sector_{i}", f"capstan_cable_{i}", f"pinion_{i}"
-    thickness = d.layers.sector_mm[1] - d.layers.sector_mm[0]
-    bench.cylinder(f"shoulder_shaft_{i}", sector, thickness - CHAMFERS_MM, FIT_MM, "sector centred on the shaft")
+    arm, sector, pinion = f"upper_arm_{i}", f"sector_{i}", f"pinion_{i}"
+    web = capstan.web_y_mm(d)
+    bench.cylinder(
+        f"shoulder_shaft_{i}", sector, web[1] - d.layers.arm_mm[1] - CHAMFERS_MM, FIT_MM, "sector on the shaft"
+    )
     bench.plane(sector, arm, SHARE * _ring(2 * c.hub_radius_mm, d.arm.shaft_bore_mm), "sector on the arm")
     for k in range(len(d.arm.sector_dowel_angles_rad)):
         _dowel(bench, f"sector_dowel_{i}_{k}", sector, arm)
-    bench.cylinder(f"motor_{i}", pinion, SHAFT_ENGAGEMENT_MM, FIT_MM, "pinion bonded on the motor's shaft")
-    low, high = c.rim_angles_rad
-    around = c.pitch_radius_mm * (high - low) + (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
-    bench.cable(cable, sector, 0.98 * around, 0.02, "cable on the rim and round the nose")
-    nut, head = catalogue.hex_nut(capstan.TENSION_SCREW), catalogue.hex_screw(capstan.TENSION_SCREW)
-    seat = SHARE * _ring(nut.across_flats_mm, head.diameter_mm)
-    left = head.diameter_mm + capstan.TENSION_TRAVEL_MM
-    bore = (capstan.CABLE_BORE_MM - c.cable_diameter_mm) / 2 + FIT_MM
-    for end in range(2):
-        screw, sleeve = f"tension_screw_{i}_{end}", f"crimp_sleeve_{i}_{end}"
-        bench.cylinder(cable, screw, 0.9 * capstan.TENSION_SCREW_LENGTH_MM, bore, "cable through its tension screw")
-        bench.cylinder(cable, sleeve, 0.9 * capstan.CRIMP_MM[1], FIT_MM, "cable crimped in its sleeve")
-        bench.plane(sleeve, screw, SHARE * _ring(capstan.CRIMP_MM[0], capstan.CABLE_BORE_MM), "sleeve on the head")
-        bench.cylinder(screw, sector, left, THREAD_MM, "tension screw in its lug, a diameter left after its travel")
-        bench.cylinder(screw, f"lock_nut_{i}_{end}", 0.9 * nut.height_mm, THREAD_MM, "nut on its screw")
-        bench.plane(f"lock_nut_{i}_{end}", sector, seat, "nut on its lug")
+    bench.cylinder(f"motor_{i}", pinion, SHAFT_ENGAGEMENT_MM, FIT_MM, "pinion on the motor's shaft")
+    for k in range(2):
+        bench.cylinder(f"set_screw_{i}_{k}", pinion, 2.0, THREAD_MM, "set screw in the pinion's collar")
+    _cable(bench, d, c, i)
+    carriage, tension = f"tension_carriage_{i}", f"tension_screw_{i}"
+    bench.cylinder(tension, carriage, 3.0, THREAD_MM, "tension screw in its carriage, a diameter")
+    guided = 2 * SHARE * CARRIAGE_MM[0] * CARRIAGE_MM[1]
+    bench.plane(carriage, sector, guided, "carriage guided in its pocket", POCKET_PLAY_MM + SEATED_MM)
+    screw = catalogue.screw(TENSION_SCREW)
+    seat = SHARE * _ring(screw.head_diameter_mm, screw.clearance_hole_mm)
+    bench.plane(tension, sector, seat, "tension screw's head on its lug")
+
+
+def _cable(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> None:
+    run, name, sector = c.run, f"capstan_cable_{i}", f"sector_{i}"
+    nose = (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
+    for end, side in enumerate(("inner", "outer")):
+        sense = 1.0 if end else -1.0
+        on_rim = abs(c.rim_angles_rad[end] - (c.direction_rad - d.home_rad + sense * run.tangent_rad))
+        around = c.pitch_radius_mm * on_rim + (0.0 if end else nose)
+        bench.cable(f"{name}_{side}", sector, 0.97 * around, CABLE_OFF_MM, "cable on the rim, and round the nose")
+        bench.cable(
+            f"{name}_{side}", f"crimp_sleeve_{i}_{end}", 0.9 * CRIMP_MM[1], FIT_MM, "cable crimped in its sleeve"
+        )
+    bench.cable(
+        f"{name}_turns", f"pinion_{i}", 0.97 * run.wrap_rad * run.pinion_mm, CABLE_OFF_MM, "turns in the groove"
+    )
+    area = SHARE * _ring(CRIMP_MM[0], c.cable_diameter_mm + capstan.CABLE_BORE_MM)
+    bench.plane(f"crimp_sleeve_{i}_0", sector, area, "sleeve behind the anchor's wall")
+    bench.plane(f"crimp_sleeve_{i}_1", f"tension_carriage_{i}", area, "sleeve in its carriage")
 
 
 def _direct(bench: _Contacts, d: Dimensions, i: int) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.assembly.bench import BESIDE_MM, Bench, at, longest, longest_dowel, longest_set_screw, pointing
-from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW
+from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, TENSION_SCREW_LENGTH_MM
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids import capstan, fasteners, upper_arm
 from delta_cad.solids.bought.bearing import make_bearing
@@ -49,7 +49,7 @@ def place_capstan(bench: Bench, i: int) -> None:
     _cable(bench, i)
     carriage = bench.once("tension_carriage", lambda: capstan.make_carriage(d))
     bench.put(f"tension_carriage_{i}", carriage, link, capstan.carriage_frame(d))
-    tension = bench.screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
+    tension = bench.once("tension_screw", lambda: fasteners.make_tension_screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM))
     bench.put(f"tension_screw_{i}", tension, link, capstan.tension_screw_frame(d))
     sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
     for end, frame in enumerate(capstan.sleeve_frames(d)):

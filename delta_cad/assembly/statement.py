@@ -65,9 +65,16 @@ def _drive(d: Dimensions, i: int) -> list[Stated]:
         Stated(group, f"sector_{i}", 1, "sector", link),
         Stated(group, f"sector_screw_{i}_?", 3, "screw_M3x*", link),
         Stated(group, f"sector_dowel_{i}_?", 2, "dowel_3x*", link),
-        Stated(group, f"capstan_cable_{i}", 1, "capstan_cable", link),
-        Stated(group, f"tension_screw_{i}_?", 2, "tension_screw", link),
-        Stated(group, f"lock_nut_{i}_?", 2, "nut_M2.5", link),
+        Stated(group, f"set_screw_{i}_?", 2, "set_screw_M3x*", f"pinion_{i}"),
+        Stated(group, f"capstan_cable_{i}_outer", 1, "capstan_cable", link),
+        Stated(group, f"capstan_cable_{i}_inner", 1, "capstan_cable_inner", link),
+        Stated(group, f"capstan_cable_{i}_turns", 1, "capstan_cable_turns", f"pinion_{i}"),
+        *(
+            Stated(group, f"capstan_cable_{i}_strand_{side}", 1, f"capstan_cable_strand_{side}", "base")
+            for side in ("inner", "outer")
+        ),
+        Stated(group, f"tension_carriage_{i}", 1, "tension_carriage", link),
+        Stated(group, f"tension_screw_{i}", 1, "tension_screw_M3x*", link),
         Stated(group, f"crimp_sleeve_{i}_?", 2, "crimp_sleeve", link),
     ]
 

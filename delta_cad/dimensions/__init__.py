@@ -79,10 +79,10 @@ def dimensions(design: Design) -> Dimensions:
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
     shoulder = (extremes.shoulder_min.value, extremes.shoulder_max.value)
-    motor = catalogue.motor(hardware.motor)
-    bearing = catalogue.bearing(hardware.bearing)
-    encoder, magnet = catalogue.encoder(hardware.encoder), catalogue.magnet(hardware.magnet)
-    cable, tube, knob = catalogue.cable(hardware.cable), catalogue.tube(hardware.tube), catalogue.knob(hardware.knob)
+    motor, bearing = catalogue.motor.chosen(hardware), catalogue.bearing.chosen(hardware)
+    encoder, magnet = catalogue.encoder.chosen(hardware), catalogue.magnet.chosen(hardware)
+    cable, tube = catalogue.cable.chosen(hardware), catalogue.tube.chosen(hardware)
+    knob = catalogue.knob.chosen(hardware)
     run = rim = None
     if hardware.drive == "capstan":
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
@@ -140,6 +140,6 @@ def dimensions(design: Design) -> Dimensions:
         cable=cable,
         tube=tube,
         knob=knob,
-        foot=catalogue.foot(hardware.foot),
+        foot=catalogue.foot.chosen(hardware),
         magnet=magnet,
     )

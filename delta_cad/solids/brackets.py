@@ -6,12 +6,14 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, degrees, sin
 
 import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
 from delta_cad.solids.making import hull_y, made_part
@@ -26,6 +28,8 @@ BOARD_SCREW = "M2.5"
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
+KEY_SLOT_MM = 3.4  # for the key of the pinion's set screws
+WEB_MM = 4.0  # of the sector below its rim
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -77,9 +81,22 @@ def cheek_dowel_depth_mm(d: Dimensions) -> float:
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
 
 
+def motor_screw_mm(d: Dimensions) -> tuple[float, float]:
+    """Length of the motor's screws and how deep their heads are sunk: so deep that they fill the motor's threads."""
+    row, thread = catalogue.screw(d.motor.mount_thread), motor_thread_mm(d.motor)
+    inside, face = d.layers.motor_cheek_mm
+    length = max(long for long in row.lengths_mm if long <= face - inside - row.counterbore_depth_mm + thread)
+    return length, face - inside + thread - length
+
+
+def stopped_y_mm(d: Dimensions) -> float:
+    """Face of the sector's web that the stop pin reaches into, or of the arm where there is no sector."""
+    return d.layers.arm_mm[1] if d.capstan is None else d.capstan.middle_y_mm + WEB_MM / 2
+
+
 def stop_pin_length_mm(d: Dimensions) -> float:
     """Shortest stock length of a stop pin that reaches into what it stops (sector or arm) deep enough."""
-    top = d.layers.sector_mm[1]  # face of the sector, or of the arm where there is none
+    top = stopped_y_mm(d)
     needed = d.layers.motor_cheek_mm[1] - STOP_SUNK_MM - (top - STOP_ENGAGEMENT_MM)
     stock = catalogue.dowel(f"{d.bracket.stop_pin_mm:g}").lengths_mm
     require(
@@ -114,7 +131,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
     screw, block = catalogue.screw(d.motor.mount_thread), catalogue.screw(BLOCK_SCREW)
-    seat_depth = screw.counterbore_depth_mm
+    seat_depth = motor_screw_mm(d)[1]
     motor_screws = motor_screw_positions(d)
     tools: list[cq.Shape] = [bore_y(d.motor.pilot_diameter_mm, (x, z), through)]
     tools += [bore_y(screw.clearance_hole_mm, at, through) for at in motor_screws]
@@ -139,11 +156,21 @@ def make_motor_cheek(d: Dimensions) -> Part:
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
     if d.capstan is not None:
-        tools += _bearing_seat(d, inside, 1.0)
+        tools += [*_bearing_seat(d, inside, 1.0), _set_screw_slot(d, d.capstan, (x, z))]
         holes += _bearing_holes(d)
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
     description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+
+
+def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float]) -> cq.Shape:
+    """Slot from the pilot's bore to the cheek's edge, through which a key reaches the pinion's set screws."""
+    inside, half = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2
+    deep = sum(c.collar_y_mm) / 2 + half
+    out = d.bracket.motor_pad_radius_mm + 1.0
+    slot = box((0.0, inside - THROUGH_MM, -half), (out, deep, half))
+    turned = slot.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 1, 0), -degrees(c.direction_rad))
+    return turned.translate(cq.Vector(at[0], 0.0, at[1]))
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:

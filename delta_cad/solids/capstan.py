@@ -26,6 +26,7 @@ from delta_cad.dimensions.capstan import (
     lug_length_mm,
 )
 from delta_cad.mechanism.placement import frames
+from delta_cad.solids.brackets import WEB_MM
 from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
@@ -49,7 +50,7 @@ from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
 CABLE_BORE_MM = 0.3  # by which a bore is wider than the cable
 BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest cut off
 LIGHTENING_MM = 7.0
-RIM_MM, WEB_MM = 3.5, 4.0  # of the sector: height of the full width under the cable, thickness below it
+RIM_MM = 3.5  # height of the rim's full width under the cable
 STEP_RAD = 0.05  # between points of a cable's path on a drum
 
 
@@ -110,7 +111,7 @@ def set_screw_frames(d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
     """(4, 4) frames of the pinion's set screws in its frame: origin at the collar's surface, z outwards."""
     c = capstan_of(d)
     middle = sum(c.collar_y_mm) / 2
-    along_x = frames(np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), np.array([-c.collar_radius_mm, middle, 0.0]))
+    along_x = frames(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.array([c.collar_radius_mm, middle, 0.0]))
     along_z = frames(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, middle, c.collar_radius_mm]))
     return along_x, along_z
 
@@ -235,7 +236,7 @@ def make_carriage(d: Dimensions) -> Part:
 
 
 def make_pinion(d: Dimensions) -> Part:
-    """Steel pinion on the motor's shaft, its groove drawn to the bottom as threads are; two set screws in the collar."""
+    """Steel pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
     number, c = "pinion", capstan_of(d)
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
     half, bottom = c.run.grooved_mm / 2, c.run.pinion_mm - c.cable_diameter_mm / 2
@@ -337,7 +338,12 @@ def _on_rim(c: CapstanDimensions, angles: tuple[float, float], y: float, climb: 
 def _piece(d: Dimensions, number: str, points: list[np.ndarray]) -> Part:
     """A piece of the cable along points of its middle."""
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-    shape = feature(number, "sweep", "hardware.cable", lambda: swept_round(points, capstan_of(d).cable_diameter_mm))
+    shape = feature(
+        number,
+        "sweep",
+        "hardware.cable",
+        lambda: swept_round(np.array(points).tolist(), capstan_of(d).cable_diameter_mm),
+    )
     return _bought(d, number, shape, length)
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.solids.making import bought_part, made_part, ordered, round_z
+from delta_cad.solids.making import bought_part, made_part, round_z
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Extent, Hole, Part, Span
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder
 
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter
@@ -38,31 +40,20 @@ def _hexagon(across_flats_mm: float, z: tuple[float, float]) -> cq.Shape:
     return plane.polygon(6, across_flats_mm / SIN_60).extrude(z[1] - z[0]).val()  # type: ignore[return-value]
 
 
-def _hexagon_extent(across_flats_mm: float, z: Span) -> Extent:
-    corner, flat = across_flats_mm / SIN_60 / 2, across_flats_mm / 2
-    return (-corner, corner), (-flat, flat), z
+def make_tension_screw(size: str, length_mm: float) -> Part:
+    """Cap screw that pulls the cable's carriage: nothing lies between its head's seat and its thread."""
+    return replace(make_cap_screw(size, length_mm), number=f"tension_screw_{size}x{length_mm:g}")
 
 
-def make_tension_screw(size: str, length_mm: float, bore_mm: float) -> Part:
-    """Hexagon head screw drilled through along its axis for the capstan cable, whose sleeve bears on the head."""
-    row = catalogue.hex_screw(size)
-    shank = cylinder(row.tap_drill_mm - CORE_PLAY_MM, (0, 0, -length_mm), (0, 0, THROUGH_MM))
-    body = _hexagon(row.across_flats_mm, (0.0, row.head_height_mm)).fuse(shank)
-    solid = cut(body, [bore_z(bore_mm, (0.0, 0.0), (-length_mm - THROUGH_MM, row.head_height_mm + THROUGH_MM))])
-    description = f"cable tension screw: {row.order_code} x {length_mm:g}, drilled {bore_mm:g} through"
-    hole, order = Hole(bore_mm, 1, f"{bore_mm:g} through along the axis"), ordered(row, f" x {length_mm:g}")
-    extent = _hexagon_extent(row.across_flats_mm, (-length_mm, row.head_height_mm))
-    return made_part("tension_screw", description, solid, material("stainless-1.4305"), extent, [hole], **order)
-
-
-def make_lock_nut(size: str) -> Part:
-    """Thin hexagon nut along z from 0 to its height; its thread is drawn as the core."""
-    row = catalogue.hex_nut(size)
-    bore = bore_z(row.tap_drill_mm, (0.0, 0.0), (-THROUGH_MM, row.height_mm + THROUGH_MM))
-    nut = cut(_hexagon(row.across_flats_mm, (0.0, row.height_mm)), [bore])
-    extent = _hexagon_extent(row.across_flats_mm, (0.0, row.height_mm))
-    holes = (Hole(row.tap_drill_mm, 1, f"{size} through"),)
-    return bought_part(f"nut_{size}", row, nut, "stainless-1.4305", extent, holes=holes)
+def make_set_screw(size: str, length_mm: float) -> Part:
+    """Hexagon socket set screw along z, its socket's end at the origin; the thread is drawn as its core."""
+    row = catalogue.set_screw(size)
+    _require_stock(f"set screw {size}", length_mm, row.lengths_mm)
+    core = row.tap_drill_mm - CORE_PLAY_MM
+    key = _hexagon(row.socket_mm, (-length_mm / 2, THROUGH_MM))
+    solid = cut(cylinder(core, (0, 0, -length_mm), (0, 0, 0)), [key])
+    number, extent = f"set_screw_{size}x{length_mm:g}", round_z(core / 2, (-length_mm, 0.0))
+    return bought_part(number, row, solid, "stainless-1.4305", extent, size=f" x {length_mm:g}")
 
 
 def make_dowel(key: str, length_mm: float) -> Part:

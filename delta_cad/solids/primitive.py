@@ -188,9 +188,9 @@ def cut(solid: cq.Shape, tools: Iterable[cq.Shape]) -> cq.Shape:
 
 def swept_round(points: Sequence[Sequence[float]], diameter: float) -> cq.Solid:
     """Round rod along a smooth line through points."""
-    line = cq.Edge.makeSpline([cq.Vector(*point) for point in points])
-    profile = cq.Wire.makeCircle(diameter / 2, line.startPoint(), line.tangentAt(0.0))
-    return cq.Solid.sweep(profile, [], cq.Wire.assembleEdges([line]), True, False)
+    path = cq.Wire.assembleEdges([cq.Edge.makeSpline([cq.Vector(*point) for point in points])])
+    profile = cq.Wire.makeCircle(diameter / 2, path.startPoint(), path.tangentAt(0.0))  # type: ignore[attr-defined]
+    return cast(cq.Solid, cq.Solid.sweep(profile, [], path, True, False))
 
 
 def fuse(solid: cq.Shape, *others: cq.Shape) -> cq.Shape:

@@ -23,11 +23,13 @@ SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0
 def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
     """Checks that the parts of every rigid link hang together, neighbours being parts within `SEAT_MM` of one another.
 
+    Pieces that a part is drawn in hang on its other pieces, on whatever link, and are left out.
+
     Returns:
         `parts attached`: the largest distance, mm, at which a part that no chain of neighbours joins to the largest
         group of its link stands off the rest of the link; 0 where there is none.
     """
-    links = carried_by_link(assembly)
+    links = {link: [o for o in carried if not o.part.piece_of] for link, carried in carried_by_link(assembly).items()}
     bodies, neighbours = bodies_of(assembly.occurrences, meshes), _Neighbours()
     loose = [(gap, o, link) for link, carried in links.items() for gap, o in _floating(carried, bodies, neighbours)]
     floating = sorted(loose, key=lambda part: -part[0])

@@ -1,4 +1,4 @@
-"""Metric screws and nuts: cap screws, hexagon screws, thin hexagon nuts."""
+"""Metric screws: cap screws, set screws."""
 
 from __future__ import annotations
 
@@ -39,27 +39,15 @@ class Screw(CatalogueRow):
 
 
 @dataclass(frozen=True)
-class HexScrew(CatalogueRow):
-    """A hexagon head screw threaded to the head; fields as for `Screw`, `across_flats_mm` is the head's."""
+class SetScrew(CatalogueRow):
+    """A hexagon socket set screw with cup point; fields as for `Screw`."""
 
     diameter_mm: float
     pitch_mm: float
-    across_flats_mm: float
-    head_height_mm: float
+    socket_mm: float
     tap_drill_mm: float
     lengths_mm: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class HexNut(CatalogueRow):
-    """A hexagon nut; `diameter_mm` is its thread's, `tap_drill_mm` the core of it."""
-
-    diameter_mm: float
-    across_flats_mm: float
-    height_mm: float
-    tap_drill_mm: float
-
-
-screw = Family("screw", "screws.csv", Screw)
-hex_screw = Family("hex_screw", "hexscrews.csv", HexScrew)
-hex_nut = Family("hex_nut", "hexnuts.csv", HexNut)
+screw = Family("screw", "fasteners/screws.csv", Screw)
+set_screw = Family("set_screw", "fasteners/setscrews.csv", SetScrew)
