@@ -103,9 +103,13 @@ class Bench:
         self.occurrences.append(Occurrence(name, part, link, placement))
         return name
 
-    def touch(self, a: str, b: str, reason: str, overlap_mm3: float = CONTACT_MM3) -> None:
-        """Notes two parts that touch by design."""
-        self.fits.append(Fit(a, b, "contact", overlap_mm3=overlap_mm3, reason=reason))
+    def touch(self, a: str, b: str, reason: str, guides: bool = True) -> None:
+        """Notes two parts that touch by design, in a joint's seat or elsewhere."""
+        self.fits.append(Fit(a, b, "contact", overlap_mm3=CONTACT_MM3, reason=reason, guides=guides))
+
+    def piece(self, a: str, b: str) -> None:
+        """Notes two pieces that one part is drawn in."""
+        self.fits.append(Fit(a, b, "piece", reason="one part, drawn in pieces"))
 
     def gap(self, a: str, b: str, gap_mm: float, reason: str, gap_max_mm: float | None = None) -> None:
         """Notes two parts on different links that come closer than others by design."""

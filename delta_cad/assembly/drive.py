@@ -11,7 +11,6 @@ from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids import capstan, fasteners, upper_arm
 from delta_cad.solids.bought.bearing import make_bearing
 
-CABLE_MM3 = 1.0  # what pieces of one cable share: the free strands are drawn where they are in the exported position
 BESIDE = (  # what of an arm passes what of its own bracket that closely
     *((f"{moving}_{{}}", "motor_cheek_{}") for moving in ("tension_screw", "tension_carriage")),
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
@@ -44,7 +43,7 @@ def place_capstan(bench: Bench, i: int) -> None:
     wall = capstan.capstan_of(d).collar_radius_mm - d.motor.shaft_diameter_mm / 2
     length = longest_set_screw(SET_SCREW, wall)
     grub = bench.once("set_screw", lambda: fasteners.make_set_screw(SET_SCREW, length))
-    for k, frame in enumerate(capstan.set_screw_frames(d)):
+    for k, frame in enumerate(capstan.set_screw_frames(d, length)):
         bench.put(f"set_screw_{i}_{k}", grub, pinion, frame)
     _cable(bench, i)
     carriage = bench.once("tension_carriage", lambda: capstan.make_carriage(d))
@@ -81,9 +80,12 @@ def place_capstan(bench: Bench, i: int) -> None:
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
     bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
-    bench.gap(pinion, f"motor_cheek_{i}", 0.4, "collar in the pilot's bore, 0.5 mm by design")
+    bench.gap(pinion, f"motor_cheek_{i}", 0.3, "collar in the pilot's bore, 0.5 mm by design")
     for k in range(2):
-        bench.gap(f"set_screw_{i}_{k}", f"motor_cheek_{i}", 0.4, "set screw below the collar's surface")
+        bench.touch(f"set_screw_{i}_{k}", f"motor_{i}", "set screw on the motor's shaft", guides=False)
+        bench.gap(f"set_screw_{i}_{k}", f"motor_cheek_{i}", 0.25, "set screw below the collar's surface")
+        for n in range(d.motor.mount_count):
+            bench.gap(f"set_screw_{i}_{k}", f"motor_screw_{i}_{n}", 0.4, "set screw below the collar's surface")
 
 
 def _cable(bench: Bench, i: int) -> None:
@@ -93,15 +95,17 @@ def _cable(bench: Bench, i: int) -> None:
     turns = bench.put(f"{name}_turns", bench.once("turns", lambda: capstan.make_turns(d)), pinion, np.eye(4))
     bench.gap(turns, f"sector_{i}", 0.5, "turns beside the rim, 1 mm by design, and beside the lug")
     bench.gap(turns, f"motor_cheek_{i}", BESIDE_MM, "turns beside the bracket")
+    bench.touch(turns, f"motor_{i}", "turns on the pinion around the motor's shaft", guides=False)
+    for n in range(d.motor.mount_count):
+        bench.gap(turns, f"motor_screw_{i}_{n}", BESIDE_MM, "turns beside the sunk heads")
     for end, (side, make) in enumerate((("inner", capstan.make_inner_cable), ("outer", capstan.make_cable))):
         on_rim = bench.put(f"{name}_{side}", bench.once(f"cable_{side}", lambda make=make: make(d)), link, np.eye(4))
         strand = bench.once(f"strand_{side}", lambda end=end: capstan.make_strand(d, end))
         free = bench.put(f"{name}_strand_{side}", strand, "base", shoulder)
-        bench.gap(on_rim, turns, 0.3, "cable on the rim beside that on the pinion, 0.46 mm by design")
+        bench.gap(on_rim, turns, 0.2, "cable on the rim beside that on the pinion, 0.46 mm by design")
         bench.gap(on_rim, pinion, 0.6, "cable on the rim beside the pinion")
-        bench.touch(free, f"sector_{i}", "the strand leaves the rim along its tangent")
-        bench.touch(free, pinion, "the strand reaches the groove along its tangent")
-        bench.touch(free, turns, "one cable", CABLE_MM3)
-        bench.touch(free, on_rim, "one cable", CABLE_MM3)
-    for side, other in (("inner", "outer"), ("outer", "inner")):
-        bench.gap(f"{name}_{side}", f"{name}_strand_{other}", 0.5, "the strands cross a turn's width apart")
+        bench.touch(free, f"sector_{i}", "the strand leaves the rim along its tangent", guides=False)
+        bench.touch(free, pinion, "the strand reaches the groove along its tangent", guides=False)
+        for other in (f"{name}_strand_inner", f"{name}_strand_outer"):
+            bench.piece(on_rim, other)
+        bench.piece(free, turns)

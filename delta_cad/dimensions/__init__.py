@@ -18,13 +18,23 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions
-from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions, pinion_end_mm, rim_y_mm
+from delta_cad.dimensions.capstan import (
+    CapstanDimensions,
+    cable_run,
+    capstan_dimensions,
+    pinion_direction_rad,
+    pinion_end_mm,
+    rim_y_mm,
+)
 from delta_cad.dimensions.forearm import CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError
 from delta_cad.mechanism import inverse_kinematics
+from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
+
+ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "dimensions"]
 
@@ -93,6 +103,9 @@ def dimensions(design: Design) -> Dimensions:
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM, stack, bearing)
     capstan = None
     if run is not None:
+        behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
+        behind += SIN_60 / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
+        face = stack.motor_cheek_mm[1]
         capstan = capstan_dimensions(
             run,
             hardware.capstan_ratio,
@@ -103,6 +116,7 @@ def dimensions(design: Design) -> Dimensions:
             STOP_PIN_MM,
             arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
             shaft_mm,
+            pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face),
         )
     half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
     bracket = bracket_dimensions(
@@ -111,6 +125,7 @@ def dimensions(design: Design) -> Dimensions:
         extremes.elbow_z_min.value * MM_PER_M,
         hardware.base_plate_thickness_mm,
         half_width,
+        -stack.encoder_cheek_mm[0],
         arm,
         capstan,
         bearing,

@@ -9,6 +9,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, require
+from delta_cad.mechanism.geometry import SIN_60
 
 STOP_PIN_MM = 4.0
 FOOT_HEIGHT_MM = 14.0
@@ -70,6 +71,7 @@ def bracket_dimensions(
     lowest_elbow_mm: float,
     base_thickness_mm: float,
     half_width_mm: float,
+    leg_mm: float,
     arm: ArmDimensions,
     capstan: CapstanDimensions | None,
     bearing: catalogue.Bearing,
@@ -86,6 +88,7 @@ def bracket_dimensions(
         lowest_elbow_mm: Lowest height of an elbow axis over the cube.
         base_thickness_mm: Thickness of the base plate, whose underside stays below the elbows.
         half_width_mm: How far the bracket reaches aside of its chain's plane.
+        leg_mm: How far the encoder's leg reaches aside.
         arm: Upper arm, as the others already dimensioned or a row of the catalogue.
         capstan: None for a direct drive.
         bearing: At the shoulder.
@@ -119,7 +122,9 @@ def bracket_dimensions(
     base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, elbows)
     end = min(FOOT_MM[1], foot_outer_end_mm(arm, stop, base_top + FOOT_HEIGHT_MM))
     inwards = FOOT_MM[1] - end
-    foot = (u + FOOT_MM[0] - inwards, u + end)
+    beside = 2 * (SIN_60 * leg_mm + CLEAR_MM / 2 - (u + du) + body)  # the neighbour's motor lies across the leg
+    outwards = max(beside - (u + FOOT_MM[0] - inwards), 0.0) if capstan is not None else 0.0
+    foot = (u + FOOT_MM[0] - inwards + outwards, u + end + outwards)
     require(
         foot[0] >= FOOT_INSIDE_MM,
         "foot_block",

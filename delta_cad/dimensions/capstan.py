@@ -12,7 +12,7 @@ from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
 from delta_cad.mechanism.geometry import SIN_60
 
 SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
-PINION_DIRECTION_RAD = radians(-115.0)  # from the shoulder down and inwards: keeps the motor inside the outline
+DIRECTIONS_RAD = radians(-130.0), radians(-100.0)  # of the pinion from the shoulder, down and inwards
 GAP_MM = 1.0  # of the pitch circles; the strands cross between them
 PINION_TURNS = 4  # hold 20 times the slack side's tension at a friction of 0.12
 GROOVE_FRACTION = 0.25  # depth of the pinion's groove per cable diameter
@@ -173,6 +173,28 @@ def pinion_end_mm(rim_y: tuple[float, float] | None) -> float:
     return 0.0 if rim_y is None else rim_y[1] + COLLAR_OFF_MM + COLLAR_MM
 
 
+def pinion_direction_rad(
+    run: CableRun, base_radius_mm: float, behind_mm: float, motor: catalogue.Motor, motor_face_mm: float
+) -> float:
+    """Chooses the direction of the pinion from the shoulder: as far out as the motor stays within the arms' outline.
+
+    The motor lies square to its chain's plane; its far end, the motor's radius beyond its axis, reaches behind the base
+    by (u + radius) / 2 + end sqrt 3 / 2, u being its axis' distance from the base's centre along its chain.
+
+    Args:
+        run: The cable.
+        base_radius_mm: Base centre to shoulder axis.
+        behind_mm: How far the arms reach behind the base's centre, opposite to a chain.
+        motor: Row of the catalogue.
+        motor_face_mm: Its mounting face along the shoulder's axis.
+    """
+    end = motor_face_mm + motor.length_mm
+    out = 2 * (behind_mm - SIN_60 * end) - motor.diameter_mm / 2
+    cosine = (out - base_radius_mm) / run.centre_distance_mm
+    wanted = -acos(min(max(cosine, -1.0), 1.0))
+    return min(max(wanted, DIRECTIONS_RAD[0]), DIRECTIONS_RAD[1])
+
+
 def capstan_dimensions(
     run: CableRun,
     ratio: float,
@@ -183,6 +205,7 @@ def capstan_dimensions(
     stop_pin_mm: float,
     slot_radius_mm: float,
     shaft_mm: float,
+    direction_rad: float,
 ) -> CapstanDimensions:
     """Dimensions a capstan around its cable.
 
@@ -198,6 +221,7 @@ def capstan_dimensions(
         stop_pin_mm: Diameter of the stop pin.
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
         shaft_mm: Diameter of the shoulder shaft.
+        direction_rad: From the shoulder to the pinion, see `pinion_direction_rad`.
 
     Raises:
         DimensionError: The pinion gets too thin for the motor's shaft, the shaft is too short, the sector is too small
@@ -246,8 +270,8 @@ def capstan_dimensions(
         f"hardware.sector_radius_mm = {pitch:g} must be at least {least:.1f} mm, or the stop pin's slot on "
         f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
     )
-    direction, side = PINION_DIRECTION_RAD, run.tangent_rad + run.beyond_rad
-    reach = (direction - shoulder_rad[1] - STOP_MARGIN_RAD, direction - shoulder_rad[0] + STOP_MARGIN_RAD)
+    side = run.tangent_rad + run.beyond_rad
+    reach = (direction_rad - shoulder_rad[1] - STOP_MARGIN_RAD, direction_rad - shoulder_rad[0] + STOP_MARGIN_RAD)
     rim = (reach[0] - side, reach[1] + side)
     require(
         rim[1] - rim[0] <= radians(250.0),
@@ -270,7 +294,7 @@ def capstan_dimensions(
         pinion_y_mm=y,
         collar_radius_mm=collar,
         collar_y_mm=(y[1] - COLLAR_MM, y[1]),
-        direction_rad=direction,
+        direction_rad=direction_rad,
         ratio=ratio,
         rim_angles_rad=rim,
         hub_radius_mm=shaft_mm / 2 + HUB_WALL_MM,

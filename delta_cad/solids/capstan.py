@@ -21,6 +21,7 @@ from delta_cad.dimensions.capstan import (
     LUG_WALL_MM,
     POCKET_PLAY_MM,
     SET_SCREW,
+    SHOULDER_MM,
     TENSION_SCREW,
     CapstanDimensions,
     lug_length_mm,
@@ -51,6 +52,7 @@ CABLE_BORE_MM = 0.3  # by which a bore is wider than the cable
 BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest cut off
 LIGHTENING_MM = 7.0
 RIM_MM = 3.5  # height of the rim's full width under the cable
+DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 STEP_RAD = 0.05  # between points of a cable's path on a drum
 
 
@@ -107,12 +109,12 @@ def sleeve_frames(d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
     return found[0], found[1]
 
 
-def set_screw_frames(d: Dimensions) -> tuple[np.ndarray, np.ndarray]:
-    """(4, 4) frames of the pinion's set screws in its frame: origin at the collar's surface, z outwards."""
+def set_screw_frames(d: Dimensions, length_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """(4, 4) frames of the pinion's set screws in its frame: tip on the motor's shaft, z outwards."""
     c = capstan_of(d)
-    middle = sum(c.collar_y_mm) / 2
-    along_x = frames(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.array([c.collar_radius_mm, middle, 0.0]))
-    along_z = frames(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, middle, c.collar_radius_mm]))
+    middle, out = sum(c.collar_y_mm) / 2, c.pinion_bore_mm / 2 + length_mm
+    along_x = frames(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.array([out, middle, 0.0]))
+    along_z = frames(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, middle, out]))
     return along_x, along_z
 
 
@@ -241,8 +243,11 @@ def make_pinion(d: Dimensions) -> Part:
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
     half, bottom = c.run.grooved_mm / 2, c.run.pinion_mm - c.cable_diameter_mm / 2
     first, last = c.middle_y_mm - half, c.middle_y_mm + half
-    crest = c.pinion_radius_mm
-    body = stepped((crest, y0, first), (bottom, first, last), (crest, last, y1), (c.collar_radius_mm, y1, y2))
+    crest, end = c.pinion_radius_mm, last + SHOULDER_MM
+    neck = min(crest, c.collar_radius_mm)
+    body = stepped(
+        (crest, y0, first), (bottom, first, last), (crest, last, end), (neck, end, y1), (c.collar_radius_mm, y1, y2)
+    )
     floor = y2 - c.pinion_bore_depth_mm
     screw, middle = catalogue.screw(SET_SCREW), (y1 + y2) / 2
     tools = [bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y2 + THROUGH_MM))]
@@ -302,7 +307,7 @@ def make_strand(d: Dimensions, end: int) -> Part:
     angle = at + pi
     arrives = np.array([x + run.pinion_mm * cos(angle), leaves[1], z + run.pinion_mm * sin(angle)])
     arrives[1] += sense * run.climb * run.free_mm
-    strand = cylinder(c.cable_diameter_mm, tuple(leaves), tuple(arrives))
+    strand = cylinder(c.cable_diameter_mm - DRAWN_PLAY_MM, tuple(leaves), tuple(arrives))
     return _bought(d, f"capstan_cable_strand_{'outer' if end else 'inner'}", strand, run.free_mm)
 
 

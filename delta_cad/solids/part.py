@@ -141,11 +141,13 @@ class Fit:
         b: Occurrence name.
         kind: "running gap": the two are on different links and must keep `gap_mm` at every pose.
             "contact": they touch by design (bearing on shaft, ball in socket); their common volume must not
-            exceed `overlap_mm3` at any checked pose.
+            exceed `overlap_mm3` at any checked pose. "piece": pieces that one part is drawn in, see `Part.piece_of`;
+            one body does not run into itself.
         gap_mm: Smallest distance of a running gap, mm.
         gap_max_mm: Largest distance of a running gap that must not get wider either, mm; None: not limited.
         overlap_mm3: Largest common volume of a contact, mm^3.
         reason: Why the two may be this close, a few words.
+        guides: Whether a contact across the links of a joint is a seat of that joint.
     """
 
     a: str
@@ -155,6 +157,7 @@ class Fit:
     overlap_mm3: float = 0.0
     reason: str = ""
     gap_max_mm: float | None = None
+    guides: bool = True
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,13 @@ def check_fits(
     """
     names = {o.name for o in assembly.occurrences}
     unknown = [f"{name} of {fit.a} / {fit.b}" for fit in assembly.fits for name in (fit.a, fit.b) if name not in names]
-    unknown += [f"kind {fit.kind!r}" for fit in assembly.fits if fit.kind not in ("contact", "running gap")]
+    unknown += [f"kind {fit.kind!r}" for fit in assembly.fits if fit.kind not in ("contact", "running gap", "piece")]
+    drawn = {o.name: o.part.piece_of or o.part.number for o in assembly.occurrences}
+    unknown += [
+        f"{fit.a} / {fit.b} as pieces of one part"
+        for fit in assembly.fits
+        if fit.kind == "piece" and drawn.get(fit.a, fit.a) != drawn.get(fit.b, fit.b)
+    ]
     detail = "not known: " + "; ".join(unknown) if unknown else f"{len(assembly.fits)} fits name parts that exist"
     declared = CheckResult("fits declared", not unknown, len(unknown), 0, "", detail=detail)
     if unknown:

@@ -50,7 +50,7 @@ def _seats(assembly: Assembly, joint: Joint) -> Iterator[tuple[np.ndarray, list[
     links = (joint.link_a, joint.link_b)
     ends: dict[str, dict[str, Occurrence]] = {link: {} for link in links}
     for fit in assembly.fits:
-        if fit.kind != "contact" or fit.a not in occurrences or fit.b not in occurrences:
+        if fit.kind != "contact" or not fit.guides or fit.a not in occurrences or fit.b not in occurrences:
             continue
         pair = {rigid_link(o, assembly.placement): o for o in (occurrences[fit.a], occurrences[fit.b])}
         if set(pair) == set(links):
