@@ -36,9 +36,8 @@ def read_own(
         name = path.name.removesuffix(".csv")
         if name not in families:
             raise CatalogueError(f"{path.name[:LONGEST]}: is called as no family; must be one of {legal}")
-        rows[name] = dict(read_family(path, families[name].record, own=True))
-        for key in rows[name].keys() & families[name].rows.keys():
-            raise CatalogueError(f"{path.name}: id = {key!r}: is a row of ours; must be another id: none is replaced")
+        family = families[name]
+        rows[name] = dict(read_family(path, family.record, own=True, taken=family.rows))
     parts = OwnParts(folder, rows)
     for name, own in rows.items():
         for row in own.values():

@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -65,7 +65,7 @@ def _value(text: str, kind: Any, name: str) -> Any:
     return items
 
 
-def read_family(path: Path, record: type[R], *, own: bool = False) -> Mapping[str, R]:
+def read_family(path: Path, record: type[R], *, own: bool = False, taken: Collection[str] = ()) -> Mapping[str, R]:
     """Reads one family of the catalogue.
 
     Args:
@@ -73,13 +73,14 @@ def read_family(path: Path, record: type[R], *, own: bool = False) -> Mapping[st
         record: The record type of a row.
         own: Whether it is a user's file: it may leave out columns, and leave cells empty, that have a default or may
             be None.
+        taken: Ids of rows that are there already.
 
     Returns:
         Id -> record, read-only, in the order of the file.
 
     Raises:
         CatalogueError: Unreadable file, wrong columns, a cell that is not what its field says, a negative or zero
-            quantity, fields that contradict each other, a repeated id, or a `verified` that does not say yes,
+            quantity, fields that contradict each other, a repeated or taken id, or a `verified` that does not say yes,
             partly or no.
     """
     kinds = get_type_hints(record)
@@ -97,6 +98,10 @@ def read_family(path: Path, record: type[R], *, own: bool = False) -> Mapping[st
             row = record(**_values(where, cells, kinds, names, record.defaults if own else {}))
             if not ID.fullmatch(row.id) or row.id in rows:
                 raise CatalogueError(f"{where}: id = {row.id[:LONGEST]!r}: must be unique, of letters, digits, . and -")
+            if row.id in taken:
+                raise CatalogueError(
+                    f"{where}: id = {row.id[:LONGEST]!r}: is a row of ours; must be another: none is replaced"
+                )
             if row.price_EUR is not None and not row.price_source:
                 raise CatalogueError(f"{where}: price_source = '': must say date and source of price_EUR")
             if fault := row.fault():

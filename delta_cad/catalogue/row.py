@@ -24,7 +24,7 @@ class CatalogueRow:
         description: One line for the bill of materials.
         source: Datasheet, catalogue or table the numbers come from.
         verified: "yes: ...", "partly: ..." or "no, ...".
-        price_EUR: Price of one without tax; None when none was found.
+        price_EUR: Price of one, or of a metre of rope or tube, without tax; None when none was found.
         price_source: Date and source of the price, or "".
         defaults: What columns hold that a user's own row leaves out: a value, or a function of the columns that it
             states and of the defaults before it.

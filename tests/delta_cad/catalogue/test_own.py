@@ -133,7 +133,7 @@ def test_defaults_are_columns_and_partners_are_families() -> None:
         ("motor", {"mass_g": ""}, ["motor.csv line 2", "mass_g", "''"]),
         ("motor", {"mount_count": "4.5"}, ["motor.csv line 2", "mount_count", "'4.5'", "whole number"]),
         ("motor", {"mount_thread": "M7"}, ["motor.csv", "mine-32", "mount_thread", "'M7'", "M2.5"]),
-        ("motor", {"id": "maxon-re30-310007"}, ["motor.csv", "id", "'maxon-re30-310007'", "ours"]),
+        ("motor", {"id": "maxon-re30-310007"}, ["motor.csv line 2", "id", "'maxon-re30-310007'", "ours"]),
         ("motor", {"colour": "red"}, ["motor.csv", "colour"]),
         (
             "motor",
