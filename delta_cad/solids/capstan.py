@@ -316,7 +316,7 @@ def make_turns(d: Dimensions) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     turned = -c.ratio * d.home_rad  # the pinion's frame seen from the chain's
     start = c.direction_rad + pi + run.tangent_rad - turned
-    angle = np.linspace(0.0, run.wrap_rad, int(run.wrap_rad / 0.2) + 2)
+    angle = _spaced(0.0, run.wrap_rad, 4 * STEP_RAD)
     y = _leaves_y(d, 1) + run.climb * (run.free_mm + run.pinion_mm * angle)
     round_it = [run.pinion_mm * f(start + angle) for f in (np.cos, np.sin)]
     return _piece(d, "capstan_cable_turns", list(np.column_stack([round_it[0], y, round_it[1]])))
@@ -334,10 +334,17 @@ def _on_rim(c: CapstanDimensions, angles: tuple[float, float], y: float, climb: 
     """Points of the cable's middle along the rim between two angles; y at the first, and how it climbs."""
     first, last = angles
     found = []
-    for angle in np.linspace(first, last, int(abs(last - first) / STEP_RAD) + 2):
+    for angle in _spaced(first, last, STEP_RAD):
         along = y + climb * c.pitch_radius_mm * abs(angle - first)
         found.append(np.array([c.pitch_radius_mm * cos(angle), along, c.pitch_radius_mm * sin(angle)]))
     return found
+
+
+def _spaced(first: float, last: float, step: float) -> np.ndarray:
+    """Angles from one to another at about equal steps, the outermost halved three times."""
+    angles = np.linspace(first, last, int(abs(last - first) / step) + 4)
+    part = (angles[1] - first) * 0.5 ** np.arange(3, 0, -1)
+    return np.concatenate([[first], first + part, angles[1:-1], (last - part)[::-1], [last]])
 
 
 def _piece(d: Dimensions, number: str, points: list[np.ndarray]) -> Part:

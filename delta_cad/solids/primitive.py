@@ -187,7 +187,7 @@ def cut(solid: cq.Shape, tools: Iterable[cq.Shape]) -> cq.Shape:
 
 
 def swept_round(points: Sequence[Sequence[float]], diameter: float) -> cq.Solid:
-    """Round rod along a smooth line through points."""
+    """Round rod along a smooth line through points; they should stand close at the ends, where a spline strays most."""
     path = cq.Wire.assembleEdges([cq.Edge.makeSpline([cq.Vector(*point) for point in points])])
     profile = cq.Wire.makeCircle(diameter / 2, path.startPoint(), path.tangentAt(0.0))  # type: ignore[attr-defined]
     return cast(cq.Solid, cq.Solid.sweep(profile, [], path, True, False))
