@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, pi, sin
+from math import ceil, cos, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -53,7 +53,7 @@ BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest
 LIGHTENING_MM = 7.0
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
-STEP_RAD = 0.05  # between points of a cable's path on a drum
+ARC_RAD = 0.5  # longest arc of a cable drawn on a drum: off its helix by micrometres
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -274,12 +274,11 @@ def make_cable(d: Dimensions) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     point, tangent, _ = rim_end(d, 1)
     back = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
-    straight = [point + s * tangent for s in np.linspace(back, 0.0, 4)[:-1]]
     high = c.rim_angles_rad[1]
     ends = (high, c.direction_rad - d.home_rad + run.tangent_rad)
-    rim = _on_rim(c, ends, c.end_y_mm[1], run.climb)
+    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[1], run.climb)
     total = c.cable_length_mm
-    piece = _piece(d, "capstan_cable", [*straight, *rim])
+    piece = _piece(d, "capstan_cable", [[point + back * tangent, point], *rim])
     text = f"{d.cable.description}, cut {total + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
     return replace(piece, description=text, piece_of="")
 
@@ -288,13 +287,12 @@ def make_inner_cable(d: Dimensions) -> Part:
     """Cable from its sleeve behind the anchor round the nose and over the rim to where it leaves the sector."""
     c, run = capstan_of(d), capstan_of(d).run
     point, tangent, _ = rim_end(d, 0)
-    straight = [point + s * tangent for s in np.linspace(ANCHOR_MM + CRIMP_MM[1], 0.0, 5)[:-1]]
-    low, (x, z) = c.rim_angles_rad[0], c.nose_centre_mm
-    radius, y = c.nose_radius_mm + c.cable_diameter_mm / 2, c.end_y_mm[0]
-    turn = np.linspace(low - c.turns_rad[0], low, 13)[:-1]
-    nose = [np.array([x + radius * cos(a), y, z + radius * sin(a)]) for a in turn]
-    rim = _on_rim(c, (low, c.direction_rad - d.home_rad - run.tangent_rad), y, -run.climb)
-    return _piece(d, "capstan_cable_inner", [*straight, *nose, *rim])
+    low, y = c.rim_angles_rad[0], c.end_y_mm[0]
+    nose = _arcs(c.nose_radius_mm + c.cable_diameter_mm / 2, c.nose_centre_mm, (low - c.turns_rad[0], low), y, 0.0)
+    ends = (low, c.direction_rad - d.home_rad - run.tangent_rad)
+    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, y, -run.climb)
+    straight = [point + (ANCHOR_MM + CRIMP_MM[1]) * tangent, point]
+    return _piece(d, "capstan_cable_inner", [straight, *nose, *rim])
 
 
 def make_strand(d: Dimensions, end: int) -> Part:
@@ -316,10 +314,9 @@ def make_turns(d: Dimensions) -> Part:
     c, run = capstan_of(d), capstan_of(d).run
     turned = -c.ratio * d.home_rad  # the pinion's frame seen from the chain's
     start = c.direction_rad + pi + run.tangent_rad - turned
-    angle = _spaced(0.0, run.wrap_rad, 4 * STEP_RAD)
-    y = _leaves_y(d, 1) + run.climb * (run.free_mm + run.pinion_mm * angle)
-    round_it = [run.pinion_mm * f(start + angle) for f in (np.cos, np.sin)]
-    return _piece(d, "capstan_cable_turns", list(np.column_stack([round_it[0], y, round_it[1]])))
+    y = _leaves_y(d, 1) + run.climb * run.free_mm
+    turns = _arcs(run.pinion_mm, (0.0, 0.0), (start, start + run.wrap_rad), y, run.climb)
+    return _piece(d, "capstan_cable_turns", turns)
 
 
 def _leaves_y(d: Dimensions, end: int) -> float:
@@ -330,33 +327,30 @@ def _leaves_y(d: Dimensions, end: int) -> float:
     return c.end_y_mm[end] + sense * run.climb * way
 
 
-def _on_rim(c: CapstanDimensions, angles: tuple[float, float], y: float, climb: float) -> list[np.ndarray]:
-    """Points of the cable's middle along the rim between two angles; y at the first, and how it climbs."""
-    first, last = angles
-    found = []
-    for angle in _spaced(first, last, STEP_RAD):
-        along = y + climb * c.pitch_radius_mm * abs(angle - first)
-        found.append(np.array([c.pitch_radius_mm * cos(angle), along, c.pitch_radius_mm * sin(angle)]))
-    return found
+def _arcs(
+    radius: float, middle: tuple[float, float], ends: tuple[float, float], y: float, climb: float
+) -> list[list[np.ndarray]]:
+    """Arcs of the cable's middle round an axis along y through (x, z), along a helix.
+
+    Args:
+        radius: From the axis to the cable's middle.
+        middle: (x, z) of the axis.
+        ends: First and last polar angle.
+        y: Coordinate at the first.
+        climb: Way along y per length of cable.
+    """
+    first, last = ends
+    angles = np.linspace(first, last, 2 * ceil(abs(last - first) / ARC_RAD) + 1)
+    along = y + climb * radius * np.abs(angles - first)
+    points = np.column_stack([middle[0] + radius * np.cos(angles), along, middle[1] + radius * np.sin(angles)])
+    return [list(points[k : k + 3]) for k in range(0, len(points) - 1, 2)]
 
 
-def _spaced(first: float, last: float, step: float) -> np.ndarray:
-    """Angles from one to another at about equal steps, the outermost halved three times."""
-    angles = np.linspace(first, last, int(abs(last - first) / step) + 4)
-    part = (angles[1] - first) * 0.5 ** np.arange(3, 0, -1)
-    return np.concatenate([[first], first + part, angles[1:-1], (last - part)[::-1], [last]])
-
-
-def _piece(d: Dimensions, number: str, points: list[np.ndarray]) -> Part:
-    """A piece of the cable along points of its middle."""
-    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-    shape = feature(
-        number,
-        "sweep",
-        "hardware.cable",
-        lambda: swept_round(np.array(points).tolist(), capstan_of(d).cable_diameter_mm),
-    )
-    return _bought(d, number, shape, length)
+def _piece(d: Dimensions, number: str, pieces: list[list[np.ndarray]]) -> Part:
+    """A piece of the cable along lines and arcs of its middle."""
+    diameter = capstan_of(d).cable_diameter_mm
+    shape = feature(number, "sweep", "hardware.cable", lambda: swept_round(pieces, diameter - DRAWN_PLAY_MM))
+    return _bought(d, number, shape, shape.Volume() / (pi * (diameter - DRAWN_PLAY_MM) ** 2 / 4))
 
 
 def _bought(d: Dimensions, number: str, shape: cq.Shape, length_mm: float) -> Part:

@@ -186,9 +186,18 @@ def cut(solid: cq.Shape, tools: Iterable[cq.Shape]) -> cq.Shape:
     return solid.cut(*tools)
 
 
-def swept_round(points: Sequence[Sequence[float]], diameter: float) -> cq.Solid:
-    """Round rod along a smooth line through points; they should stand close at the ends, where a spline strays most."""
-    path = cq.Wire.assembleEdges([cq.Edge.makeSpline([cq.Vector(*point) for point in points])])
+def swept_round(pieces: Sequence[Sequence[Sequence[float]]], diameter: float) -> cq.Solid:
+    """Round rod along a line of straight pieces (two points) and arcs (three): cylinders and tori, no splines.
+
+    Args:
+        pieces: Each begins where the one before ends, within 0.02 rad in the same direction.
+        diameter: Of the rod.
+    """
+    edges = []
+    for piece in pieces:
+        points = [cq.Vector(*point) for point in piece]
+        edges.append(cq.Edge.makeThreePointArc(*points) if len(points) == 3 else cq.Edge.makeLine(*points))
+    path = cq.Wire.assembleEdges(edges)
     profile = cq.Wire.makeCircle(diameter / 2, path.startPoint(), path.tangentAt(0.0))  # type: ignore[attr-defined]
     return cast(cq.Solid, cq.Solid.sweep(profile, [], path, True, False))
 
