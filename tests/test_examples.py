@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.commands.cli import main as delta_cad_main
 from delta_cad.mechanism import (
     Cube,
     DeltaGeometry,
@@ -128,6 +130,24 @@ def test_conditioning_map(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> No
     assert np.nanmin(kappa) >= 1.0
     assert kappa[inside].max() <= 2.27
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_own_parts(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    ran = example("own_parts", monkeypatch)
+    after = ran["after"]
+    assert (after.motor, after.cable) == ("example-30", "example-rope")
+    assert after.continuous_torque_N_m == pytest.approx(9.85 * 0.96 * 0.07)  # ratio, efficiency, the row's torque
+    assert after.reflected_inertia_kg_m2 == pytest.approx(9.85**2 * 3e-6)
+    capsys.readouterr()
+    for rest in ([], ["--catalogue", str(ROOT / "examples" / "my-parts")]):
+        assert delta_cad_main(["inspect", "--design", "own.json", "--json", *rest]) in (
+            0,
+            1,
+        )  # 1: less torque than asked
+        rows = {row["quantity"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
+        assert any(row["value"] == pytest.approx(after.continuous_torque_N_m) for row in rows.values())
+    assert delta_cad_main(["inspect", "--design", "own.json", "--catalogue", "."]) == 2
+    assert "--catalogue" in capsys.readouterr().err
 
 
 def test_readme() -> None:

@@ -1,13 +1,15 @@
 """The columns that every row of the catalogue has.
 
 Every length is in mm and every mass in g, as the field names say. `verified` is honest about where a row stands:
-"yes: <where>" when all of it was confirmed, "partly: <what and where>; <the rest> no, from memory, check before
-ordering", or "no, from memory, check before ordering".
+"yes: <date, what was read where>" when every number was found in a source that was opened, "partly: <the same>; <the
+rest> no, from memory, check before ordering", or "no, <why>, check before ordering".
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 
 @dataclass(frozen=True)
@@ -15,14 +17,31 @@ class CatalogueRow:
     """A row of the catalogue.
 
     Attributes:
-        id: Key in the design file, unique in its family, lower case.
+        id: Key in the design file, unique in its family.
         standard: Standard the part follows ("ISO 4762") or "".
         maker: Maker, or "any" for standard parts.
         order_code: What to order.
         description: One line for the bill of materials.
         source: Datasheet, catalogue or table the numbers come from.
         verified: "yes: ...", "partly: ..." or "no, ...".
+        price_EUR: Price of one, or of a metre of rope or tube, without tax; None when none was found.
+        price_source: Date and source of the price, or "".
+        defaults: What columns hold that a user's own row leaves out: a value, or a function of the columns that it
+            states and of the defaults before it.
+            A column that is neither here nor may be None must be stated.
+        partners: Columns that hold an id of another family -> that family.
     """
+
+    defaults: ClassVar[Mapping[str, Any | Callable[[Mapping[str, Any]], Any]]] = {
+        "standard": "",
+        "maker": "any",
+        "order_code": lambda row: row["id"],
+        "description": lambda row: row["id"],
+        "source": "the user's own catalogue",
+        "verified": "no, stated by the user",
+        "price_source": "",
+    }
+    partners: ClassVar[Mapping[str, str]] = {}
 
     id: str
     standard: str
@@ -31,6 +50,8 @@ class CatalogueRow:
     description: str
     source: str
     verified: str
+    price_EUR: float | None
+    price_source: str
 
     def fault(self) -> str:
         """Says what cannot be true of the row, or nothing; each family adds what holds between its fields."""

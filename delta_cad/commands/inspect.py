@@ -31,7 +31,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.mechanism import MechanismError
 
     try:
-        design = load_design(given.design)
+        design = load_design(given.design, given.catalogue)
         inertia = None
         if given.mass_properties is not None:
             inertia = load_masses(

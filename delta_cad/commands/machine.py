@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse
 from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
@@ -23,13 +23,14 @@ Place = Callable[["Design", argparse.Namespace], Path]
 
 
 def design_arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the design file and the form of the answer."""
+    """Adds the design file, the folder of own parts and the form of the answer."""
     command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    catalogue_option(command)
     command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
 
 
 def machine_arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the design file, the form of the answer and the folder for what is written."""
+    """Adds what `design_arguments` adds and the folder for what is written."""
     design_arguments(command)
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
 
@@ -46,7 +47,7 @@ def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -
     from delta_cad.design import DesignError, load_design
 
     try:
-        design = load_design(given.design)
+        design = load_design(given.design, given.catalogue)
     except DesignError as error:
         return refuse(str(error), BAD_INPUT)
     from delta_cad.commands.tables import print_outcome

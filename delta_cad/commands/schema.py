@@ -5,19 +5,25 @@ from __future__ import annotations
 import argparse
 import json
 
-from delta_cad.common.console import DONE
+from delta_cad.common.console import BAD_INPUT, DONE, catalogue_option, refuse
 
 NAME = "schema"
 TEXT = "JSON Schema of the design file"
 
 
-def arguments(_command: argparse.ArgumentParser) -> None:
-    """It takes none."""
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the folder of own parts, whose ids the schema then knows."""
+    catalogue_option(command)
 
 
-def run(_given: argparse.Namespace) -> int:
+def run(given: argparse.Namespace) -> int:
     """Prints the schema."""
+    from delta_cad.catalogue import CatalogueError
     from delta_cad.design import design_schema
 
-    print(json.dumps(design_schema(), indent=2))
+    try:
+        schema = design_schema(given.catalogue)
+    except CatalogueError as error:
+        return refuse(f"--catalogue {given.catalogue}: {error}", BAD_INPUT)
+    print(json.dumps(schema, indent=2))
     return DONE

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
 from importlib import import_module
+from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any, NoReturn, TextIO
 
@@ -173,6 +174,21 @@ def natural(text: str) -> int:
 
 
 natural.__name__ = "whole number"  # as argparse names it
+
+
+def catalogue_option(command: argparse.ArgumentParser, names: str = "the design file") -> None:
+    """Adds the folder of the user's own parts, `catalogue`; None where it is not given.
+
+    Args:
+        command: The command.
+        names: Which of its files may name a folder, too.
+    """
+    command.add_argument(
+        "--catalogue",
+        type=Path,
+        metavar="DIR",
+        help=f"folder of own parts: motor.csv, cable.csv, ...; default: the one that {names} names",
+    )
 
 
 def proof_minutes(command: argparse.ArgumentParser, what: str) -> None:

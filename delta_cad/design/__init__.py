@@ -8,6 +8,7 @@ from delta_cad.design.file import (
     design_schema,
     design_to_dict,
     design_to_json,
+    hardware_from_dict,
     load_design,
 )
 from delta_cad.design.record import (

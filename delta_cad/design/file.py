@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from delta_cad import catalogue
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
 from delta_cad.design.record import (
+    FOLDER_LONGEST,
     GRAVITY_MAX,
     HARDWARE_FAMILIES,
     NAME_RULE,
@@ -37,11 +39,12 @@ class DesignError(RefusedError):
     """A design that is refused."""
 
 
-def load_design(path: str | Path) -> Design:
+def load_design(path: str | Path, own_parts: Path | None = None) -> Design:
     """Reads and validates a design file.
 
     Args:
         path: JSON file, UTF-8, schema `delta-design/1`.
+        own_parts: Folder of the user's own parts, in place of the one that `hardware.catalogue` names beside the file.
 
     Returns:
         The design, with all defaults filled in.
@@ -54,31 +57,35 @@ def load_design(path: str | Path) -> Design:
         data = read_json(path, MOST_BYTES, finite=False)
     except ReadError as error:
         raise DesignError(error.file, error.field, error.value, error.allowed) from None
-    return design_from_dict(data, path.name)
+    return design_from_dict(data, path.name, path.parent, own_parts)
 
 
-def design_from_dict(data: object, file: str = "design") -> Design:
+def design_from_dict(
+    data: object, file: str = "design", folder: Path = Path(), own_parts: Path | None = None
+) -> Design:
     """Validates a design given as plain data.
 
     Args:
         data: What the JSON file holds: nested dicts, lists, numbers, strings.
         file: Name that error messages start with.
+        folder: Folder that `hardware.catalogue` starts from.
+        own_parts: Folder of the user's own parts, in place of that one.
 
     Returns:
         The design, with all defaults filled in.
 
     Raises:
         DesignError: Wrong schema, a missing or unknown field, a wrong type, a number that is not finite or out of
-            bounds, a name that is not safe as a file name, a part that is not in the catalogue, a motor that does not
-            suit the drive, or lengths that cannot go together.
+            bounds, a name that is not safe as a file name, own parts that `catalogue.own_parts` refuses, a part that is
+            in no catalogue, a motor that does not suit the drive, or lengths that cannot go together.
     """
     try:
-        return _validated(data, file)
+        return _validated(data, file, folder, own_parts)
     except RecursionError:
         raise DesignError(file, "", "", "is nested too deep") from None
 
 
-def _validated(data: object, file: str) -> Design:
+def _validated(data: object, file: str, folder: Path, own_parts: Path | None) -> Design:
     """See `design_from_dict`."""
     if not isinstance(data, Mapping):
         raise DesignError(file, "", short(data), "must be an object")
@@ -87,25 +94,89 @@ def _validated(data: object, file: str) -> Design:
     if (bad := not_finite(data)) is not None:
         raise DesignError(file, bad[0], short(bad[1]), "must be finite")
     try:
-        design = Design.model_validate(dict(data))
+        design = Design.model_validate(dict(data), context=_own_parts(data.get("hardware"), file, folder, own_parts))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
-    _check_catalogue(design, file)
+    _check_catalogue(design.hardware, file)
+    _check_drive(design.hardware, file)
     fault = impossible_sum(design)
     if fault is not None:
         raise DesignError(file, fault.field, short(fault.value), fault.allowed)
     return design
 
 
-def design_schema() -> dict[str, Any]:
-    """Makes the JSON Schema of the design file, with bounds, defaults and descriptions."""
+def _own_parts(hardware: object, file: str, folder: Path, given: Path | None) -> catalogue.OwnParts | None:
+    """Reads the user's own parts, of the folder given or of the one that the design names."""
+    field, value = "--catalogue", str(given)
+    if given is None:
+        named = hardware.get("catalogue") if isinstance(hardware, Mapping) else None
+        if not isinstance(named, str) or not 0 < len(named) <= FOLDER_LONGEST:
+            return None  # none, or the validator tells what is wrong
+        field, value, given = "hardware.catalogue", named, folder / named
+        if Path(named).is_absolute():
+            allowed = "must start from the design file's folder, so that the design builds elsewhere, too"
+            raise DesignError(file, field, short(value), allowed)
+    try:
+        return catalogue.own_parts(given)
+    except catalogue.CatalogueError as error:
+        raise DesignError(file, field, short(value), str(error)) from None
+
+
+def hardware_from_dict(
+    data: Mapping[str, Any],
+    file: str = "design",
+    folder: Path = Path(),
+    own_parts: Path | None = None,
+    *,
+    drive_fits: bool = True,
+) -> Hardware:
+    """Validates the hardware of a design given as plain data.
+
+    Args:
+        data: Its entries; what is left out has its default.
+        file: Name that error messages start with.
+        folder: Folder that the entry `catalogue` starts from.
+        own_parts: Folder of the user's own parts, in place of that one.
+        drive_fits: Whether to refuse a motor that does not suit the drive.
+
+    Returns:
+        The hardware, with all defaults filled in.
+
+    Raises:
+        DesignError: As `design_from_dict` refuses the hardware of a design.
+    """
+    own = _own_parts(data, file, folder, own_parts)
+    try:
+        hardware = Hardware.model_validate(dict(data), context=own)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise _explained(file, first["type"], ("hardware", *first["loc"]), first["input"], first["msg"]) from None
+    _check_catalogue(hardware, file)
+    if drive_fits:
+        _check_drive(hardware, file)
+    return hardware
+
+
+def design_schema(own_parts: Path | None = None) -> dict[str, Any]:
+    """Makes the JSON Schema of the design file, with bounds, defaults and descriptions.
+
+    Args:
+        own_parts: Folder of the user's own parts, whose ids are legal, too, where the design names a folder.
+
+    Raises:
+        CatalogueError: The own parts are refused.
+    """
+    own = None if own_parts is None else catalogue.own_parts(own_parts)
     schema = Design.model_json_schema(by_alias=True)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = SCHEMA
-    entries = schema["$defs"]["Hardware"]["properties"]
-    for entry in HARDWARE_FAMILIES:
-        entries[entry]["enum"] = list(catalogue.family(entry))
+    legal = {entry: {"enum": list(catalogue.family(entry))} for entry in HARDWARE_FAMILIES}
+    named = {"required": ["catalogue"], "properties": {"catalogue": {"type": "string"}}}
+    schema["$defs"]["Hardware"] |= {"if": named, "else": {"properties": legal}}
+    if own is not None:
+        more = {entry: {"enum": list(catalogue.family(entry, own))} for entry in HARDWARE_FAMILIES}
+        schema["$defs"]["Hardware"] |= {"then": {"properties": more}}
     return schema
 
 
@@ -122,9 +193,23 @@ def design_to_json(design: Design) -> str:
 
 
 def design_hash(design: Design) -> str:
-    """Computes the SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, all defaults."""
-    text = json.dumps(design_to_dict(design), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    """Computes the SHA-256 (64 hex digits) of the canonical JSON: sorted keys, no blanks, ASCII, all defaults.
+
+    Of the user's own parts the rows count that the design names, not the folder that they stand in.
+    """
+    data = design_to_dict(design)
+    data["hardware"].pop("catalogue", None)
+    if rows := own_rows(design):
+        data["own_parts"] = {entry: asdict(row) for entry, row in rows.items()}
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def own_rows(design: Design) -> dict[str, catalogue.CatalogueRow]:
+    """Gives the rows of the user's own parts that a design names, by the entry of its hardware."""
+    own = design.hardware.own_parts
+    chosen = {} if own is None else {e: own.rows.get(e, {}).get(getattr(design.hardware, e)) for e in HARDWARE_FAMILIES}
+    return {entry: row for entry, row in chosen.items() if row is not None}
 
 
 def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
@@ -147,6 +232,8 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
     if name == "schema":
         return f"must be {json.dumps(SCHEMA)}"
+    if name == "catalogue":
+        return f"must be a folder's name, relative to that of this file, of at most {FOLDER_LONGEST} characters"
     if name == "drive":
         return 'must be "capstan" or "direct"'
     if name in HARDWARE_FAMILIES and model is Hardware:
@@ -175,15 +262,18 @@ def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, 
     return DesignError(file, field, short(value), _allowed(loc))
 
 
-def _check_catalogue(design: Design, file: str) -> None:
-    """Refuses parts that are not in the catalogue and motors that do not suit the drive."""
+def _check_catalogue(hardware: Hardware, file: str) -> None:
+    """Refuses parts that are in no catalogue."""
     for entry in HARDWARE_FAMILIES:
-        key, rows = getattr(design.hardware, entry), catalogue.family(entry)
+        key, rows = getattr(hardware, entry), catalogue.family(entry, hardware.own_parts)
         if key not in rows:
             raise DesignError(file, f"hardware.{entry}", short(key), f"must be one of {', '.join(rows)}")
-    drive = design.hardware.drive
-    if drive not in catalogue.motor(design.hardware.motor).drives:
-        legal = [key for key in catalogue.family("motor") if drive in catalogue.motor(key).drives]
-        value = short(design.hardware.motor)
-        allowed = f"is not for the {drive} drive; must be one of {', '.join(legal)}"
-        raise DesignError(file, "hardware.motor", value, allowed)
+
+
+def _check_drive(hardware: Hardware, file: str) -> None:
+    """Refuses a motor that does not suit the drive."""
+    if hardware.drive not in catalogue.motor.chosen(hardware).drives:
+        motors = catalogue.family("motor", hardware.own_parts).items()
+        legal = [key for key, row in motors if isinstance(row, catalogue.Motor) and hardware.drive in row.drives]
+        allowed = f"is not for the {hardware.drive} drive; must be one of {', '.join(legal)}"
+        raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)

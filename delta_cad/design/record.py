@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, create_model
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, PrivateAttr, create_model
 
-from delta_cad import catalogue
+from delta_cad.catalogue import CHOSEN, OwnParts
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits import LIMITS
@@ -17,6 +17,7 @@ NAME_RULE = (
     "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
     "file name"
 )
+FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
 GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 
 
@@ -75,8 +76,14 @@ class DesignRequirements(_Limited):
 
 
 class Hardware(_Section):
-    """The bought parts and the thicknesses of the made ones; every entry has a default."""
+    """The bought parts and the thicknesses of the made ones; every entry has a default but `catalogue`."""
 
+    catalogue: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=FOLDER_LONGEST,
+        description="folder of own parts, relative to that of this file; their ids may be named beside ours",
+    )
     motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
     drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
     capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
@@ -92,6 +99,16 @@ class Hardware(_Section):
     arm_thickness_mm: float = Field(default=8.0, ge=5, le=20, description="upper arm plate")
     platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
+    _own_parts: OwnParts | None = PrivateAttr(default=None)
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Keeps the user's own parts, which who validates the record has read for it."""
+        self._own_parts = context
+
+    @property
+    def own_parts(self) -> OwnParts | None:
+        """The user's own parts, whose ids may be named beside ours; they were read with the design."""
+        return self._own_parts
 
 
 class Design(_Section):
@@ -118,4 +135,4 @@ class Design(_Section):
 
 
 # Entries of `hardware` that name a bought part: each is called as its family in the catalogue.
-HARDWARE_FAMILIES = tuple(name for name in Hardware.model_fields if name in catalogue.FAMILIES)
+HARDWARE_FAMILIES = tuple(name for name in Hardware.model_fields if name in CHOSEN)

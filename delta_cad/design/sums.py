@@ -117,8 +117,8 @@ def _pinion(design: Design) -> Contradiction | None:
     h = design.hardware
     if h.drive != "capstan":
         return None
-    shaft = catalogue.motor(h.motor).shaft_diameter_mm
-    bound = 2.0 * h.sector_radius_mm / (shaft + catalogue.cable(h.cable).diameter_mm)
+    shaft = catalogue.motor.chosen(h).shaft_diameter_mm
+    bound = 2.0 * h.sector_radius_mm / (shaft + catalogue.cable.chosen(h).diameter_mm)
     if h.capstan_ratio < bound:
         return None
     return Contradiction(

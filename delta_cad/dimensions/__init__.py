@@ -69,10 +69,14 @@ def dimensions(design: Design) -> Dimensions:
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
     shoulder = (extremes.shoulder_min.value, extremes.shoulder_max.value)
-    motor = catalogue.motor(hardware.motor)
-    bearing = catalogue.bearing(hardware.bearing)
-    encoder, magnet = catalogue.encoder(hardware.encoder), catalogue.magnet(hardware.magnet)
-    cable, tube, knob = catalogue.cable(hardware.cable), catalogue.tube(hardware.tube), catalogue.knob(hardware.knob)
+    motor = catalogue.motor.chosen(hardware)
+    bearing = catalogue.bearing.chosen(hardware)
+    encoder, magnet = catalogue.encoder.chosen(hardware), catalogue.magnet.chosen(hardware)
+    cable, tube, knob = (
+        catalogue.cable.chosen(hardware),
+        catalogue.tube.chosen(hardware),
+        catalogue.knob.chosen(hardware),
+    )
     stack = layers(hardware.arm_thickness_mm, hardware.drive, bearing, encoder, motor)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM, stack, bearing)
@@ -125,6 +129,6 @@ def dimensions(design: Design) -> Dimensions:
         cable=cable,
         tube=tube,
         knob=knob,
-        foot=catalogue.foot(hardware.foot),
+        foot=catalogue.foot.chosen(hardware),
         magnet=magnet,
     )

@@ -69,7 +69,7 @@ class DriveReport:
 def drive_torque(design: Design) -> DriveReport:
     """Computes what the design's motor and drive give at each joint; the verdict compares with the torque required."""
     hardware, required = design.hardware, design.requirements.joint_torque_N_m
-    motor = catalogue.motor(hardware.motor)
+    motor = catalogue.motor.chosen(hardware)
     capstan = hardware.drive == "capstan"
     ratio = hardware.capstan_ratio if capstan else 1.0
     efficiency = CAPSTAN_EFFICIENCY if capstan else DIRECT_EFFICIENCY
@@ -78,7 +78,7 @@ def drive_torque(design: Design) -> DriveReport:
     verdict: Verdict = "continuous" if continuous >= required else "peak only" if peak >= required else "insufficient"
     pretension = tension = safety = bend = advised = None
     if capstan:
-        cable = catalogue.cable(hardware.cable)
+        cable = catalogue.cable.chosen(hardware)
         force = ratio * motor.peak_torque_N_m / (hardware.sector_radius_mm / MM_PER_M)
         pretension = SLACK_RESERVE * force / 2.0
         tension = pretension + force / 2.0

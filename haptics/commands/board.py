@@ -72,8 +72,8 @@ def _board(given: argparse.Namespace):
     from haptics.model.machine import load_machine
     from haptics.model.plant import plant
 
-    machine = load_machine(given.design, given.masses)
-    counts = catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
+    machine = load_machine(given.design, given.masses, given.catalogue)
+    counts = catalogue.encoder.chosen(machine.design.hardware).counts_per_turn
     par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
     device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
     torque = min(machine.design.requirements.joint_torque_N_m, machine.drive.peak_torque_N_m)

@@ -8,14 +8,15 @@ from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 
-from delta_cad.common.console import BAD_INPUT, refuse
+from delta_cad.common.console import BAD_INPUT, catalogue_option, refuse
 
 Run = Callable[[argparse.Namespace], int]
 
 
 def device_arguments(command: argparse.ArgumentParser, *, required: bool = True) -> None:
-    """Adds the design file and the masses of its build to a command's arguments."""
+    """Adds the design file, the folder of own parts and the masses of a build to a command's arguments."""
     command.add_argument("--design", type=Path, required=required, metavar="FILE", help="design file, delta-design/1")
+    catalogue_option(command)
     command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
 
 

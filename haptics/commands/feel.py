@@ -31,7 +31,7 @@ def run(given: argparse.Namespace) -> int:
     from haptics.feel.sheet import QUANTITIES, feel
     from haptics.model.machine import load_machine
 
-    machine = load_machine(given.design, given.masses)
+    machine = load_machine(given.design, given.masses, given.catalogue)
     place = given.out / f"{machine.design.name}-feel"
     require_room(place, folder=True)
     try:

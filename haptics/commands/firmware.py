@@ -26,7 +26,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
-    machine = load_machine(given.design, given.masses)
+    machine = load_machine(given.design, given.masses, given.catalogue)
     require_room(given.out, folder=True)
     from haptics.firmware.generate import sources, write_firmware
     from haptics.simulation.assumptions import default_controller

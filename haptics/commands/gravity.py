@@ -70,10 +70,10 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
     from haptics.model.machine import load_machine
 
     if given.point_masses is not None:
-        design = load_design(given.design)
+        design = load_design(given.design, given.catalogue)
         masses, source = PointMasses(*(mass / 1000.0 for mass in given.point_masses)), "point masses as given"
     else:
-        machine = load_machine(given.design, given.masses)
+        machine = load_machine(given.design, given.masses, given.catalogue)
         design, masses, source = machine.design, machine.masses, "from the solids"
     if given.at is None:
         given.at = (0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm)

@@ -49,7 +49,7 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.files import require_room
     from haptics.model.machine import load_machine
 
-    machine = load_machine(given.design, given.masses)
+    machine = load_machine(given.design, given.masses, given.catalogue)
     folder = given.out / f"{machine.design.name}-{given.scene}"
     require_room(folder, folder=True)
     with Line() as line:

@@ -39,7 +39,7 @@ def run(given: argparse.Namespace) -> int:
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:
         return refuse(f"--delay {given.delay:g} ms: must be at most 20 periods of {given.period:g} ms", BAD_INPUT)
-    machine = load_machine(given.design, given.masses)
+    machine = load_machine(given.design, given.masses, given.catalogue)
     name = machine.design.name
     place = given.out / f"{name}-stiffness.json"
     require_room(place)

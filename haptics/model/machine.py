@@ -48,12 +48,13 @@ class MachineModel:
         return np.array([0.0, 0.0, (self.design.cube.bottom_height_mm + self.design.cube.half_side_mm) / MM_PER_M])
 
 
-def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineModel:
+def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: Path | None = None) -> MachineModel:
     """Reads a device.
 
     Args:
         design_file: Design file, `delta-design/1`.
         masses_file: `mass_properties.json` of its build; None for `out/<name>/mass_properties.json`.
+        own_parts: Folder of the user's own parts, in place of the one that the design names.
 
     Returns:
         The device.
@@ -62,7 +63,7 @@ def load_machine(design_file: Path, masses_file: Path | None = None) -> MachineM
         DesignError: The design file is refused, or the cube holds a position out of reach or of another assembly mode.
         MassError: The masses are refused, missing, or of a build of another design.
     """
-    design = load_design(design_file)
+    design = load_design(design_file, own_parts)
     _require_assembled(design, design_file)
     path = masses_file if masses_file is not None else Path("out") / design.name / FILE
     if masses_file is None and not path.exists():

@@ -75,7 +75,7 @@ def joint_friction(machine: MachineModel) -> Friction:
         The range.
     """
     ratio = machine.drive.ratio
-    idle = IDLE_SHARE * catalogue.motor(machine.design.hardware.motor).nominal_torque_N_m
+    idle = IDLE_SHARE * catalogue.motor.chosen(machine.design.hardware).nominal_torque_N_m
     low, middle, high = COULOMB
     thin, usual, thick = VISCOUS
     torque, slope = ratio * idle, ratio**2 * idle / IDLE_SPEED
@@ -88,7 +88,7 @@ def joint_friction(machine: MachineModel) -> Friction:
 
 def encoder_count(machine: MachineModel) -> float:
     """Count of the encoder on the shoulder shaft, rad."""
-    return 2.0 * math.pi / catalogue.encoder(machine.design.hardware.encoder).counts_per_turn
+    return 2.0 * math.pi / catalogue.encoder.chosen(machine.design.hardware).counts_per_turn
 
 
 def default_estimator(period: float = 1e-3) -> Estimator:

@@ -9,7 +9,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, natural, proof_minutes, refuse
 from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ class _UnprovableError(ValueError):
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file")
+    catalogue_option(command)
     command.add_argument(
         "--out", type=Path, default=Path("certificate.json"), metavar="FILE", help="default: certificate.json"
     )
@@ -85,7 +86,7 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.certify.gravity import GravityError
 
     try:
-        design = load_design(given.design)
+        design = load_design(given.design, given.catalogue)
         _require_provable(given.design.name, design, given.mass_properties)
         _require_tolerance(design, given.tolerance)
         require_room(given.out)

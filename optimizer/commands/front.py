@@ -16,6 +16,7 @@ from delta_cad.common.console import (
     NOT_MET,
     Line,
     Request,
+    catalogue_option,
     natural,
     proof_minutes,
     refuse,
@@ -54,6 +55,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--design", type=Path, metavar="FILE", help="design to picture; default: the requirements' cube, or the largest"
     )
+    catalogue_option(command, "the requirements file or the design")
     proof_minutes(command, "of each proof")
     command.add_argument("--json", action="store_true", help="the facts as JSON on stdout")
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
@@ -68,8 +70,8 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
 
     try:
-        task = load_requirements(given.requirements)
-        design = None if given.design is None else load_design(given.design)
+        task = load_requirements(given.requirements, given.catalogue)
+        design = None if given.design is None else load_design(given.design, given.catalogue)
     except (RequirementsError, DesignError) as error:
         return refuse(str(error), BAD_INPUT)
     if design is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shlex
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from delta_cad.common.console import (
     Line,
     Parser,
     Request,
+    catalogue_option,
     natural,
     proof_minutes,
     refuse,
@@ -71,6 +73,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--gap", type=_gap, default=GAP, help=f"relative gap at which a proof ends; default: {GAP:g}")
     most = f"default: {BOXES:,} for proven, {BOXES_BESIDE:,} beside another method"
     command.add_argument("--boxes", type=natural, metavar="N", help=f"of designs, at which a proof ends; {most}")
+    catalogue_option(command, "the requirements file")
     proof_minutes(command, "of a step's proof")
     command.add_argument("--no-proof", action="store_true", help="no bound beside the result of ga, sqp, ga+sqp")
     command.add_argument("--json", action="store_true", help="the results as JSON on stdout")
@@ -82,7 +85,7 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.problem.requirements import RequirementsError, load_requirements, requirements_hash
 
     try:
-        task = load_requirements(given.requirements)
+        task = load_requirements(given.requirements, given.catalogue)
     except RequirementsError as error:
         return refuse(str(error), BAD_INPUT)
     from delta_cad.common.files import require_room
@@ -124,7 +127,7 @@ def _solve(task: Requirements, given: argparse.Namespace, store: Checkpoint, fil
     def keep(results: list[Result], coming: str) -> None:
         with suppress(DesignError):  # the last one is told
             name = given.out.name
-            file.keep(design_of(task, results, given.method, given.seed, name, _again(given), coming))
+            file.keep(design_of(task, results, given.method, given.seed, name, _again(given), coming, given.out.parent))
 
     def end(message: str, code: int) -> int:
         file.withdraw()
@@ -178,6 +181,8 @@ def _again(given: argparse.Namespace) -> str:
         if value != getattr(default, name):
             text = ",".join(map(str, value)) if name == "steps" else f"{value:g}"
             words.append(f"--{name.replace('_', '-')} {text}")
+    if given.catalogue is not None:
+        words.append(f"--catalogue {shlex.quote(str(given.catalogue))}")
     return " ".join([*words, *(["--no-proof"] if given.no_proof else [])])
 
 
@@ -197,7 +202,8 @@ def _deliver(
     elif last.feasible:
         coming = f"step {last.problem.step} was interrupted" if interrupted else None
         try:
-            design = design_of(task, results, given.method, given.seed, given.out.name, _again(given), coming)
+            name, folder = given.out.name, given.out.parent
+            design = design_of(task, results, given.method, given.seed, name, _again(given), coming, folder)
             (file.keep if interrupted else file.finish)(design)
         except DesignError as error:
             problem = f"{given.out.name} was not written: {error}"

@@ -8,7 +8,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse
 from delta_cad.common.units import MM_PER_M
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--design", type=Path, metavar="FILE", help="design that it should be about, and be enough for"
     )
+    catalogue_option(command)
     gravity = command.add_mutually_exclusive_group()
     gravity.add_argument(
         "--mass-properties",
@@ -78,7 +79,7 @@ def run(given: argparse.Namespace) -> int:
         if given.gravity_torque is not None:
             return refuse("--gravity-torque needs --design: it is taken off the torque of a machine", BAD_INPUT)
     try:
-        design = None if given.design is None else load_design(given.design)
+        design = None if given.design is None else load_design(given.design, given.catalogue)
         certificate = read_certificate(given.certificate)
         if given.tolerance is not None and certificate.tolerance < given.tolerance / MM_PER_M:
             held = certificate.tolerance * MM_PER_M

@@ -11,15 +11,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, PrivateAttr, ValidationError, create_model
 
 from delta_cad.common.reading import MOST_TOML_BYTES, ReadError, parse_toml, read_bounded
 from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
-from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE
+from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE, DesignError
 from delta_cad.design.file import UNITS
 from delta_cad.design.record import limit_fields
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS, HandleInertia
+from optimizer.problem.hardware import check_hardware, placed_hardware
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 
@@ -114,6 +115,12 @@ class Requirements(_Table):
     limits: LimitTable = Field(default_factory=LimitTable)
     step_3: Step3 = Field(default_factory=Step3)
     inertia: InertiaTable | None = None
+    hardware: dict[str, JsonValue] | None = Field(default=None, description="of the design; lists: what may be used")
+    _own_parts: Path | None = PrivateAttr(default=None)
+
+    def hardware_from(self, folder: Path) -> dict[str, Any]:
+        """Gives the hardware of a design file in a folder: what is stated, the first of each list."""
+        return placed_hardware(self.hardware or {}, self._own_parts, folder)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -137,20 +144,29 @@ _TABLES: dict[str, type[BaseModel]] = {
 }
 
 
-def load_requirements(path: str | Path) -> Requirements:
+def load_requirements(path: str | Path, own_parts: Path | None = None) -> Requirements:
     """Reads and validates a requirements file.
 
     Args:
         path: TOML file, UTF-8.
+        own_parts: Folder of the user's own parts, in place of the one that `hardware.catalogue` names beside the file.
 
     Returns:
         The requirements, with all defaults filled in.
 
     Raises:
-        RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` refuses.
+        RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` or `check_hardware` refuses.
     """
     path = Path(path)
-    return requirements_from_dict(read_toml(path, path.name), path.name)
+    given = requirements_from_dict(read_toml(path, path.name), path.name)
+    entries = given.hardware or {}
+    try:
+        check_hardware(entries, path.name, path.parent, own_parts)
+    except DesignError as error:
+        raise RequirementsError(error.file, error.field, error.value, error.allowed) from None
+    named = entries.get("catalogue")
+    given._own_parts = own_parts if own_parts is not None or named is None else path.parent / str(named)
+    return given
 
 
 def read_toml(path: Path, name: str, refused: type[RequirementsError] = RequirementsError) -> dict[str, Any]:
@@ -246,6 +262,8 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
     """Says what a field may hold, from its declaration."""
     if len(loc) == 1:
         return NAME_RULE if loc[0] == "name" else "must be a table"
+    if loc[0] == "hardware":
+        return "must be text, a number, or a list of what may be used"
     table, name = str(loc[0]), str(loc[1])
     unit = "mm" if table == "bounds_mm" else next((u for end, u in UNITS.items() if name.endswith(end)), "")
     info = _TABLES[table].model_fields[name]

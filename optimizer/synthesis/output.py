@@ -113,6 +113,7 @@ def design_of(
     file: str,
     command: str | None = None,
     unfinished: str | None = None,
+    folder: Path = Path(),
 ) -> Design:
     """Makes a design of the last result.
 
@@ -124,6 +125,7 @@ def design_of(
         file: Name that error messages start with.
         command: Command that makes the file again, for its provenance; None leaves it out.
         unfinished: What is still to come, for its provenance; None where the run is done.
+        folder: Where its file will stand: a folder of own parts is named from there.
 
     Returns:
         The design, its provenance filled in.
@@ -149,6 +151,7 @@ def design_of(
         },
         "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
         "requirements": task_fields,
+        "hardware": given.hardware_from(folder),
         "provenance": {
             "program": "optimizer synthesize",
             "version": importlib.metadata.version("delta-haptics"),
@@ -160,7 +163,7 @@ def design_of(
             "steps": [_step(result) for result in results],
         },
     }
-    return design_from_dict(data, file)
+    return design_from_dict(data, file, folder)
 
 
 def presentable(result: Result) -> tuple[float, ...]:

@@ -191,10 +191,16 @@ def readers(folder: Path) -> list[Reader]:
                (RecordingError,)),
         Reader("packet", "packet", _packet, lambda p: decode(p.read_bytes()), (PacketError,)),
     ]  # fmt: skip
+    found.append(
+        Reader(
+            "own parts", "motor.csv", _of_tree(_table(ROOT / "examples" / "my-parts" / "motor.csv"), csv_text),
+            lambda p: read_family(p, FAMILIES["motor"].record, own=True), (CatalogueError,),
+        )
+    )  # fmt: skip
     for family in FAMILIES.values():
         found.append(
             Reader(
-                f"catalogue {family.name}", family.file, _of_tree(_table(DATA / family.file), csv_text),
+                f"catalogue {family.name}", Path(family.file).name, _of_tree(_table(DATA / family.file), csv_text),
                 lambda p, record=family.record: read_family(p, record), (CatalogueError,),
             )
         )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -24,7 +25,12 @@ class Bearing(CatalogueRow):
         fillet_max_mm: Largest fillet of shaft and housing at the seat.
         static_load_N: Basic static load rating C0.
         dynamic_load_N: Basic dynamic load rating C.
+        ball_count: Number of balls; None when no source was opened.
+        ball_diameter_mm: Their diameter; None when no source was opened.
+        clearance: Class of the radial internal clearance, such as "CN"; "" when the order code leaves it open.
     """
+
+    defaults: ClassVar = {**CatalogueRow.defaults, "clearance": ""}
 
     bore_mm: float
     outer_mm: float
@@ -37,12 +43,17 @@ class Bearing(CatalogueRow):
     mass_g: float
     static_load_N: float
     dynamic_load_N: float
+    ball_count: int | None
+    ball_diameter_mm: float | None
+    clearance: str
 
     def fault(self) -> str:
         """Says that the rings do not lie within each other."""
         rings = (self.bore_mm, self.inner_ring_outer_mm, self.outer_ring_inner_mm, self.outer_mm)
         if not all(a < b for a, b in pairwise(rings)):
             return "must have bore_mm < inner_ring_outer_mm < outer_ring_inner_mm < outer_mm"
+        if self.ball_diameter_mm is not None and not 2.0 * self.ball_diameter_mm < self.outer_mm - self.bore_mm:
+            return "must have 2 ball_diameter_mm < outer_mm - bore_mm"
         return ""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -25,7 +26,13 @@ class Encoder(CatalogueRow):
         air_gap_max_mm: Largest distance.
         centring_mm: Largest offset of the magnet's axis from the chip's centre.
         counts_per_turn: Resolution.
+        noise_rms_deg: Noise of one reading, rms; None when no source was opened.
+        nonlinearity_deg: Largest error of the angle over a turn with the magnet placed at its best, before any
+            correction; None when no source was opened.
     """
+
+    defaults: ClassVar = {**CatalogueRow.defaults, "hole_count": 4, "magnet": "ndfeb-6x2.5-diametric"}
+    partners: ClassVar = {"magnet": "magnet"}
 
     board_length_mm: float
     board_width_mm: float
@@ -41,6 +48,8 @@ class Encoder(CatalogueRow):
     centring_mm: float
     counts_per_turn: int
     mass_g: float
+    noise_rms_deg: float | None
+    nonlinearity_deg: float | None
 
     def fault(self) -> str:
         """Says that the air gap has no width or the board is turned."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -19,6 +20,8 @@ class Foot(CatalogueRow):
         stud_length_mm: Length of the stud; None when it has a hole.
         hole_diameter_mm: Through hole; None when it has a stud.
     """
+
+    partners: ClassVar = {"thread": "screw"}
 
     diameter_mm: float
     height_mm: float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -19,6 +20,8 @@ class Knob(CatalogueRow):
         thread: Thread of the hole ("M6").
         thread_depth_mm: Usable depth of the thread.
     """
+
+    partners: ClassVar = {"thread": "screw"}
 
     diameter_mm: float
     height_mm: float

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -11,6 +13,11 @@ from delta_cad.catalogue.row import CatalogueRow
 @dataclass(frozen=True)
 class Magnet(CatalogueRow):
     """A diametrically magnetised disc for a shaft encoder."""
+
+    defaults: ClassVar = {
+        **CatalogueRow.defaults,
+        "mass_g": lambda row: 7.5e-3 * pi / 4.0 * row["diameter_mm"] ** 2 * row["thickness_mm"],  # 7500 kg/m3
+    }
 
     diameter_mm: float
     thickness_mm: float

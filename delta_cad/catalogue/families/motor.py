@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -32,7 +33,24 @@ class Motor(CatalogueRow):
         torque_constant_N_m_A: Torque per ampere (between phases for brushless motors).
         resistance_ohm: Terminal resistance (between phases for brushless motors) at 25 C.
         thermal_resistance_winding_housing_K_W: As all that follows, None when unknown.
+        max_radial_load_N: Largest lasting load across the shaft, at `radial_load_distance_mm` from the mounting face.
+        max_axial_load_N: Largest lasting load along the shaft.
+        no_load_current_A: Current at `nominal_voltage_V` without a load: its torque is what idles away.
+        cogging_torque_N_m: Largest torque with which the magnets hold the rotor, without a current; 0 for windings
+            without iron.
     """
+
+    defaults: ClassVar = {
+        **CatalogueRow.defaults,
+        "drives": ("capstan",),
+        "commutation": "brushed",
+        "nominal_voltage_V": 24.0,
+        "stall_torque_N_m": lambda row: row["nominal_voltage_V"] * row["torque_constant_N_m_A"] / row["resistance_ohm"],
+        "peak_torque_N_m": lambda row: row["nominal_torque_N_m"],
+        "peak_time_s": 1.0,
+        "peak_reason": "no peak is stated: the continuous torque",
+    }
+    partners: ClassVar = {"mount_thread": "screw"}
 
     drives: tuple[str, ...]
     commutation: str
@@ -59,6 +77,16 @@ class Motor(CatalogueRow):
     thermal_resistance_housing_ambient_K_W: float | None
     thermal_time_constant_winding_s: float | None
     max_winding_temperature_C: float | None
+    max_radial_load_N: float | None
+    radial_load_distance_mm: float | None
+    max_axial_load_N: float | None
+    no_load_current_A: float | None
+    cogging_torque_N_m: float | None
+
+    @property
+    def idle_friction_N_m(self) -> float | None:
+        """Torque of brushes and bearings, idling at `nominal_voltage_V`; None when the no-load current is unknown."""
+        return None if self.no_load_current_A is None else self.no_load_current_A * self.torque_constant_N_m_A
 
     def fault(self) -> str:
         """Says which shaft, pilot or mounting circle cannot be, or that a drive is not known."""
@@ -66,6 +94,10 @@ class Motor(CatalogueRow):
             return f"drives = {';'.join(self.drives)}: must be capstan, direct or both"
         if not self.shaft_diameter_mm < self.pilot_diameter_mm < self.mount_circle_mm < self.diameter_mm:
             return "must have shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
+        if self.peak_torque_N_m < self.nominal_torque_N_m:
+            return f"peak_torque_N_m = {self.peak_torque_N_m:g}: must be >= nominal_torque_N_m"
+        if (self.max_radial_load_N is None) != (self.radial_load_distance_mm is None):
+            return "must have both or neither of max_radial_load_N and radial_load_distance_mm"
         return ""
 
 

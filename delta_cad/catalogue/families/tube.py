@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
 from delta_cad.catalogue.row import CatalogueRow
@@ -16,11 +17,21 @@ class Tube(CatalogueRow):
         outer_mm: Outside diameter.
         inner_mm: Inside diameter.
         material: Id of its material.
+        youngs_modulus_Pa: Along the tube, where its maker states one; None: that of the material.
     """
+
+    defaults: ClassVar = {**CatalogueRow.defaults, "material": "cfrp"}
+    partners: ClassVar = {"material": "material"}
 
     outer_mm: float
     inner_mm: float
     material: str
+    youngs_modulus_Pa: float | None
+
+    @property
+    def wall_mm(self) -> float:
+        """Thickness of the wall."""
+        return (self.outer_mm - self.inner_mm) / 2.0
 
     def fault(self) -> str:
         """Says that the tube has no wall."""

@@ -191,10 +191,10 @@ def safety_limits(
         raise DesignError(design.name, "cube.half_side_mm", f"{design.cube.half_side_mm:g}", allowed)
     torque = min(design.requirements.joint_torque_N_m, drive.peak_torque_N_m)
     joint_speed = 1.5 * speed * turn
-    count = 2.0 * math.pi / catalogue.encoder(design.hardware.encoder).counts_per_turn
+    count = 2.0 * math.pi / catalogue.encoder.chosen(design.hardware).counts_per_turn
     diagonal = 2.0 * math.sqrt(3.0) * half
     energy = changes.get("energy", design.requirements.force_N * diagonal)
-    heat = motor_heat(catalogue.motor(design.hardware.motor), drive.ratio * drive.efficiency, ambient_C)
+    heat = motor_heat(catalogue.motor.chosen(design.hardware), drive.ratio * drive.efficiency, ambient_C)
     values = {
         "period": period,
         "encoder_count": count,

@@ -227,7 +227,7 @@ def test_a_cube_out_of_reach_ends_with_2(
 ) -> None:
     """The design file's closed forms refuse it first; passed by, the mechanism does, and names the cube."""
     unchecked = best.model_copy(update={"cube": best.cube.model_copy(update={"half_side_mm": 80.0})})
-    monkeypatch.setattr("delta_cad.design.load_design", lambda _: unchecked)
+    monkeypatch.setattr("delta_cad.design.load_design", lambda *_: unchecked)
     rest = [] if command == "inspect" else ["--out", str(tmp_path / "out")]
     line = refused(capsys, [command, "--design", "best.json", *rest])
     assert line.startswith("best.json: cube: chain ")

@@ -6,11 +6,13 @@ import copy
 import json
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 
+from delta_cad.catalogue import CatalogueError
 from delta_cad.design import Design, design_schema, design_to_json
 from tests.committed import BEST
 from tests.designs import REFUSED, UNTIMED, changed, designs, minimal, named
@@ -24,6 +26,15 @@ def violations(schema: dict[str, Any], data: object, root: dict[str, Any]) -> li
         match key:
             case "title" | "description" | "default" | "$defs" | "$schema" | "items":
                 pass
+            case "if":
+                then = schema.get("else" if violations(rule, data, root) else "then", {})
+                found += violations(then, data, root)
+            case "then" | "else":
+                pass  # of "if"
+            case "minLength":
+                found += [key] if isinstance(data, str) and len(data) < rule else []
+            case "maxLength":
+                found += [key] if isinstance(data, str) and len(data) > rule else []
             case "$ref":
                 found += violations(root["$defs"][rule.removeprefix("#/$defs/")], data, root)
             case "type":
@@ -101,5 +112,22 @@ def test_the_schema_refuses_what_the_reader_refuses(path: str, value: object) ->
 def test_the_schema_is_json_and_does_not_change_when_read() -> None:
     schema = design_schema()
     untouched = copy.deepcopy(schema)
-    schema["$defs"]["Hardware"]["properties"]["motor"]["enum"].clear()
+    schema["$defs"]["Hardware"]["else"]["properties"]["motor"]["enum"].clear()
     assert design_schema() == untouched == json.loads(json.dumps(untouched))
+
+
+def test_the_schema_takes_own_ids_where_a_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "cable.csv").write_text("id,diameter_mm,breaking_load_N\nmine,0.5,150\n", encoding="utf-8")
+    ours, known = design_schema(), design_schema(tmp_path)
+    for hardware, accepted in (
+        ({"cable": "mine"}, (False, False)),
+        ({"cable": "mine", "catalogue": None}, (False, False)),
+        ({"cable": "mine", "catalogue": "parts"}, (True, True)),
+        ({"cable": "yours", "catalogue": "parts"}, (True, False)),
+        ({"cable": "steel-0.54-7x7", "catalogue": "parts"}, (True, True)),
+        ({"catalogue": ""}, (False, False)),
+    ):
+        data = changed("hardware", hardware)
+        assert tuple(violations(schema, data, schema) == [] for schema in (ours, known)) == accepted, hardware
+    with pytest.raises(CatalogueError):
+        design_schema(tmp_path / "none")

@@ -23,4 +23,4 @@ class Dowel(CatalogueRow):
     lengths_mm: tuple[float, ...]
 
 
-dowel = Family("dowel", "dowels.csv", Dowel)
+dowel = Family("dowel", "fasteners/dowels.csv", Dowel)

@@ -60,6 +60,6 @@ class HexNut(CatalogueRow):
     tap_drill_mm: float
 
 
-screw = Family("screw", "screws.csv", Screw)
-hex_screw = Family("hex_screw", "hexscrews.csv", HexScrew)
-hex_nut = Family("hex_nut", "hexnuts.csv", HexNut)
+screw = Family("screw", "fasteners/screws.csv", Screw)
+hex_screw = Family("hex_screw", "fasteners/hexscrews.csv", HexScrew)
+hex_nut = Family("hex_nut", "fasteners/hexnuts.csv", HexNut)

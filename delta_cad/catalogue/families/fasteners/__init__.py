@@ -1,0 +1,1 @@
+"""What holds parts together: screws, nuts, dowels, adhesives."""
