@@ -57,6 +57,10 @@ class Figures(NamedTuple):
     designs: np.ndarray
     points: np.ndarray
 
+    def chains(self) -> Chains:
+        """Computes the chains that the figures are of."""
+        return _chains(self.designs, self.points)
+
     def lightness(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
 
@@ -67,7 +71,7 @@ class Figures(NamedTuple):
             (D, K) 0 at a fold; the closure where that is negative.
         """
         L_A, L_B = (self.designs[:, k, None] for k in (0, 1))
-        chains = _chains(self.designs, self.points)
+        chains = self.chains()
         n = chains.forearms / np.maximum(chains.arms / L_B[..., None], TINY)[..., None]
         mixed = np.einsum("...ia,...ib->...ab", n, chains.elbows)
         at_elbow = (inertia.elbow_mass + inertia.joint_inertia / L_A**2)[..., None, None]
