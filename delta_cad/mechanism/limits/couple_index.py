@@ -14,6 +14,7 @@ from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import (
     ROUND,
     TERMS,
+    TINY,
     UP,
     add,
     at,
@@ -229,7 +230,8 @@ class CoupleIndex(PoseLimit):
 
     def numbers(self) -> tuple[float, ...]:
         """Gives the square of the least index and its error."""
-        return self.couple_index_min**2, ROUND * self.couple_index_min**2
+        square = self.couple_index_min**2
+        return square, ROUND * square + TINY
 
     def _turned(self, pose: SlopePose) -> tuple[list[Vector], np.ndarray]:
         """The couples turned by the eigenvectors of their products at the boxes' centres, and these (n, 3, 3)."""
