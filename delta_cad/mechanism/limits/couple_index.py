@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -30,7 +31,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose, Vector, centre_o
 from delta_cad.mechanism.enclosure.slope_pose import eigenvectors as slope_eigenvectors
 from delta_cad.mechanism.enclosure.symmetric import NEARLY, above, eigenvectors
 from delta_cad.mechanism.enclosure.table import EXCLUDED, HIGH, INSIDE, LOW, keep, store
-from delta_cad.mechanism.geometry import RADIAL, SIN_60, DeltaGeometry, chain_coordinates
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry, chain_coordinates
 from delta_cad.mechanism.inverse import arm_direction
 from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require_ranges
 
@@ -66,31 +67,30 @@ def least_singular_value(radial: np.ndarray, vertical: np.ndarray) -> np.ndarray
     Returns:
         (...) without unit; NaN where a part is.
     """
-    r, v = radial, vertical
-    r1, v1 = np.roll(r, -1, axis=-1), np.roll(v, -1, axis=-1)
-    v2 = np.roll(v, -2, axis=-1)
-    diagonal, beside = r * r + v * v, r * r1 - 0.5 * v * v1  # beside: entries 01, 12, 20
-    mean = diagonal.mean(axis=-1, keepdims=True)
-    b, opposite = diagonal - mean, np.roll(beside, -1, axis=-1)  # entry i of opposite is the one without chain i
-    square = (b * b).sum(axis=-1) / 6.0 + (beside * beside).sum(axis=-1) / 3.0  # p^2 of README (25)
-    cosine = 0.5 * (b.prod(axis=-1) - (b * opposite * opposite).sum(axis=-1)) + beside.prod(axis=-1)
-    # B^2 without its trace; sin from Lagrange's identity, so that no digit is lost where two eigenvalues meet
-    c = b * b + beside * beside + np.roll(beside, 1, axis=-1) ** 2 - 2.0 * square[..., None]
-    mixed = opposite * np.roll(beside, 1, axis=-1) - beside * np.roll(b, -2, axis=-1)
-    minors = _parts(b, beside)[..., :, None] * _parts(c, mixed)[..., None, :]
-    minors = minors - np.swapaxes(minors, -1, -2)
-    sine = np.sqrt((minors * minors).sum(axis=(-2, -1)) / 18.0)
-    angle, size = np.arctan2(sine, cosine) / 3.0, 2.0 * np.sqrt(square)
-    largest, middle = mean[..., 0] + size * np.cos(angle), mean[..., 0] + size * np.cos(angle - THIRD)
+    (r1, r2, r3), (v1, v2, v3) = np.moveaxis(radial, -1, 0), np.moveaxis(vertical, -1, 0)
+    a12, a13, a23 = r1 * r2 - 0.5 * v1 * v2, r1 * r3 - 0.5 * v1 * v3, r2 * r3 - 0.5 * v2 * v3
+    b11, b22, b33 = r1 * r1 + v1 * v1, r2 * r2 + v2 * v2, r3 * r3 + v3 * v3
+    mean = (b11 + b22 + b33) / 3.0
+    b11, b22, b33 = b11 - mean, b22 - mean, b33 - mean  # B of README (25)
+    s12, s13, s23 = a12 * a12, a13 * a13, a23 * a23
+    square = (b11 * b11 + b22 * b22 + b33 * b33 + 2.0 * (s12 + s13 + s23)) / 6.0
+    cosine = 0.5 * (b11 * (b22 * b33 - s23) - s12 * b33 - s13 * b22) + a12 * a13 * a23
+    # B and B^2 without its trace, each as five parts whose squares add up alike; the sine by Lagrange's identity
+    first = (0.5 * (b11 - b22), SIN_60 * b33, a12, a13, a23)
+    second = (
+        0.5 * (b11 * b11 + s13 - b22 * b22 - s23),
+        SIN_60 * (b33 * b33 + s13 + s23 - 2.0 * square),
+        a13 * a23 - a12 * b33,
+        a12 * a23 - a13 * b22,
+        a12 * a13 - a23 * b11,
+    )
+    minors = [(first[i] * second[j] - first[j] * second[i]) ** 2 for i, j in combinations(range(5), 2)]
+    angle = np.arctan2(np.sqrt(sum(minors)) / 3.0, cosine) / 3.0
+    size = 2.0 * np.sqrt(square)
+    largest, middle = mean + size * np.cos(angle), mean + size * np.cos(angle - THIRD)
     others = np.sqrt(np.maximum(largest * middle, 0.0))
-    determinant = SIN_60 * np.abs((r * v1 * v2).sum(axis=-1))
+    determinant = SIN_60 * np.abs(r1 * v2 * v3 + v1 * r2 * v3 + v1 * v2 * r3)
     return np.where(others == 0.0, 0.0, determinant / np.where(others == 0.0, 1.0, others))
-
-
-def _parts(diagonal: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """Computes five parts of a symmetric matrix without trace, whose squares add up to half those of its entries."""
-    first, last = 0.5 * (diagonal[..., :1] - diagonal[..., 1:2]), SIN_60 * diagonal[..., 2:]
-    return np.concatenate([first, last, beside], axis=-1)
 
 
 def _indices(limit: CoupleIndex, g: DeltaGeometry, p: np.ndarray) -> np.ndarray:
@@ -260,8 +260,8 @@ class CoupleIndex(PoseLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the index less its least, that of the forearms where a chain is open."""
-        n = f.chains().forearms
-        return least_singular_value((n * RADIAL).sum(axis=-1), n[..., 2]) - self.couple_index_min
+        rods = f.rods()
+        return least_singular_value(rods.radial, rods.vertical) - self.couple_index_min
 
 
 def _sum(couples: tuple[Vector, ...], weights: np.ndarray) -> Vector:
