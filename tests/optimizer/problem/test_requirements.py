@@ -133,6 +133,9 @@ REFUSED = [
     ("limits.effective_mass_max_kg", 1001, "limits.effective_mass_max_kg = 1001: 0 1000"),
     ("limits.effective_mass_max_kg", True, "limits.effective_mass_max_kg = true: "),
     ("inertia", INERTIA | {"carried_mass_kg": 0}, "inertia.carried_mass_kg = 0: 0 1000"),
+    ("limits.couple_index_min", 0, "limits.couple_index_min = 0: 0 1"),
+    ("limits.couple_index_min", 1, "limits.couple_index_min = 1: 0 1"),
+    ("limits.couple_index_min", "0.4", 'limits.couple_index_min = "0.4": '),
     (
         "inertia",
         INERTIA | {"elbow_mass_kg": -1e-9},
