@@ -13,7 +13,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.inspection import InspectionRow
-    from delta_cad.pipeline import Outcome
+    from delta_cad.commands.pipeline import Outcome
 
 FIGURES = 5  # significant digits of a value in a table
 DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants

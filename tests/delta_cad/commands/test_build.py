@@ -13,12 +13,14 @@ from typing import Any, Self
 import numpy as np
 import pytest
 
-from delta_cad import catalogue, pipeline
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult
+from delta_cad.commands import pipeline
 from delta_cad.commands.cli import main
+from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, check_machine
 from delta_cad.common.beside import BesideError
 from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
@@ -27,7 +29,6 @@ from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
 from delta_cad.mechanism import conditioning
 from delta_cad.mechanism.limits import EffectiveMass, Kappa, Lean, Shoulder, Torque
-from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, BuiltMachine, check_limits, check_machine
 from delta_cad.solids.primitive import BuildError
 from tests.committed import BEST, Built
 from tests.terminal import said

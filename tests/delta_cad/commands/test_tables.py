@@ -6,8 +6,8 @@ import pytest
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import tables
+from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
-from delta_cad.pipeline import Outcome
 
 
 def test_equal_checks_of_the_three_chains_are_one_line() -> None:
