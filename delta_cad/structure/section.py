@@ -11,6 +11,7 @@ from math import pi
 SHEAR_RECTANGLE = 5.0 / 6.0  # Timoshenko's shear area over the area, Poisson's ratio neglected (the low, safe side)
 SHEAR_CIRCLE = 0.9
 SHEAR_TUBE = 0.5
+POISSON = 0.3  # of every metal here
 
 
 @dataclass(frozen=True)
@@ -111,10 +112,29 @@ def i_section(b: float, h: float, web: float, pocket: float) -> Section:
     )
 
 
-def ribs(b: float, thickness: float) -> Section:
-    """Computes two parallel ribs of equal thickness (z) and together b wide (y), mm: a plate with a window."""
-    area = b * thickness
+def ribs(b: float, thickness: float, gap: float, length: float) -> Section:
+    """Computes a plate with a window, mm: two equal ribs along x between two parts that do not bend.
+
+    Args:
+        b: Width of both ribs together, along y.
+        thickness: Of the plate, along z.
+        gap: Between the ribs.
+        length: Of the window along x.
+
+    Source:
+        Vierendeel's frame of two posts (Timoshenko and Young, Theory of Structures): a shift d of one end bends each
+        rib with `12 E I d / l^3`. Twisted by phi the ribs shift by phi e / 2 up and down, which adds `6 E I e^2 / l^2`
+        to G J; sheared along y they shift together, which takes `24 E I / l^2` in series with the shear of the plate.
+    """
+    one, elastic = b / 2.0, 2.0 * (1.0 + POISSON)
+    area, apart = b * thickness, gap + b / 2.0
+    up, aside = one * thickness**3 / 12.0, thickness * one**3 / 12.0
     shear = SHEAR_RECTANGLE * area
-    torsion = 2.0 * rectangle_torsion_mm4(b / 2.0, thickness)
-    about_z = 2.0 * thickness * (b / 2.0) ** 3 / 12.0
-    return Section(area, shear, shear, torsion, b * thickness**3 / 12.0, about_z)
+    return Section(
+        area_mm2=area,
+        shear_y_mm2=1.0 / (1.0 / shear + length**2 / (24.0 * elastic * aside)),
+        shear_z_mm2=shear,
+        torsion_mm4=2.0 * rectangle_torsion_mm4(one, thickness) + 6.0 * elastic * up * (apart / length) ** 2,
+        about_y_mm4=2.0 * up,
+        about_z_mm4=2.0 * aside + area * (apart / 2.0) ** 2,
+    )

@@ -22,9 +22,8 @@ from delta_cad.structure.bearing import (
     ball_bearing,
     radial_stiffness_N_mm,
 )
-from delta_cad.structure.section import Section, circle, i_section, rectangle, ribs, ring
+from delta_cad.structure.section import POISSON, Section, circle, i_section, rectangle, ribs, ring
 
-POISSON = 0.3  # of every metal here
 # A ball joint along its rod, N/mm. The slit ring of POM measured 48 in tension and 2,100 in compression (finite
 # elements); one figure for both directions, so the lower one.
 JOINT_N_mm = 48.0
@@ -34,6 +33,10 @@ ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
 PRELOAD_N = 10.0  # axial, of the pair of shoulder bearings: what the assembler is to set
 SPOKE_FACTOR = 1.4  # platform spoke: finite elements over the formula, whose root at the hub is not rigid
 CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
+# A round bar's root tilts in what it grows from by what this share of its diameter would bend: a stamp of radius a on a
+# half-space turns by 3 (1 - nu^2) M / (4 E a^3) (Johnson, Contact Mechanics), a bar of length l by 4 M l / (pi E a^4).
+ROOT = 0.27
+STUD_FLATS_SHARE = 4.5 / 5.5  # a stud's collar across its spanner flats
 Circle = tuple[float, float, float]  # x, z, radius
 RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
 
@@ -166,25 +169,27 @@ def structure_table(d: Dimensions) -> Table:
 
 
 def _stud(d: Dimensions) -> tuple[Slice, ...]:
-    """Collar, neck and the ball up to its centre, from the end of the bar or boss outwards."""
+    """Collar across its flats, neck and the ball up to its centre, from the end of the bar or boss outwards.
+
+    The neck tilts in the ball as a stamp on a half-space does, by what `ROOT` of its diameter would bend.
+    """
     f, (e, g) = d.forearm, moduli_N_mm2("stainless-1.4305")
-    ball = f.ball_diameter_mm / 2
-    inside = sqrt(ball**2 - (f.neck_diameter_mm / 2) ** 2)
-    collar = Slice(f.collar_length_mm, circle(f.collar_diameter_mm), e, g)
-    neck = Slice(f.stand_off_mm - f.collar_length_mm - inside, circle(f.neck_diameter_mm), e, g)
-    return (collar, neck, Slice(inside, circle(f.ball_diameter_mm), e, g))
+    ball, neck_mm = f.ball_diameter_mm / 2, f.neck_diameter_mm
+    inside = sqrt(ball**2 - (neck_mm / 2) ** 2)
+    into = ROOT * neck_mm
+    collar = Slice(f.collar_length_mm, circle(STUD_FLATS_SHARE * f.collar_diameter_mm), e, g)
+    neck = Slice(f.stand_off_mm - f.collar_length_mm - inside + into, circle(neck_mm), e, g)
+    return (collar, neck, Slice(inside - into, circle(f.ball_diameter_mm), e, g))
 
 
 def _arm(d: Dimensions) -> Beam:
-    """The upper arm, open I-section between solid ends; the elbow's and the shoulder's slits count as closed."""
+    """The upper arm, open I-section between solid ends; its slits count as closed, its flange as no wider."""
     a, (y0, y1), (b0, b1) = d.arm, d.layers.arm_mm, d.layers.elbow_boss_mm
     (x0, x1), (r0, r1) = a.pocket_x_mm, a.pocket_radii_mm
     web = y1 - y0 - 2 * a.pocket_depth_mm
 
     def section(x: float) -> Section:
         half = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * x / a.length_mm
-        if x < a.flange_radius_mm:
-            half = max(half, sqrt(a.flange_radius_mm**2 - x**2))
         if x < x0:
             pocket = sqrt(max(0.0, r0**2 - (x - x0) ** 2))
         elif x > x1:
@@ -299,7 +304,7 @@ def _spoke(d: Dimensions) -> Beam:
         wide = 2 * min(max(edge, 0.0), corner[1] + corner[2])
         if window and near < x < far:
             open_mm = 2 * (1.5 + (reach - 1.5) * (x - near) / (far - near))
-            return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm)
+            return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)
         return rectangle(wide, p.plate_mm)
 
     return Beam(tapered(p.hub_radius_mm, r, section, *moduli_N_mm2("aluminium-7075")), SPOKE_FACTOR)

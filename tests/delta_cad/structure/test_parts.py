@@ -46,8 +46,23 @@ def test_sections_agree_where_they_meet() -> None:
     tube = section.box(15.0, 15.0, 1.5)
     assert tube.torsion_mm4 == pytest.approx(3690.0, rel=1e-3)
     assert tube.about_y_mm4 == pytest.approx((15.0**4 - 12.0**4) / 12.0)
-    # two ribs without a gap between them bend as the plate does
-    assert section.ribs(9.0, 3.0).about_y_mm4 == section.rectangle(9.0, 3.0).about_y_mm4
+
+
+def test_two_ribs_are_a_frame() -> None:
+    frame, plate = section.ribs(10.0, 3.0, 6.0, 1e9), section.rectangle(10.0, 3.0)
+    assert frame.about_y_mm4 == plate.about_y_mm4
+    assert frame.torsion_mm4 == pytest.approx(2 * section.rectangle_torsion_mm4(5.0, 3.0))  # a window without end
+    window = section.ribs(10.0, 3.0, 6.0, 12.0)
+    assert window.about_z_mm4 == pytest.approx(3.0 * (16.0**3 - 6.0**3) / 12.0)
+    # one end turned by phi, the ribs clamped in both ends: the torque of two beams of 12 E I / l^3 each
+    young, shear, turn = 2.6, 1.0, 1e-3
+    force = 12 * young * (5.0 * 27.0 / 12.0) / 12.0**3 * turn * 11.0 / 2
+    saint_venant = shear * 2 * section.rectangle_torsion_mm4(5.0, 3.0) * turn / 12.0
+    assert shear * window.torsion_mm4 * turn / 12.0 == pytest.approx(force * 11.0 + saint_venant)
+    # both shifted aside by d, besides the plate's own shear
+    alone = 1.0 / (1.0 / window.shear_y_mm2 - 1.0 / (30.0 * 5 / 6))
+    shift = 2 * 12 * young * (3.0 * 125.0 / 12.0) / 12.0**3
+    assert shear * alone / 12.0 == pytest.approx(shift)
 
 
 def test_a_cantilever_gives_as_the_formulas_say() -> None:
