@@ -14,7 +14,7 @@ AXES = ("axial", "shear y", "shear z", "torsion", "bending y", "bending z")
 
 
 @dataclass(frozen=True)
-class Slice:
+class BeamSlice:
     """A short piece of a bar with one section.
 
     Attributes:
@@ -39,7 +39,7 @@ class Beam:
         factor: What a solid model adds to all of its flexibility: 1 for slender bars.
     """
 
-    slices: tuple[Slice, ...]
+    slices: tuple[BeamSlice, ...]
     factor: float = 1.0
 
     @property
@@ -50,7 +50,7 @@ class Beam:
 
 def tapered(
     root_mm: float, tip_mm: float, section: Callable[[float], Section], youngs_N_mm2: float, shear_N_mm2: float
-) -> tuple[Slice, ...]:
+) -> tuple[BeamSlice, ...]:
     """Cuts a bar into slices.
 
     Args:
@@ -62,7 +62,7 @@ def tapered(
     """
     step = (tip_mm - root_mm) / SLICES
     places = (root_mm + (k + 0.5) * step for k in range(SLICES))
-    return tuple(Slice(step, section(x), youngs_N_mm2, shear_N_mm2) for x in places)
+    return tuple(BeamSlice(step, section(x), youngs_N_mm2, shear_N_mm2) for x in places)
 
 
 def flexibility_by_kind(beam: Beam) -> np.ndarray:

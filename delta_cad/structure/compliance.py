@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.structure.beam import Beam, flexibility, flexibility_by_kind
-from delta_cad.structure.table import Cable, Table
+from delta_cad.structure.table import CableSpring, StructureTable
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
 ELEMENTS = (
@@ -77,7 +77,7 @@ class Softest:
     shares: dict[str, np.ndarray]
 
 
-def cable_mm_N(cable: Cable, turned: np.ndarray) -> np.ndarray:
+def cable_mm_N(cable: CableSpring, turned: np.ndarray) -> np.ndarray:
     """Computes how far the rim moves along the cable for 1 N of difference between its strands, mm/N.
 
     Both strands are held by the pinion's wraps and by their lugs: two springs E A / L side by side, then rim and
@@ -96,7 +96,7 @@ def cable_mm_N(cable: Cable, turned: np.ndarray) -> np.ndarray:
     return 1.0 / (cable.rope_N * (1.0 / first + 1.0 / second)) + cable.sector_mm_N + cable.motor_mm_N
 
 
-def elbow_flexibility(table: Table, turned: np.ndarray) -> dict[str, np.ndarray]:
+def elbow_flexibility(table: StructureTable, turned: np.ndarray) -> dict[str, np.ndarray]:
     """Computes the flexibility of an elbow, the motor held, by what gives.
 
     Args:
@@ -157,7 +157,7 @@ def elbow_flexibility(table: Table, turned: np.ndarray) -> dict[str, np.ndarray]
 
 
 @np.errstate(invalid="ignore")
-def compliance(table: Table, p_mm: np.ndarray) -> Compliance:
+def compliance(table: StructureTable, p_mm: np.ndarray) -> Compliance:
     """Computes the flexibility of the machine.
 
     Args:
@@ -193,7 +193,7 @@ def ball_flexibility(first: Beam, then: Beam | None) -> tuple[float, float, floa
     return both[1, 1], both[1, 1] - alone[1, 1], both[0, 0]
 
 
-def _rods(table: Table, unit: UnitLoads) -> dict[str, np.ndarray]:
+def _rods(table: StructureTable, unit: UnitLoads) -> dict[str, np.ndarray]:
     """Joints, rods and studs, each (..., 6, 6): all bear a multiple of the rod's force."""
     tension = unit.rods
     squares = (tension[..., None] * tension[..., None, :]).sum(axis=-3)  # (..., 3, 6, 6), both rods
@@ -226,12 +226,12 @@ def softest(parts: dict[str, np.ndarray]) -> Softest:
     return Softest(np.where(sound, 1.0 / most, 0.0), direction, shares)
 
 
-def knob_stiffness(table: Table, p_mm: np.ndarray) -> np.ndarray:
+def knob_stiffness(table: StructureTable, p_mm: np.ndarray) -> np.ndarray:
     """Computes the least stiffness at the knob over all directions of a force, (...) N/mm; 0 where nothing holds."""
     return softest(compliance(table, p_mm).at_knob()).stiffness_N_mm
 
 
-def platform_stiffness(table: Table, p_mm: np.ndarray) -> np.ndarray:
+def platform_stiffness(table: StructureTable, p_mm: np.ndarray) -> np.ndarray:
     """Computes the least stiffness at the platform's centre, in the wrists' plane, (...) N/mm."""
     parts = {name: part[..., :3, :3] for name, part in compliance(table, p_mm).parts.items()}
     return softest(parts).stiffness_N_mm

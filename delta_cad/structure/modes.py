@@ -12,7 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.drive.masses import rod_masses
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
 from delta_cad.structure.compliance import Compliance, compliance
-from delta_cad.structure.table import Table
+from delta_cad.structure.table import StructureTable
 from delta_cad.structure.unit_loads import unit_loads
 
 G_PER_KG = 1000.0  # N/mm over kg is 1000/s^2
@@ -74,7 +74,9 @@ def moving(bodies: Mapping[str, Any], forearm_length: float) -> Moving:
     return Moving(body("platform"), body("upper_arm_0"), ends)
 
 
-def mass_matrix(table: Table, what: Moving, p_mm: np.ndarray, given: Compliance, grip_kg: float = 0.0) -> np.ndarray:
+def mass_matrix(
+    table: StructureTable, what: Moving, p_mm: np.ndarray, given: Compliance, grip_kg: float = 0.0
+) -> np.ndarray:
     """Computes the mass that the platform's six motions move, the elbows following as they give (Guyan).
 
     Args:
@@ -120,7 +122,7 @@ def mass_matrix(table: Table, what: Moving, p_mm: np.ndarray, given: Compliance,
     return total
 
 
-def first_mode_Hz(table: Table, what: Moving, p_mm: np.ndarray, grip_kg: float = 0.0) -> np.ndarray:
+def first_mode_Hz(table: StructureTable, what: Moving, p_mm: np.ndarray, grip_kg: float = 0.0) -> np.ndarray:
     """Computes the first natural frequency, actuators held, (...) Hz.
 
     The least root of `K q = w^2 M q` with the 6 x 6 stiffness of the platform; the stem counts as rigid.

@@ -15,7 +15,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.structure.beam import Beam, Slice, tapered
+from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
     BallBearing,
     axial_stiffness_N_mm,
@@ -42,7 +42,7 @@ RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
 
 
 @dataclass(frozen=True)
-class Cable:
+class CableSpring:
     """The cable between sector and pinion; None in the table of a direct drive.
 
     Attributes:
@@ -75,7 +75,7 @@ class Cable:
 
 
 @dataclass(frozen=True)
-class Shoulder:
+class ShoulderBearings:
     """The two bearings of a shoulder and the cheeks that carry them, encoder's side first.
 
     Attributes:
@@ -96,7 +96,7 @@ class Shoulder:
 
 
 @dataclass(frozen=True)
-class Table:
+class StructureTable:
     """What bears load, of one design; all chains are alike.
 
     Attributes:
@@ -121,9 +121,9 @@ class Table:
     width_mm: float
     knob_mm: float
     arm: Beam
-    shoulder: Shoulder | None
+    shoulder: ShoulderBearings | None
     stub: Beam | None
-    cable: Cable | None
+    cable: CableSpring | None
     stud: Beam
     bar: Beam
     rod: Beam
@@ -139,18 +139,18 @@ def moduli_N_mm2(material: str) -> tuple[float, float]:
     return young, young / (2.0 * (1.0 + POISSON))
 
 
-def structure_table(d: Dimensions) -> Table:
+def structure_table(d: Dimensions) -> StructureTable:
     """Makes the table of a design from its dimensions."""
     direct = d.capstan is None
     knob = d.platform.boss_diameter_mm / 2 + d.platform.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2
     f = d.forearm
     stud = _stud(d)
     overhang = (f.bar_length_mm - (d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0])) / 2
-    bar = Slice(overhang, circle(f.bar_diameter_mm), *moduli_N_mm2("aluminium-7075"))
-    rod = Slice(f.tube_length_mm, ring(f.tube_outer_mm, f.tube_bore_mm), *moduli_N_mm2(d.tube.material))
+    bar = BeamSlice(overhang, circle(f.bar_diameter_mm), *moduli_N_mm2("aluminium-7075"))
+    rod = BeamSlice(f.tube_length_mm, ring(f.tube_outer_mm, f.tube_bore_mm), *moduli_N_mm2(d.tube.material))
     top = d.platform.boss_diameter_mm / 2
-    stem = Slice(knob - top, circle(d.platform.stem_diameter_mm), *moduli_N_mm2("aluminium-6082"))
-    return Table(
+    stem = BeamSlice(knob - top, circle(d.platform.stem_diameter_mm), *moduli_N_mm2("aluminium-6082"))
+    return StructureTable(
         geometry=d.design.geometry,
         width_mm=f.width_mm,
         knob_mm=knob,
@@ -168,7 +168,7 @@ def structure_table(d: Dimensions) -> Table:
     )
 
 
-def _stud(d: Dimensions) -> tuple[Slice, ...]:
+def _stud(d: Dimensions) -> tuple[BeamSlice, ...]:
     """Collar across its flats, neck and the ball up to its centre, from the end of the bar or boss outwards.
 
     The neck tilts in the ball as a stamp on a half-space does, by what `ROOT` of its diameter would bend.
@@ -177,9 +177,9 @@ def _stud(d: Dimensions) -> tuple[Slice, ...]:
     ball, neck_mm = f.ball_diameter_mm / 2, f.neck_diameter_mm
     inside = sqrt(ball**2 - (neck_mm / 2) ** 2)
     into = ROOT * neck_mm
-    collar = Slice(f.collar_length_mm, circle(STUD_FLATS_SHARE * f.collar_diameter_mm), e, g)
-    neck = Slice(f.stand_off_mm - f.collar_length_mm - inside + into, circle(neck_mm), e, g)
-    return (collar, neck, Slice(inside - into, circle(f.ball_diameter_mm), e, g))
+    collar = BeamSlice(f.collar_length_mm, circle(STUD_FLATS_SHARE * f.collar_diameter_mm), e, g)
+    neck = BeamSlice(f.stand_off_mm - f.collar_length_mm - inside + into, circle(neck_mm), e, g)
+    return (collar, neck, BeamSlice(inside - into, circle(f.ball_diameter_mm), e, g))
 
 
 def _arm(d: Dimensions) -> Beam:
@@ -202,7 +202,7 @@ def _arm(d: Dimensions) -> Beam:
     return Beam(tapered(a.shaft_bore_mm / 2, a.length_mm, section, *moduli_N_mm2("aluminium-7075")))
 
 
-def _shoulder(d: Dimensions) -> Shoulder:
+def _shoulder(d: Dimensions) -> ShoulderBearings:
     layers, width = d.layers, d.bearing.width_mm
     bearing = ball_bearing(d.bearing)
     y = (layers.encoder_cheek_mm[1] - width / 2, layers.motor_cheek_mm[0] + width / 2)
@@ -214,7 +214,7 @@ def _shoulder(d: Dimensions) -> Shoulder:
     board = [(sx * x, sz * z, 4.0) for x, z in pads for sx in (-1, 1) for sz in (-1, 1)]
     motor = [(b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1], b.motor_pad_radius_mm)]
     pilot = [(motor[0][0], motor[0][1], d.motor.pilot_diameter_mm / 2)]
-    return Shoulder(
+    return ShoulderBearings(
         bearing=bearing,
         y_mm=y,
         radial_N_mm=radial_stiffness_N_mm(bearing, d.design.requirements.force_N),
@@ -254,11 +254,11 @@ def _cheek(d: Dimensions, extra: list[Circle], open_: list[Circle], y_mm: tuple[
 def _motor_stub(d: Dimensions) -> Beam:
     face, middle = d.layers.motor_cheek_mm[1], 0.0
     reach = face - middle
-    shaft = Slice(reach, circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
+    shaft = BeamSlice(reach, circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
     return Beam((shaft,))
 
 
-def _cable(d: Dimensions) -> Cable | None:
+def _cable(d: Dimensions) -> CableSpring | None:
     c = d.capstan
     if c is None:
         return None
@@ -270,7 +270,7 @@ def _cable(d: Dimensions) -> Cable | None:
     steel, _ = moduli_N_mm2("steel")
     overhang = d.layers.motor_cheek_mm[1] - sum(d.layers.sector_mm) / 2
     wire = pi / 4 * d.cable.diameter_mm**2
-    return Cable(
+    return CableSpring(
         rope_N=ROPE_N_mm2[d.cable.construction] * wire,
         radius_mm=c.pitch_radius_mm,
         pinion_radius_mm=c.pinion_pitch_radius_mm,

@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.structure.modes import Moving, MovingBody
-from delta_cad.structure.table import Table, structure_table
+from delta_cad.structure.table import StructureTable, structure_table
 from tests.committed import ROOT
 
 STUDY_JOINT_N_mm = 500.0  # joints as the study took them; in our design a declared figure
@@ -26,7 +26,7 @@ def committed() -> Dimensions:
     return dimensions(design())
 
 
-def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) -> Table:
+def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) -> StructureTable:
     made = structure_table(committed())
     changed = replace(made, joint_N_mm=joint_N_mm)
     if knob_mm is None:

@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.structure import section
-from delta_cad.structure.beam import Beam, Slice, flexibility, flexibility_by_kind, tapered
+from delta_cad.structure.beam import Beam, BeamSlice, flexibility, flexibility_by_kind, tapered
 from delta_cad.structure.bearing import (
     BallBearing,
     approach_mm,
@@ -67,7 +67,7 @@ def test_two_ribs_are_a_frame() -> None:
 
 def test_a_cantilever_gives_as_the_formulas_say() -> None:
     s, length = section.rectangle(6.0, 10.0), 50.0
-    c = flexibility(Beam((Slice(length, s, E, G),)))
+    c = flexibility(Beam((BeamSlice(length, s, E, G),)))
     shear = length / (G * s.shear_z_mm2)
     assert c[0, 0] == pytest.approx(length / (E * s.area_mm2))
     assert c[2, 2] == pytest.approx(length**3 / (3 * E * s.about_y_mm4) + shear)
@@ -81,7 +81,7 @@ def test_a_cantilever_gives_as_the_formulas_say() -> None:
 
 def test_slices_change_nothing_and_a_taper_converges() -> None:
     s = section.circle(5.0)
-    one = flexibility(Beam((Slice(30.0, s, E, G),)))
+    one = flexibility(Beam((BeamSlice(30.0, s, E, G),)))
     np.testing.assert_allclose(flexibility(Beam(tapered(0.0, 30.0, lambda _: s, E, G))), one, rtol=1e-12, atol=1e-18)
     # a plate b wide whose height falls linearly to nothing at a force: u = 6 F L^3 / (E b h^3), closed form
     # of a triangular profile in plan: constant thickness t, width w at the root to 0: L^3 / (2 E I_root)
@@ -91,7 +91,7 @@ def test_slices_change_nothing_and_a_taper_converges() -> None:
 
 
 def test_kinds_add_up_and_the_factor_counts() -> None:
-    bar = Beam((Slice(20.0, section.box(10.0, 12.0, 1.0), E, G),), factor=1.4)
+    bar = Beam((BeamSlice(20.0, section.box(10.0, 12.0, 1.0), E, G),), factor=1.4)
     kinds = flexibility_by_kind(bar)
     np.testing.assert_allclose(kinds.sum(axis=0), flexibility(bar))
     np.testing.assert_allclose(flexibility(bar), 1.4 * flexibility(Beam(bar.slices)))

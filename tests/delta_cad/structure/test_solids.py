@@ -47,7 +47,7 @@ def test_a_square_tube(tmp_path: Path) -> None:
     end = np.array([length, 0.0, 0.0])
     solid = flexibility(mesh, ALUMINIUM, lambda x: x[0] < 1e-6, lambda x: x[0] > length - 1e-6, end, FORCES_AND_TORQUE)
     shear = ALUMINIUM / 2.6
-    bar = beam.Beam((beam.Slice(length, section.box(15.0, 15.0, 1.5), ALUMINIUM, shear),))
+    bar = beam.Beam((beam.BeamSlice(length, section.box(15.0, 15.0, 1.5), ALUMINIUM, shear),))
     np.testing.assert_allclose(compared(bar), np.diag(solid), rtol=ASKED)
     assert abs(solid[0, 1]) < 1e-3 * solid[0, 0]
 
