@@ -229,7 +229,7 @@ def test_progress_tells_every_phase(machine: BuiltMachine, best: Design, monkeyp
     told: list[str] = []
     assert pipeline.check(best, told.append).passed
     assert told[0] == "dimensions"
-    assert told[-2:] == ["clearance", "torque with gravity"]
+    assert told[-3:] == ["clearance", "torque with gravity", "loads and stiffness"]
     for part in machine.assembly.parts:
         assert f"mesh {part.number}" in told
     assert sum(phase.startswith("solid ") for phase in told) == len(machine.assembly.parts)
