@@ -16,7 +16,13 @@ if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
 
 FIGURES = 5  # significant digits of a value in a table
-DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
+DETAILED = (  # checks whose detail a buyer wants
+    "envelope width",
+    "envelope depth",
+    "clearance proof",
+    "drive torque",
+    "structure stiffness at the knob",
+)
 
 
 def _number(value: float | str | None) -> str:
