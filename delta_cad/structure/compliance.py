@@ -184,23 +184,15 @@ def _sum(g: np.ndarray, c: np.ndarray) -> np.ndarray:
     return (np.swapaxes(g, -1, -2) @ c @ g).sum(axis=-3)
 
 
-def ball_flexibility(first: Beam, then: Beam | None) -> tuple[float, float, float]:
-    """Computes how far a ball on its stud gives across it, of that the bar before the stud, and along both, mm/N."""
-    alone = flexibility(first)
-    if then is None:
-        return alone[1, 1], 0.0, alone[0, 0]
-    both = flexibility(Beam((*then.slices, *first.slices)))
-    return both[1, 1], both[1, 1] - alone[1, 1], both[0, 0]
-
-
 def _rods(table: StructureTable, unit: UnitLoads) -> dict[str, np.ndarray]:
     """Joints, rods and studs, each (..., 6, 6): all bear a multiple of the rod's force."""
     tension = unit.rods
     squares = (tension[..., None] * tension[..., None, :]).sum(axis=-3)  # (..., 3, 6, 6), both rods
     along = (unit.along * unit.arms[..., 1, :]).sum(axis=-1) ** 2  # square of the cosine against the studs' axis
-    elbow, _, elbow_axial = ball_flexibility(table.stud, table.bar)
-    wrist, _, wrist_axial = ball_flexibility(table.stud, None)
-    stud = (elbow + wrist) * (1.0 - along) + (elbow_axial + wrist_axial) * along
+    elbow = flexibility(Beam((*table.bar.slices, *table.stud.slices)))
+    wrist = flexibility(table.stud)
+    across, axial = elbow[1, 1] + wrist[1, 1], elbow[0, 0] + wrist[0, 0]
+    stud = across * (1.0 - along) + axial * along
     total = squares.sum(axis=-3)
     return {
         "joints": 2.0 / table.joint_N_mm * total,

@@ -39,6 +39,9 @@ class Holds:
         stroke_rad: From the smallest to the largest shoulder angle over the cube.
         preload_N: Axial, of the shoulder's bearings.
         motor_N: What the motor's shaft may bear across.
+        stub_mm: Diameter of the motor's shaft where it carries the arm.
+        stub_lever_mm: From the motor's face to the arm's middle.
+        stub_N_mm2: Proof stress of that shaft.
         pretension_N: Of the cable.
         cable_N: What the cable may bear.
         stud_core_mm: Diameter of the ball stud in its thread's root.
@@ -67,6 +70,9 @@ class Holds:
     stroke_rad: float
     preload_N: float
     motor_N: float
+    stub_mm: float | None
+    stub_lever_mm: float
+    stub_N_mm2: float
     pretension_N: float | None
     cable_N: float | None
     stud_core_mm: float
@@ -118,8 +124,9 @@ def holds(d: Dimensions) -> Holds:
     shoulder = d.extremes.shoulder_max.value - d.extremes.shoulder_min.value
     young, _ = moduli_N_mm2(d.tube.material)
     euler = pi**2 * young * ring(f.tube_outer_mm, f.tube_bore_mm).about_y_mm4 / f.length_mm**2
-    stud = catalogue.material("stainless-1.4305").yield_strength_Pa
+    stud, steel = (catalogue.material(one).yield_strength_Pa for one in ("stainless-1.4305", "steel"))
     assert stud is not None
+    assert steel is not None
     arm = layers.arm_mm[1] - layers.arm_mm[0]
     boss = layers.elbow_boss_mm[1] - layers.elbow_boss_mm[0]
     pin, cheek = 3.0, min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
@@ -128,6 +135,9 @@ def holds(d: Dimensions) -> Holds:
         stroke_rad=max(shoulder, radians(1.0)),
         preload_N=PRELOAD_N,
         motor_N=MOTOR_RADIAL_N * (d.motor.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2,
+        stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
+        stub_lever_mm=layers.motor_cheek_mm[1],
+        stub_N_mm2=steel * 1e-6,
         pretension_N=report.cable_pretension_N,
         cable_N=None if capstan is None else d.cable.breaking_load_N / ROPE_FACTOR,
         stud_core_mm=STUD_CORE_MM,

@@ -179,7 +179,14 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
     add("elbow clamp along its bar", given.elbow_along, h.elbow_N, "N", "friction of both halves of the clamp")
     if h.bearing is None or table.cable is None or h.pretension_N is None or h.cable_N is None or h.sector_mm is None:
         across = given.radial[..., 0]
-        add("motor shaft", across, h.motor_N, "N", "the arm's whole load; RE 30's 28 N by the shaft's area")
+        add(
+            "motor shaft", across, h.motor_N, "N", "the arm's whole load; RE 30's 28 N by the shaft's area, from memory"
+        )
+        if h.stub_mm is not None:
+            stress = 32.0 * (given.hub + across * h.stub_lever_mm) / (np.pi * h.stub_mm**3)
+            add(
+                "motor shaft bending", stress, h.stub_N_mm2, "N/mm^2", "tilt and load at the motor's face; proof stress"
+            )
     else:
         across = _across(table, h, given)
         add(

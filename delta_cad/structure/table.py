@@ -13,7 +13,6 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -27,8 +26,9 @@ from delta_cad.structure.section import POISSON, Section, circle, i_section, rec
 # A ball joint along its rod, N/mm. The slit ring of POM measured 48 in tension and 2,100 in compression (finite
 # elements); one figure for both directions, so the lower one.
 JOINT_N_mm = 48.0
-# Young's modulus of a rope over its full circle, N/mm^2, by construction: a maker's stretch of 302 stainless
-# 1.20e-5 W[lb] / D[in]^2 for 7x7 gives 57 GPa; 7x19 in the same table's proportion. From memory: measure it.
+# Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
+# A maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 57 GPa; 7x19 in proportion.
+# From memory: measure it.
 ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
 PRELOAD_N = 10.0  # axial, of the pair of shoulder bearings: what the assembler is to set
 SPOKE_FACTOR = 1.4  # platform spoke: finite elements over the formula, whose root at the hub is not rigid
@@ -38,6 +38,7 @@ CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: betw
 ROOT = 0.27
 STUD_FLATS_SHARE = 4.5 / 5.5  # a stud's collar across its spanner flats
 Circle = tuple[float, float, float]  # x, z, radius
+BOARD_PAD_MM = 4.0  # radius of the cheek around a screw of the encoder's board
 RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
 
 
@@ -48,9 +49,6 @@ class CableSpring:
     Attributes:
         rope_N: E A of the rope.
         radius_mm: Of the cable's middle on the sector.
-        pinion_radius_mm: Of the cable's middle on the pinion.
-        wire_mm: Rope diameter.
-        breaking_N: Least breaking load of the rope.
         direction_rad: From the shoulder to the pinion, angle in the chain's plane.
         ends_rad: Polar angles of the rim at which the cable leaves it, arm's frame.
         beyond_mm: Free length beyond either of these ends.
@@ -62,9 +60,6 @@ class CableSpring:
 
     rope_N: float
     radius_mm: float
-    pinion_radius_mm: float
-    wire_mm: float
-    breaking_N: float
     direction_rad: float
     ends_rad: tuple[float, float]
     beyond_mm: tuple[float, float]
@@ -108,8 +103,7 @@ class StructureTable:
         stub: The motor's shaft from its face to the arm, of a direct drive; else None.
         cable: None for a direct drive.
         stud: Ball stud from the end of its bar to the ball's centre.
-        bar: Cross-bar from the elbow's boss to the ball's centre, its end beyond the bar being the stud's.
-        bar_overhang_mm: Length of the cross-bar beyond the boss.
+        bar: Cross-bar from the elbow's boss to its end, where the stud begins.
         rod: Tube of a rod.
         joint_N_mm: Stiffness of one ball joint along its rod, in tension and compression alike.
         spoke: Platform from the hub to a wrist's boss; x outwards, y along the boss, z up.
@@ -210,8 +204,8 @@ def _shoulder(d: Dimensions) -> ShoulderBearings:
     second = circle(d.shaft.diameter_mm).about_y_mm4
     free = (layers.arm_mm[0] - y[0], y[1] - layers.arm_mm[1])
     b = d.bracket
-    pads = ((d.encoder.hole_spacing_width_mm / 2, d.encoder.hole_spacing_length_mm / 2),)
-    board = [(sx * x, sz * z, 4.0) for x, z in pads for sx in (-1, 1) for sz in (-1, 1)]
+    x, z = d.encoder.hole_spacing_width_mm / 2, d.encoder.hole_spacing_length_mm / 2
+    board = [(sx * x, sz * z, BOARD_PAD_MM) for sx in (-1, 1) for sz in (-1, 1)]
     motor = [(b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1], b.motor_pad_radius_mm)]
     pilot = [(motor[0][0], motor[0][1], d.motor.pilot_diameter_mm / 2)]
     return ShoulderBearings(
@@ -252,9 +246,8 @@ def _cheek(d: Dimensions, extra: list[Circle], open_: list[Circle], y_mm: tuple[
 
 
 def _motor_stub(d: Dimensions) -> Beam:
-    face, middle = d.layers.motor_cheek_mm[1], 0.0
-    reach = face - middle
-    shaft = BeamSlice(reach, circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
+    """The shaft of a direct drive's motor from its face to the arm's middle; its bearings count as rigid."""
+    shaft = BeamSlice(d.layers.motor_cheek_mm[1], circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
     return Beam((shaft,))
 
 
@@ -271,11 +264,8 @@ def _cable(d: Dimensions) -> CableSpring | None:
     overhang = d.layers.motor_cheek_mm[1] - sum(d.layers.sector_mm) / 2
     wire = pi / 4 * d.cable.diameter_mm**2
     return CableSpring(
-        rope_N=ROPE_N_mm2[d.cable.construction] * wire,
+        rope_N=ROPE_N_mm2.get(d.cable.construction, min(ROPE_N_mm2.values())) * wire,
         radius_mm=c.pitch_radius_mm,
-        pinion_radius_mm=c.pinion_pitch_radius_mm,
-        wire_mm=d.cable.diameter_mm,
-        breaking_N=d.cable.breaking_load_N,
         direction_rad=c.direction_rad,
         ends_rad=(low, high),
         beyond_mm=((c.nose_radius_mm + d.cable.diameter_mm / 2) * c.turns_rad[0] + c.lug_length_mm, c.lug_length_mm),
@@ -308,6 +298,3 @@ def _spoke(d: Dimensions) -> Beam:
         return rectangle(wide, p.plate_mm)
 
     return Beam(tapered(p.hub_radius_mm, r, section, *moduli_N_mm2("aluminium-7075")), SPOKE_FACTOR)
-
-
-CLAMP_SCREWS = {"hub": "M3", "elbow": ELBOW_SCREW}

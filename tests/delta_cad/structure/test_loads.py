@@ -175,6 +175,8 @@ def test_a_direct_drive_hangs_on_its_motors_shaft() -> None:
     assert {"motor shaft", "rod buckling", "stud root"} <= names
     assert not {"cable", "shoulder bearing", "sector dowel"} & names
     assert not weakest(replace(limits, motor_N=1.0), machine=machine)["motor shaft"]
+    thin = weakest(replace(limits, stub_mm=2.0), machine=machine)
+    assert [name for name, held in thin.items() if not held] == ["motor shaft bending"]
     assert (first_mode_Hz(machine, what_moves(), places()) > 0.0).all()
 
 
