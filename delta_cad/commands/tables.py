@@ -63,6 +63,8 @@ def print_outcome(outcome: Outcome) -> None:
     for name, results in grouped(outcome.results).items():
         worst = min(results, key=_margin)
         verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
+        if all(r.passed and r.limit is None and r.value is not None for r in results):
+            verdict = ""  # a figure that nothing is asked of
         count = f" ({len(results)}x)" if len(results) > 1 else ""
         where = " / ".join(worst.worst_pair or ())
         table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), worst.unit, verdict, where)
