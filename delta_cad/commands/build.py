@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from delta_cad.commands.machine import machine_arguments, made
 
 if TYPE_CHECKING:
+    from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
-    from delta_cad.pipeline import Outcome
 
 NAME = "build"
 TEXT = "solids, assembly, checks and all files into OUT/NAME (OUT/NAME.rejected if a check fails)"
@@ -28,6 +28,6 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _built(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
-    from delta_cad.pipeline import build
+    from delta_cad.commands.pipeline import build
 
     return build(design, given.out, progress, given.step_schema)

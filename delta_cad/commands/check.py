@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from delta_cad.commands.machine import machine_arguments, made
 
 if TYPE_CHECKING:
+    from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
-    from delta_cad.pipeline import Outcome
 
 NAME = "check"
 TEXT = "the checks alone; writes OUT/NAME.checks.json only"
@@ -29,8 +29,8 @@ def run(given: argparse.Namespace) -> int:
 
 
 def _checked(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
+    from delta_cad.commands.pipeline import check
     from delta_cad.common.files import write_whole
-    from delta_cad.pipeline import check
 
     outcome = check(design, progress)
     write_whole(_place(design, given), json.dumps(outcome.record(), indent=1) + "\n")

@@ -8,11 +8,13 @@ from typing import Any
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, HandleInertia, Torque
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
+from delta_cad.structure.report import stiffness
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,13 @@ def inspection(design: Design, inertia: HandleInertia | None = None) -> list[Ins
     """
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
-    return [*_dimensions(design), *_limits(design, cube, inertia), *_others(extremes), *_drive(design)]
+    return [
+        *_dimensions(design),
+        *_limits(design, cube, inertia),
+        *_others(extremes),
+        *_drive(design),
+        *_structure(design),
+    ]
 
 
 def _dimensions(design: Design) -> list[InspectionRow]:
@@ -123,6 +131,28 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
         rows.append(InspectionRow("over the cube (sampled and polished)", quantity, value, unit, at_mm=(x, y, z)))
     return rows
+
+
+def _structure(design: Design) -> list[InspectionRow]:
+    """Stiffness at the knob, softest direction, actuators held; of a design whose parts cannot be made, the reason."""
+    group, asked = "structure over the cube (sampled)", design.requirements.stiffness_min_N_mm
+    try:
+        over = stiffness(dimensions(design))
+    except DimensionError as error:
+        return [InspectionRow(group, "least stiffness at the knob", str(error), "")]
+    values, k = over.softest.stiffness_N_mm, over.worst
+    x, y, z = (float(v) for v in over.positions_mm[k])
+    value = float(values[k])
+    limit, holds = ("", None) if asked is None else (f">= {asked:g}", value >= asked)
+    shares = {name: float(share[k]) for name, share in over.softest.shares.items()}
+    most = max(shares, key=lambda name: shares[name])
+    knob = f"{over.table.knob_mm:g} mm over the wrists"
+    return [
+        InspectionRow(group, f"least stiffness at the knob, {knob}", value, "N/mm", limit, holds, (x, y, z)),
+        InspectionRow(group, f"of what gives there: {most}", 100.0 * shares[most], "%"),
+        InspectionRow(group, "the same in the cube's centre", float(values[-1]), "N/mm"),
+        InspectionRow(group, "ball joint, as taken", over.table.joint_N_mm, "N/mm"),
+    ]
 
 
 def _drive(design: Design) -> list[InspectionRow]:

@@ -12,8 +12,8 @@ from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_o
 from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
+    from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
-    from delta_cad.pipeline import Outcome
 
 NOT_BUILT = 3
 # design, what was typed, what to call with the name of the next phase -> what came of it

@@ -13,10 +13,16 @@ from rich.table import Table
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.inspection import InspectionRow
-    from delta_cad.pipeline import Outcome
+    from delta_cad.commands.pipeline import Outcome
 
 FIGURES = 5  # significant digits of a value in a table
-DETAILED = ("envelope width", "envelope depth", "clearance proof", "drive torque")  # checks whose detail a buyer wants
+DETAILED = (  # checks whose detail a buyer wants
+    "envelope width",
+    "envelope depth",
+    "clearance proof",
+    "drive torque",
+    "structure stiffness at the knob",
+)
 
 
 def _number(value: float | str | None) -> str:
@@ -57,6 +63,8 @@ def print_outcome(outcome: Outcome) -> None:
     for name, results in grouped(outcome.results).items():
         worst = min(results, key=_margin)
         verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
+        if all(r.passed and r.limit is None and r.value is not None for r in results):
+            verdict = ""  # a figure that nothing is asked of
         count = f" ({len(results)}x)" if len(results) > 1 else ""
         where = " / ".join(worst.worst_pair or ())
         table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), worst.unit, verdict, where)

@@ -32,7 +32,16 @@ from delta_cad.design.record import (
 from delta_cad.design.sums import impossible_sum
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
-UNITS = {"_mm": "mm", "_deg": "deg", "_N_m": "N m", "_N": "N", "_m_s2": "m/s^2", "_kg": "kg", "_kg_m2": "kg m^2"}
+UNITS = {
+    "_N_mm": "N/mm",
+    "_mm": "mm",
+    "_deg": "deg",
+    "_N_m": "N m",
+    "_N": "N",
+    "_m_s2": "m/s^2",
+    "_kg": "kg",
+    "_kg_m2": "kg m^2",
+}
 
 
 class DesignError(RefusedError):

@@ -52,6 +52,19 @@ Gravity = Annotated[
 ]
 
 
+# Optional fields that a design and a requirements file share beside those of the limits: what a machine must bear.
+BEARING_FIELDS: dict[str, Any] = {
+    "peak_force_N": (
+        float | None,
+        Field(default=None, gt=0, le=1000, description="force at the handle for the motor's peak time, any direction"),
+    ),
+    "stiffness_min_N_mm": (
+        float | None,
+        Field(default=None, gt=0, le=1e6, description="least stiffness at the knob, any direction, actuators held"),
+    ),
+}
+
+
 class _Task(_Section):
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
@@ -65,7 +78,7 @@ def limit_fields() -> dict[str, Any]:
     return {f.name: (float | None, Field(default=None, description=f.description, **f.bounds)) for f in stated}
 
 
-_Limited: Any = create_model("_Limited", __base__=_Task, **limit_fields())
+_Limited: Any = create_model("_Limited", __base__=_Task, **BEARING_FIELDS, **limit_fields())
 
 
 class DesignRequirements(_Limited):

@@ -28,6 +28,7 @@ def impossible_sum(design: Design) -> Contradiction | None:
     """Gives the first condition that a design with each field within its own bounds breaks, None for a sound one."""
     return (
         _shoulder_range(design)
+        or _peak_force(design)
         or _platform_size(design)
         or _fold(design)
         or _farthest_corner(design)
@@ -41,6 +42,13 @@ def _shoulder_range(design: Design) -> Contradiction | None:
     if low is None or high is None or low < high:
         return None
     return Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg")
+
+
+def _peak_force(design: Design) -> Contradiction | None:
+    force, peak = design.requirements.force_N, design.requirements.peak_force_N
+    if peak is None or peak >= force:
+        return None
+    return Contradiction("requirements.peak_force_N", peak, f"must be >= force_N = {force:g} N, which holds for ever")
 
 
 def _platform_size(design: Design) -> Contradiction | None:

@@ -212,7 +212,7 @@ def _axis(field: str, value: Any, file: str) -> Axis:
     model = tables.get(table)
     if not isinstance(model, type) or not issubclass(model, BaseModel) or name not in model.model_fields:
         of = [table] if table in tables else list(tables)
-        known = ", ".join(f"{t}.{n}" for t in of for n in getattr(tables[t], "model_fields", {}))
+        known = "; ".join(f"{t}.{', '.join(getattr(tables[t], 'model_fields', {}))}" for t in of)
         raise GridError(file, f"axes.{field}", "", f"is no field that can vary; known: {known}")
     where = f"axes.{field}"
     values = _spread(value, where, file) if isinstance(value, Mapping) else value

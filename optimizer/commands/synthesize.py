@@ -230,12 +230,13 @@ def _summary(result: Result) -> str:
     )
     heaviest = result.max_effective_mass
     mass = "" if heaviest is None else f", effective mass {heaviest:.4g} kg"
+    held = f"torque {result.max_torque:.4g} N m, kappa {result.max_kappa:.4g}{mass}"
     goal = "worst kappa" if result.problem.step == 3 else "half side"
     unit = "" if result.problem.step == 3 else " mm"
     return (
         f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths} mm; "
         f"{_bound(result, unit)}"
-        f"torque {result.max_torque:.4g} N m, kappa {result.max_kappa:.4g}{mass}; {result.status}: {result.advice}"
+        f"{held}, couple index {result.min_couple_index:.4g}; {result.status}: {result.advice}"
     )
 
 

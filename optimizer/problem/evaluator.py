@@ -57,6 +57,10 @@ class Figures(NamedTuple):
     designs: np.ndarray
     points: np.ndarray
 
+    def rods(self) -> Rods:
+        """Computes the rods of the chains that the figures are of."""
+        return _rods(self.designs, self.points)
+
     def lightness(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
 
@@ -75,6 +79,28 @@ class Figures(NamedTuple):
         moving += inertia.cross_mass * (mixed + np.swapaxes(mixed, -1, -2))
         mass = inertia.carried_mass + np.linalg.eigvalsh(moving)[..., 2]
         return np.where(self.closure < 0.0, self.closure, inertia.carried_mass / mass)
+
+
+class Rods(NamedTuple):
+    """The chains of D designs at K points in their own planes, w as 0 beyond the reach; each (D, K, 3 chains).
+
+    Attributes:
+        closure: w^2, m^2.
+        arms: w, m.
+        radial: Part of the unit vector from elbow to wrist along the radius; no unit vector beyond the reach.
+        along: Its part along the shoulder axis.
+        vertical: Its part along z.
+        cos: Cosine of the shoulder angle.
+        sin: Sine of the shoulder angle.
+    """
+
+    closure: np.ndarray
+    arms: np.ndarray
+    radial: np.ndarray
+    along: np.ndarray
+    vertical: np.ndarray
+    cos: np.ndarray
+    sin: np.ndarray
 
 
 class Chains(NamedTuple):
@@ -155,8 +181,8 @@ def figures_numpy(designs: np.ndarray, points: np.ndarray, conditioning: bool = 
     return Figures(closure, determinant, moment, quality, theta.min(axis=-1), theta.max(axis=-1), designs, points)
 
 
-def _chains(designs: np.ndarray, points: np.ndarray) -> Chains:
-    """Computes the chains of every design at every point; designs and points are those of `figures`."""
+def _rods(designs: np.ndarray, points: np.ndarray) -> Rods:
+    """Computes the rods of every design at every point; designs and points are those of `figures`."""
     L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
     x, y, z = L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2])
     p = np.stack(np.broadcast_arrays(x, y, z), axis=-1)  # (D, K, 3)
@@ -169,11 +195,13 @@ def _chains(designs: np.ndarray, points: np.ndarray) -> Chains:
     w2 = rho2 - m * m
     w = np.sqrt(np.maximum(w2, 0.0))
     cos, sin = (q * m + z * w) / rho2, (z * m - q * w) / rho2
-    forearms = (
-        ((q - L_A * cos) / L_B)[..., None] * RADIAL
-        + (t / L_B)[..., None] * TANGENTIAL
-        + ((z - L_A * sin) / L_B)[..., None] * VERTICAL
-    )  # (D, K, 3 chains, 3), of length 1
+    return Rods(w2, w, (q - L_A * cos) / L_B, t / L_B, (z - L_A * sin) / L_B, cos, sin)
+
+
+def _chains(designs: np.ndarray, points: np.ndarray) -> Chains:
+    """Computes the chains of every design at every point; designs and points are those of `figures`."""
+    w2, w, radial, along, vertical, cos, sin = _rods(designs, points)
+    forearms = radial[..., None] * RADIAL + along[..., None] * TANGENTIAL + vertical[..., None] * VERTICAL
     elbows = cos[..., None] * VERTICAL - sin[..., None] * RADIAL
     return Chains(w2, w, forearms, elbows, cos, sin)
 

@@ -17,7 +17,7 @@ from delta_cad.common.reading import MOST_TOML_BYTES, ReadError, parse_toml, rea
 from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
 from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE, DesignError
 from delta_cad.design.file import UNITS
-from delta_cad.design.record import limit_fields
+from delta_cad.design.record import BEARING_FIELDS, limit_fields
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS, HandleInertia
 from optimizer.problem.hardware import check_hardware, placed_hardware
@@ -47,13 +47,18 @@ Component = Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)]
 Gravity = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
-class Task(_Table):
-    """What the customer asks for: table `[requirements]`."""
-
+class _Task(_Table):
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
     force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
     joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint can give, gravity's share included")
+
+
+_Borne: Any = create_model("_Borne", __base__=_Task, **BEARING_FIELDS)
+
+
+class Task(_Borne):
+    """What the customer asks for: table `[requirements]`."""
 
 
 class Bounds(_Table):
@@ -239,6 +244,10 @@ def _check_order(given: Requirements, file: str) -> None:
     low, high = given.bounds_mm.half_side
     if high == 0.0:
         raise RequirementsError(file, "bounds_mm.half_side", short([low, high]), "upper bound must be > 0 mm")
+    force, peak = given.requirements.force_N, given.requirements.peak_force_N
+    if peak is not None and peak < force:
+        allowed = f"must be >= requirements.force_N = {force:g} N, which holds for ever"
+        raise RequirementsError(file, "requirements.peak_force_N", short(peak), allowed)
     torque, reserve = given.requirements.joint_torque_N_m, given.limits.gravity_torque_N_m
     if reserve >= torque:
         allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.limits import CoupleIndex
 from optimizer.problem.evaluator import VARIABLES, figures, fold_points
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
@@ -164,6 +165,16 @@ class Result:
         least = float(worst_points(lightness, FINE_GRID)["lightness"].values[0])
         return inertia.carried_mass / least if least > 0.0 else math.inf
 
+    @cached_property
+    def min_couple_index(self) -> float:
+        """Smallest couple index over the cube, of the chains as they are continued beyond their reach."""
+        row, free = self._row, CoupleIndex(0.0)
+
+        def index(points: np.ndarray) -> dict[str, np.ndarray]:
+            return {"index": free.margin(figures(row, points, False, False))[0]}
+
+        return float(worst_points(index, FINE_GRID)["index"].values[0])
+
     @property
     def _row(self) -> np.ndarray:
         """(1, 6) lengths, m."""
@@ -209,6 +220,7 @@ class Result:
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
             "max_torque_N_m": finite(self.max_torque),
             "max_kappa": finite(self.max_kappa),
+            "min_couple_index": self.min_couple_index,
             "proven_bound": bound,
             "gap": gap,
             "boxes": boxes,

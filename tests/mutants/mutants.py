@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 ENCLOSURE, PROOF = "delta_cad/mechanism/enclosure", "delta_cad/mechanism/proof"
+LIMITS = "delta_cad/mechanism/limits"
 GLOBALOPT, CERTIFY = "optimizer/globalopt", "optimizer/certify"
 
 # fmt: off
@@ -16,6 +17,9 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{PROOF}/prove.py", "a halved box loses its upper half",
          "cell[2 * axis + 1] += 1", "cell[2 * axis + 1] += 0"),
         (f"{PROOF}/prove.py", "a point refutes that may break", "table[bit, HIGH] < 0.0", "table[bit, LOW] < 0.0"),
+        (f"{LIMITS}/couple_index.py", "couples beside the smallest are forgotten", "(under + bent) * UP", "bent * UP"),
+        (f"{LIMITS}/couple_index.py", "a tolerance moves no couple", "-= lb * lb * change", "-= 0.0 * change"),
+        (f"{ENCLOSURE}/slope_pose.py", "a couple points aside", "x.times(-c) - y.times(s)", "x.times(-c) + y.times(s)"),
         ("delta_cad/mechanism/workspace.py", "half the cube's height", "+ 2.0 * self.half_side", "+ self.half_side"),
     ),
     "tests/optimizer/globalopt": (

@@ -53,8 +53,9 @@ class SlopePose:
             x, y, z, *deviations = variables(np.hstack([lower, -most]), np.hstack([upper, most]))
         root = Interval(np.nextafter(np.float64(SIN_60), 0.0), np.nextafter(np.float64(SIN_60), 1.0))
         half = exactly(-0.5)
+        self._azimuths = (exactly(1.0), exactly(0.0)), (half, root), (half, -root)
         chains = []
-        for i, (c, s) in enumerate(((exactly(1.0), exactly(0.0)), (half, root), (half, -root))):
+        for i, (c, s) in enumerate(self._azimuths):
             q, t, h = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s), z
             arm: Slopes | Interval = la
             difference: Slopes | Interval = la.square() - lb.square()
@@ -86,6 +87,14 @@ class SlopePose:
     def faces(self) -> tuple[Slopes, ...]:
         """The squares |s_j x s_k|^2 of the other two forearms, by chain, m^4."""
         return tuple(norm2(cross(self.forearm[i - 2], self.forearm[i - 1])) for i in range(3))
+
+    @cached_property
+    def couples(self) -> tuple[Vector, ...]:
+        """The couples t_i x s_i about the platform's centre, t_i the direction of the shoulder axis, README (47), m."""
+        return tuple(
+            (up.times(c), up.times(s), x.times(-c) - y.times(s))
+            for (x, y, up), (c, s) in zip(self.forearm, self._azimuths, strict=True)
+        )
 
     @cached_property
     def rows(self) -> tuple[Vector, ...]:

@@ -11,6 +11,7 @@ from typing import Any, Self, TypeVar
 
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits.assembly_mode import AssemblyMode
+from delta_cad.mechanism.limits.couple_index import CoupleIndex
 from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInertia
 from delta_cad.mechanism.limits.kappa import Kappa
 from delta_cad.mechanism.limits.lean import Lean
@@ -32,6 +33,7 @@ LIMITS: tuple[type[Limit], ...] = (
     Lean,
     Shoulder,
     EffectiveMass,
+    CoupleIndex,
     WristClearance,
 )
 """All there are, in the order in which they are tested and told."""
@@ -141,6 +143,7 @@ __all__ = [
     "LIMITS",
     "POSE_LIMITS",
     "AssemblyMode",
+    "CoupleIndex",
     "DesignBounds",
     "EffectiveMass",
     "Field",

@@ -80,8 +80,8 @@ def _import() -> Child:
 def phases(folder: Path) -> dict[str, float]:
     """Seconds of each phase of a build, those of single parts together, and of loading the program."""
     start = perf_counter()
+    from delta_cad.commands.pipeline import build
     from delta_cad.design import load_design
-    from delta_cad.pipeline import build
 
     seconds: dict[str, float] = {}
     current, since = "loading", start

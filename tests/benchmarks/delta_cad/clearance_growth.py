@@ -15,11 +15,11 @@ from delta_cad.checks.clearance.bodies import DistanceEngine
 from delta_cad.checks.clearance.pairing import HeldApart, held_apart
 from delta_cad.checks.clearance.sampled import Sampler
 from delta_cad.checks.outline.envelope import swept_outline
+from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
 from delta_cad.design import load_design
 from delta_cad.dimensions import dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.mechanism.placement import CHAINS
-from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
 from delta_cad.solids.part import Occurrence
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.timing import ROOT, interleaved, slope

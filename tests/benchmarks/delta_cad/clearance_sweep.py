@@ -32,8 +32,8 @@ def run(say: Callable[[str], None] = print) -> list[Figure]:
     from delta_cad.checks.clearance.bodies import DistanceEngine
     from delta_cad.checks.clearance.pairing import held_apart
     from delta_cad.checks.clearance.sampled import Sampler
+    from delta_cad.commands.pipeline import check_limits, make_machine
     from delta_cad.design import load_design
-    from delta_cad.pipeline import check_limits, make_machine
 
     say("solids and meshes of best.json")
     machine = make_machine(load_design(ROOT / "best.json"))

@@ -27,7 +27,7 @@ from delta_cad.solids.capstan import capstan_of
 from delta_cad.solids.fasteners import make_cap_screw, make_dowel
 from delta_cad.solids.primitive import BuildError, box, feature, one_solid
 from tests.committed import BEST
-from tests.delta_cad.measured import UM, axis_distance, cylinders, one_axis, placed, spheres
+from tests.delta_cad.solids.measured import UM, axis_distance, cylinders, one_axis, placed, spheres
 
 DATA: dict[str, Any] = json.loads(BEST.read_text())
 

@@ -10,7 +10,7 @@ import pytest
 
 from delta_cad.dimensions import Dimensions
 from tests.committed import Built
-from tests.delta_cad.measured import UM, axis_distance
+from tests.delta_cad.solids.measured import UM, axis_distance
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import pytest
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import tables
+from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design
-from delta_cad.pipeline import Outcome
 
 
 def test_equal_checks_of_the_three_chains_are_one_line() -> None:
@@ -58,3 +58,20 @@ def test_how_the_drive_holds_and_which_way_the_outline_lies_are_told(
         assert told == ["drive torque: detail of drive torque", "envelope width: detail of envelope width"]
     else:  # what fails is told once, by its failure
         assert told == [f"FAILS {result.name}: {result.detail}" for result in found]
+
+
+def test_a_figure_that_nothing_is_asked_of_has_no_verdict(best: Design, capsys: pytest.CaptureFixture[str]) -> None:
+    masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
+    found = [
+        CheckResult("told", True, 1.0, None, "Hz"),
+        CheckResult("asked", True, 1.0, 2.0, "Hz"),
+        CheckResult("plain", True, None, None, ""),
+    ]
+    tables.print_outcome(Outcome(best, found, masses, None, ()))
+    lines = {
+        name: line
+        for line in capsys.readouterr().out.splitlines()
+        for name in ("told", "asked", "plain")
+        if name in line
+    }
+    assert {name: "holds" in line for name, line in lines.items()} == {"told": False, "asked": True, "plain": True}

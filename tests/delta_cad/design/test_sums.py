@@ -109,3 +109,11 @@ def test_the_shoulder_range_must_not_be_empty() -> None:
     with pytest.raises(DesignError, match="> shoulder_min_deg = 10 deg") as caught:
         design_from_dict(data)
     assert caught.value.field == "requirements.shoulder_max_deg"
+
+
+def test_a_peak_is_no_less_than_what_holds_for_ever() -> None:
+    force = minimal()["requirements"]["force_N"]
+    assert design_from_dict(changed("requirements.peak_force_N", force)).requirements.peak_force_N == force
+    with pytest.raises(DesignError) as caught:
+        design_from_dict(changed("requirements.peak_force_N", force / 2))
+    assert caught.value.field == "requirements.peak_force_N"

@@ -18,10 +18,10 @@ from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.solidity import check_solidity
+from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
 from delta_cad.solids.part import Part
 from tests.committed import changed
 

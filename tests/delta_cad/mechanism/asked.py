@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from delta_cad.mechanism.limits import (
     AssemblyMode,
+    CoupleIndex,
     EffectiveMass,
     HandleInertia,
     Kappa,
@@ -25,6 +26,7 @@ def limits(
     lean_max: float | None = None,
     mass_max: float | None = None,
     inertia: HandleInertia | None = None,
+    couple_index_min: float | None = None,
 ) -> Limits:
     """Limits with these thresholds in SI units; None leaves one out."""
     return Limits.of(
@@ -35,4 +37,5 @@ def limits(
         None if lean_max is None else Lean(lean_max),
         None if shoulder is None else Shoulder(*shoulder),
         None if mass_max is None or inertia is None else EffectiveMass(mass_max, inertia),
+        None if couple_index_min is None else CoupleIndex(couple_index_min),
     )

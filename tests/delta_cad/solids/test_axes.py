@@ -19,7 +19,7 @@ from delta_cad.checks.solidity import bore_counts, compared_bores
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.part import Occurrence, Part
 from delta_cad.solids.primitive import bore_y, cut
-from tests.delta_cad.measured import EXACT_MM, axis_distance, cylinders, one_axis, placed, spheres
+from tests.delta_cad.solids.measured import EXACT_MM, axis_distance, cylinders, one_axis, placed, spheres
 
 AXIS_MM = 1e-6  # the kernel's own tolerance of coincidence is 1e-7
 

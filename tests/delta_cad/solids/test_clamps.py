@@ -12,7 +12,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.part import Occurrence, Part
 from delta_cad.solids.primitive import bore_z, box, cylinder
-from tests.delta_cad.measured import axis_distance, cylinders, one_axis, placed
+from tests.delta_cad.solids.measured import axis_distance, cylinders, one_axis, placed
 
 AXIS_MM = 1e-6  # the kernel's own tolerance of coincidence is 1e-7
 NOISE_MM3 = 1e-9  # a boolean of parts that do not meet gives no solid at all

@@ -16,7 +16,7 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.part import Part
-from tests.delta_cad.measured import cylinders
+from tests.delta_cad.solids.measured import cylinders
 
 POINTS = 2**20
 RELATIVE = 1e-3

@@ -15,7 +15,7 @@ from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.solids.part import Occurrence
 from tests.committed import changed
-from tests.delta_cad.measured import placed
+from tests.delta_cad.solids.measured import placed
 
 DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},

@@ -135,6 +135,8 @@ def test_a_mass_limit_that_is_missing_laxer_or_of_other_masses_does_not_hold(
         ("assembly_mode", 1),
         ("assembly_mode", "true"),
         ("effective_mass_max_kg", "1.0"),
+        ("couple_index_min", "0.1"),
+        ("couple_index_min", 1.5),
         ("effective_mass_max_kg", None),
         ("inertia", None),
         ("inertia", 1.0),
@@ -204,6 +206,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A certificate about every limit."""
     folder = tmp_path_factory.mktemp("whole")
     asked = {"kappa_max": 2.5, "lean_max_deg": 28.0, "shoulder_min_deg": -45.0, "effective_mass_max_kg": 50.0}
+    asked["couple_index_min"] = 0.1
     path = changed(folder, **asked)
     file = masses(folder, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", folder / "c.json", "--mass-properties", file) == 0

@@ -13,6 +13,7 @@ from delta_cad.mechanism.enclosure.symmetric import quotient
 from delta_cad.mechanism.enclosure.table import EXCLUDED
 from delta_cad.mechanism.limits import (
     AssemblyMode,
+    CoupleIndex,
     EffectiveMass,
     HandleInertia,
     Kappa,
@@ -59,6 +60,7 @@ class Case:
             EffectiveMass: EffectiveMass(
                 self.masses.carried_mass / f.lightness(self.masses)[0, 0] * slack, self.masses
             ),
+            CoupleIndex: CoupleIndex(min(CoupleIndex(0.0).margin(f)[0, 0] / slack, 1.0)),
         }
 
     def figures(self, points: np.ndarray) -> Figures:
@@ -97,8 +99,9 @@ ALL: tuple[Kinds, ...] = (
     (Torque,),
     (Shoulder,),
     (EffectiveMass,),
+    (CoupleIndex,),
     (Kappa, Torque, Shoulder),
-    (Kappa, Torque, Shoulder, EffectiveMass),
+    (Kappa, Torque, Shoulder, EffectiveMass, CoupleIndex),
 )
 
 
@@ -151,7 +154,7 @@ def test_a_point_out_of_reach_excludes() -> None:
     assert case.cuts(np.stack([point, point]), ())[0] == EXCLUDED
 
 
-@pytest.mark.parametrize("kinds", [(Kappa, Torque), (EffectiveMass,)], ids=named)
+@pytest.mark.parametrize("kinds", [(Kappa, Torque), (EffectiveMass,), (CoupleIndex,)], ids=named)
 def test_cuts_close_in_on_the_margin_with_the_square_of_the_width(kinds: Kinds) -> None:
     """The error of a cut falls to a quarter when the box is halved: what makes a gap of 1e-5 cheap."""
     case = Case(7)

@@ -18,7 +18,8 @@ from delta_cad.mechanism import (
     joint_angles,
     worst_joint_torque,
 )
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import CoupleIndex, HandleInertia
+from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.problem import evaluator
 from optimizer.problem.evaluator import Figures, figures, figures_numpy, fold_points, half_surface
@@ -91,7 +92,8 @@ def test_figures_are_finite_and_continuous_through_the_edge_of_reach(variable: i
     assert (f.closure[:, 1] < 0).any()
     assert (f.closure[:, 1] > 0).any()
     lightness = f.lightness(HandleInertia(carried_mass=0.08, elbow_mass=0.02, cross_mass=0.004, joint_inertia=2e-4))
-    for name, values in {**dict(zip(NAMES, f, strict=False)), "lightness": lightness}.items():
+    index = CoupleIndex(0.4).margin(f)
+    for name, values in {**dict(zip(NAMES, f, strict=False)), "lightness": lightness, "couple index": index}.items():
         assert np.isfinite(values).all(), name
         # sqrt(w^2) changes by sqrt(step) of 3 micrometres in 82 mm at most: 0.6 %, times slopes below 10
         assert np.abs(np.diff(values, axis=0)).max() < 0.06, name
@@ -118,6 +120,17 @@ def test_lightness_is_the_carried_mass_by_the_effective_mass() -> None:
         assert (found[f.closure[0] < 0.0] == f.closure[0][f.closure[0] < 0.0]).all()
         compared += int(far.sum())
     assert compared > 10_000
+
+
+def test_the_margin_of_the_couple_index_is_that_of_the_mechanism() -> None:
+    points = half_surface(4)
+    for design in DESIGNS:
+        f = figures(design[None], points)
+        found = CoupleIndex(0.4).margin(f)[0]
+        g, p = absolute(design, points)
+        closed = f.closure[0] > 1e-9
+        assert closed.any()
+        np.testing.assert_allclose(found[closed], couple_index(g, p)[closed] - 0.4, atol=1e-12)
 
 
 def test_lightness_is_one_where_nothing_else_moves_and_none_at_a_fold() -> None:

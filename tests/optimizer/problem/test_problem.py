@@ -9,6 +9,7 @@ import pytest
 
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes, rod_lean
 from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.problem.evaluator import VARIABLES, half_surface
@@ -43,6 +44,7 @@ def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None
         "shoulder_deg": [-45, 80],
         "clearance_min_mm": 2,
         "effective_mass_max_kg": 0.4,
+        "couple_index_min": 0.4,
     }
     given = task(limits=limits, half_side=(10, 100), inertia=INERTIA)
     assert step_problem(given, 1).constraints == ("outline", "reach", "half_side")
@@ -96,14 +98,15 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
     masses = HandleInertia(*INERTIA.values())
     heaviest = CubeSearch(cube)(lambda p: effective_mass(g, p, masses), -1.0).value
     limits["effective_mass_max_kg"] = heaviest
+    limits["couple_index_min"] = CubeSearch(cube)(lambda p: couple_index(g, p), 1.0).value
     problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1, inertia=INERTIA), 2)
     found = margins_at(problem, PUBLISHED)
     # the grid misses an extreme between its points by (step / 2)^2 of the curvature: 0.1 %
-    for name in ("torque", "kappa", "lean", "shoulder", "effective_mass", "clearance", "outline"):
+    for name in ("torque", "kappa", "lean", "shoulder", "effective_mass", "couple_index", "clearance", "outline"):
         assert abs(found[name]) < 1e-3, name
     found = design_worst(problem, PUBLISHED / 1000.0, 9)
     # polished to 1e-5 of L; `cube_extremes` to 2^-22 of its step
-    for name in ("torque", "kappa", "shoulder", "effective_mass"):
+    for name in ("torque", "kappa", "shoulder", "effective_mass", "couple_index"):
         assert abs(found[name].values[0]) < 1e-8, name
 
 
@@ -181,6 +184,7 @@ def test_every_constraint_is_described_with_its_field() -> None:
         "clearance_min_mm": 2,
         "gravity_torque_N_m": 0.1,
         "effective_mass_max_kg": 0.4,
+        "couple_index_min": 0.35,
     }
     problem = step_problem(task(limits=limits, half_side=(10, 100), inertia=INERTIA), 2)
     words = {name: problem.describe(name) for name in problem.constraints}
@@ -188,6 +192,7 @@ def test_every_constraint_is_described_with_its_field() -> None:
     assert words["torque"] == "0.7 N m for 3 N (requirements.joint_torque_N_m)"
     assert words["kappa"] == "limits.kappa_max = 3.0"
     assert words["effective_mass"] == "limits.effective_mass_max_kg = 0.4"
+    assert words["couple_index"] == "limits.couple_index_min = 0.35"
     assert words["shoulder"] == "limits.shoulder_deg = [-45, 80]"
     assert words["half_side"] == "bounds_mm.half_side >= 10 mm"
     assert step_problem(task(half_side_mm=35), 3).describe("half_side") == "step_3.half_side_mm = 35 mm"

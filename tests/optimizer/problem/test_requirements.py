@@ -66,6 +66,15 @@ def test_defaults_are_filled_in_and_whole_numbers_are_lengths() -> None:
     assert given.step_3.half_side_mm is None
 
 
+def test_what_a_machine_must_bear_is_asked_where_it_is_stated() -> None:
+    given = requirements_from_dict(contract())
+    assert (given.requirements.peak_force_N, given.requirements.stiffness_min_N_mm) == (None, None)
+    stated = contract()
+    stated["requirements"] |= {"peak_force_N": 9.0, "stiffness_min_N_mm": 8.0}
+    asked = requirements_from_dict(stated).requirements
+    assert (asked.peak_force_N, asked.stiffness_min_N_mm) == (9.0, 8.0)
+
+
 def test_hash_sees_every_number_but_not_the_spelling_of_defaults() -> None:
     given = requirements_from_dict(contract())
     spelled = requirements_from_dict(contract() | {"limits": {"gravity_torque_N_m": 0.0}, "step_3": {}})
@@ -106,6 +115,8 @@ REFUSED = [
     ("requirements.force_N", 0, "requirements.force_N = 0: 0 1000"),
     ("requirements.force_N", True, "requirements.force_N = true: "),
     ("requirements.force_N", float("nan"), "requirements.force_N = NaN: "),
+    ("requirements.peak_force_N", 2.9, "requirements.peak_force_N = 2.9: 3"),
+    ("requirements.stiffness_min_N_mm", 0, "requirements.stiffness_min_N_mm = 0: 0 1e+06 N/mm"),
     ("requirements.joint_torque_N_m", float("inf"), "requirements.joint_torque_N_m = Infinity: "),
     ("requirements.envelope_width_m", 0.27, "requirements.envelope_width_m = 0.27: "),
     ("speed", 1, "speed = 1: bounds_mm step_3"),
@@ -133,6 +144,9 @@ REFUSED = [
     ("limits.effective_mass_max_kg", 1001, "limits.effective_mass_max_kg = 1001: 0 1000"),
     ("limits.effective_mass_max_kg", True, "limits.effective_mass_max_kg = true: "),
     ("inertia", INERTIA | {"carried_mass_kg": 0}, "inertia.carried_mass_kg = 0: 0 1000"),
+    ("limits.couple_index_min", 0, "limits.couple_index_min = 0: 0 1"),
+    ("limits.couple_index_min", 1, "limits.couple_index_min = 1: 0 1"),
+    ("limits.couple_index_min", "0.4", 'limits.couple_index_min = "0.4": '),
     (
         "inertia",
         INERTIA | {"elbow_mass_kg": -1e-9},

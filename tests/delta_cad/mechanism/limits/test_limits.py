@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from delta_cad.mechanism import GeometryError
 from delta_cad.mechanism.limits import (
     POSE_LIMITS,
+    CoupleIndex,
     EffectiveMass,
     HandleInertia,
     Kappa,
@@ -43,6 +44,9 @@ INERTIA = HandleInertia(0.06, 0.01, 0.004, 2e-4)
         (EffectiveMass, (0.0, INERTIA), "mass_max is 0.0; it must be within 1e-6 and 1e6 kg"),
         (EffectiveMass, (1.1e6, INERTIA), "mass_max is 1100000.0"),
         (EffectiveMass, (math.nan, INERTIA), "mass_max is nan"),
+        (CoupleIndex, (-1e-9,), "couple_index_min is -1e-09; it must be within 0 and 1"),
+        (CoupleIndex, (1.1,), "couple_index_min is 1.1"),
+        (CoupleIndex, (math.nan,), "couple_index_min is nan"),
         (HandleInertia, (-1e-9, 0.01, 0.0, 0.0), "carried_mass is -1e-09; it must be within 0 and 1e6"),
         (HandleInertia, (0.1, math.inf, 0.0, 0.0), "elbow_mass is inf; it must be within 0 and 1e6"),
         (HandleInertia, (0.1, 0.01, -2e6, 0.0), "cross_mass is -2000000.0; it must be within -1e+06 and 1e6"),
@@ -84,7 +88,14 @@ def test_what_is_asked():
     assert limits().asked == ("reach", "assembly_mode")
     assert limits(assembly_mode=False).asked == ("reach",)
     every = limits(
-        force=3.0, torque_max=0.8, kappa_max=2.0, shoulder=(-1.0, 1.0), lean_max=0.5, mass_max=0.2, inertia=INERTIA
+        force=3.0,
+        torque_max=0.8,
+        kappa_max=2.0,
+        shoulder=(-1.0, 1.0),
+        lean_max=0.5,
+        mass_max=0.2,
+        inertia=INERTIA,
+        couple_index_min=0.4,
     )
     assert every.asked == tuple(kind.name for kind in POSE_LIMITS)
     assert every["lean"] == Lean(0.5)

@@ -18,6 +18,7 @@ class Figures(NamedTuple):
     shoulder_min: np.ndarray
     shoulder_max: np.ndarray
     mass: np.ndarray
+    couple_index: np.ndarray
 
 
 def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple[float, ...] = (1, 0, 0, 0)) -> Figures:
@@ -59,6 +60,8 @@ def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple
         m = carried * np.eye(3) + np.einsum("mpc,mpca,mpcb->mpab", elbow + joint / la**2 + 0.0 * w, rows, rows)
         mixed = np.einsum("mpca,mpcb->mpab", rows, turn)
         m = m + cross * (mixed + np.swapaxes(mixed, -1, -2))
+        borne = np.cross(along, s / lb[..., None])
+        index = np.linalg.svd(np.where(closed[..., None, None], borne, 0.0), compute_uv=False)[..., -1]
         heaviest = np.linalg.eigvalsh(np.where(np.isfinite(m), m, 0.0))[..., -1]
 
     def known(values):
@@ -73,4 +76,5 @@ def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple
         known(theta.min(-1)),
         known(theta.max(-1)),
         known(heaviest),
+        known(index),
     )

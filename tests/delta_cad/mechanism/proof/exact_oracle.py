@@ -9,6 +9,7 @@ import numpy as np
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.limits import (
     AssemblyMode,
+    CoupleIndex,
     EffectiveMass,
     HandleInertia,
     Kappa,
@@ -99,7 +100,7 @@ def exact_inertia(masses: HandleInertia, la: Decimal, forearms: list, directions
 def exact_margins(
     g: DeltaGeometry, limits: Limits, p: tuple[float, float, float]
 ) -> dict[type[PoseLimit], list[Decimal | None]]:
-    """The margins of README (31), (40) at a position, the doubles taken as exact; None where they have no value."""
+    """The margins of README (31), (40), (49) at a position, doubles taken as exact; None where they have no value."""
     with localcontext() as context:
         context.prec = DIGITS + 10
         la, lb = D(g.upper_arm_length), D(g.forearm_length)
@@ -154,6 +155,11 @@ def exact_margins(
         if mass := limits.get(EffectiveMass):
             m = exact_inertia(mass.inertia, la, forearms, [arm[3] for arm in arms])
             out[EffectiveMass] = [D(mass.mass_max) - eigenvalues(m)[1]]
+        if couple := limits.get(CoupleIndex):
+            axes = [[-s, c, D(0)] for c, s in turns]
+            borne = [_cross(axis, forearm) for axis, forearm in zip(axes, forearms, strict=True)]
+            products = [[_dot(m, n) for n in borne] for m in borne]
+            out[CoupleIndex] = [eigenvalues(products)[0] - (D(couple.couple_index_min) * lb) ** 2]
         return out
 
 

@@ -24,6 +24,7 @@ LIMITS = limits(
     lean_max=0.47,
     mass_max=0.31,
     inertia=INERTIA,
+    couple_index_min=0.37,
 )
 KAPPA = FIRST[Kappa]
 

@@ -17,6 +17,7 @@ from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.checks.structure import check_structure
 from delta_cad.common.beside import Beside
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
@@ -33,6 +34,7 @@ from delta_cad.export.mjcf import twin
 from delta_cad.export.views import gallery
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
+from delta_cad.structure.report import structure_record, structure_report
 
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
@@ -139,7 +141,7 @@ def check_machine(
     sweep: Sweep | None = None,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> list[CheckResult]:
-    """Runs all checks of a machine: the geometry's as `run_checks` has them, then torque with gravity and drive."""
+    """Runs all checks of a machine: the geometry's those of `run_checks`, of gravity, drive and structure."""
     d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d, machine.masses)
     results = run_checks(machine.assembly, limits, machine.meshes, progress, sweep, meanwhile)
@@ -152,6 +154,8 @@ def check_machine(
     gravity = np.array(required.gravity_m_s2)
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
     results.append(check_drive(drive_torque(d.design)))
+    progress("loads and stiffness")
+    results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)
     return results
 
 
@@ -233,7 +237,9 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     d = machine.dimensions
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
     gravity = d.design.requirements.gravity_m_s2
+    bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
+        "structure.json": json.dumps(bears | {"input_sha256": design_hash(d.design)}, indent=1) + "\n",
         "mass_properties.json": json.dumps(masses, indent=1) + "\n",
         "twin.xml": twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity),
     }

@@ -1,0 +1,69 @@
+"""What the machine bears beside what it may: loads of every part, and the stiffness at the knob where it is asked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.structure.loads import Load
+from delta_cad.structure.report import KnobStiffness, StructureReport
+
+
+def check_structure(found: StructureReport, stiffness_min_N_mm: float | None) -> list[CheckResult]:
+    """Checks loads and stiffness of a machine.
+
+    Args:
+        found: What it bears.
+        stiffness_min_N_mm: Least stiffness at the knob that is asked; None: it is told, not judged.
+
+    Returns:
+        One result for the stiffness, one for the first mode, which is told alone, and one for each load and case.
+    """
+    count = len(found.stiffness.positions_mm)
+    loads = [_load(case, force, load, count) for case, (force, all_) in found.cases.items() for load in all_]
+    return [check_knob(found.stiffness, stiffness_min_N_mm), _first_mode(found), *loads]
+
+
+def check_knob(over: KnobStiffness, asked_N_mm: float | None) -> CheckResult:
+    """Checks the least stiffness at the knob over the sampled cube, or tells it where none is asked."""
+    k, centre = over.worst, len(over.positions_mm) - 1
+    values, shares = over.softest.stiffness_N_mm, over.softest.shares
+    value = float(values[k])
+    most = sorted(shares, key=lambda name: -shares[name][k])[:3]
+    told = ", ".join(f"{name} {shares[name][k]:.0%}" for name in most)
+    x, y, z = (float(c) for c in over.softest.direction[k])
+    detail = (
+        f"softest of {len(values)} positions, corners among them, {over.table.knob_mm:g} mm over the wrists, "
+        f"actuators held, along ({x:.2f}, {y:.2f}, {z:.2f}): {told}; {values[centre]:.1f} N/mm in the centre; "
+        f"ball joints {over.table.joint_N_mm:g} N/mm"
+    )
+    passed = asked_N_mm is None or value >= asked_N_mm
+    if not passed:
+        detail += f"; requirements.stiffness_min_N_mm = {asked_N_mm:g}"
+    return CheckResult(
+        "structure stiffness at the knob", passed, value, asked_N_mm, "N/mm", _place(over.positions_mm[k]), None, detail
+    )
+
+
+def _first_mode(found: StructureReport) -> CheckResult:
+    over, modes = found.stiffness, found.modes_Hz
+    k = int(modes.argmin())
+    detail = f"lowest of {len(modes)} positions, actuators held, nobody's hand; {modes[-1]:.1f} Hz in the centre"
+    return CheckResult(
+        "structure first mode", True, float(modes[k]), None, "Hz", _place(over.positions_mm[k]), None, detail
+    )
+
+
+def _load(case: str, force_N: float, load: Load, count: int) -> CheckResult:
+    detail = (
+        f"{force_N:g} N at the knob in the worst direction, {case}, with the weight; largest of {count} positions; "
+        f"margin {load.margin:.3g}: {load.source}"
+    )
+    name = f"structure {load.name}" + ("" if case == "for ever" else f", {case}")
+    pair = (f"chain_{load.chain}",)
+    return CheckResult(name, load.holds, load.value, load.limit, load.unit, load.position_mm, pair, detail)
+
+
+def _place(position_mm: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in position_mm)
+    return x, y, z

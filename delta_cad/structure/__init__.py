@@ -1,0 +1,5 @@
+"""What the machine bears: stiffness and first mode at the handle, loads of its parts, their life; no solids needed.
+
+Units: mm, N, N mm, rad, kg, Hz. `table.py` (what gives) and `holds.py` (what may be borne) alone read dimensions;
+everything else takes their records.
+"""

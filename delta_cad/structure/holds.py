@@ -1,0 +1,163 @@
+"""What the parts of a design may bear, made from its dimensions; every figure with where it comes from.
+
+A redesigned part changes its lines here, as it does in `table.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, radians
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.arm import ELBOW_SCREW
+from delta_cad.dimensions.forearm import STUD_CORE_MM
+from delta_cad.drive import drive_torque
+from delta_cad.structure.bearing import BallBearing, ball_bearing
+from delta_cad.structure.section import ring
+from delta_cad.structure.table import PRELOAD_N, moduli_N_mm2
+
+BUCKLING_FACTOR = 3.0  # Euler's load over what a rod may bear: its joints' play and its own bow take the rest
+ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
+BOND_N_mm2 = 1.0  # shear of an adhesive on POM as it comes: 1 to 3, the lower one; from memory
+SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
+SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
+FRICTION = 0.12  # of a clamp's dry aluminium on steel, the low end of VDI 2230's table
+PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
+MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
+MOTOR_SHAFT_MM = 6.0
+LIFE_HOURS = 10_000.0  # five years of eight hours a working day
+STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place under the whole force
+
+
+@dataclass(frozen=True)
+class Holds:
+    """Levers and limits of what bears load, mm, N, N mm, N/mm^2; None where a direct drive has no such part.
+
+    Attributes:
+        bearing: Of the shoulder.
+        stroke_rad: From the smallest to the largest shoulder angle over the cube.
+        preload_N: Axial, of the shoulder's bearings.
+        motor_N: What the motor's shaft may bear across.
+        stub_mm: Diameter of the motor's shaft where it carries the arm.
+        stub_lever_mm: From the motor's face to the arm's middle.
+        stub_N_mm2: Proof stress of that shaft.
+        pretension_N: Of the cable.
+        cable_N: What the cable may bear.
+        stud_core_mm: Diameter of the ball stud in its thread's root.
+        stud_lever_mm: From the ball's centre to that root.
+        stud_N_mm2: Proof stress of the stud.
+        bond_mm2: Area by which a socket's spigot is bonded into the tube.
+        bond_N_mm2: Shear stress that the bond may bear.
+        buckling_N: What a rod may bear in compression.
+        hub_N_mm: Tilting moment that the shoulder's clamp holds.
+        elbow_N_mm: Tilting moment that the elbow's clamp holds.
+        elbow_N: Force along the cross-bar that the elbow's clamp holds by friction.
+        sector_mm: Radius of the circle of the dowels between arm and sector.
+        sector_pins: How many these are.
+        sector_N: What one of them may bear.
+        foot_mm: Height of the shoulder over the screws of the cheeks.
+        foot_pins_mm: Distance of the dowels of a cheek.
+        foot_pin_N: What one of them may bear.
+        foot_edge_mm: From the screws of a cheek to the edge of the block that it would tilt over.
+        foot_screw_N: Clamping force of one of these screws.
+        base_mm: Height of the shoulder over the base plate.
+        base_edge_mm: From the middle of the foot block to the edge that it would tilt over.
+        base_screw_N: Clamping force of one of the screws from below.
+    """
+
+    bearing: BallBearing | None
+    stroke_rad: float
+    preload_N: float
+    motor_N: float
+    stub_mm: float | None
+    stub_lever_mm: float
+    stub_N_mm2: float
+    pretension_N: float | None
+    cable_N: float | None
+    stud_core_mm: float
+    stud_lever_mm: float
+    stud_N_mm2: float
+    bond_mm2: float
+    bond_N_mm2: float
+    buckling_N: float
+    hub_N_mm: float
+    elbow_N_mm: float
+    elbow_N: float
+    sector_mm: float | None
+    sector_pins: int
+    sector_N: float
+    foot_mm: float
+    foot_pins_mm: float
+    foot_pin_N: float
+    foot_edge_mm: float
+    foot_screw_N: float
+    base_mm: float
+    base_edge_mm: float
+    base_screw_N: float
+
+
+def screw_N(size: str) -> float:
+    """Computes the clamping force of a stainless screw that is tightened as usual, N.
+
+    Source:
+        VDI 2230: a share of the proof stress on the stress area `pi/4 (d - 0.9382 P)^2` (ISO 898-1).
+    """
+    row = catalogue.screw(size)
+    area = pi / 4.0 * (row.diameter_mm - 0.9382 * row.pitch_mm) ** 2
+    return SCREW_USE * SCREW_PROOF_N_mm2 * area
+
+
+def clamp_N_mm(size: str, width_mm: float) -> float:
+    """Computes the tilting moment at which a split clamp opens at one end of its bore, N mm.
+
+    The screw presses the bore evenly over its width; a moment adds a pressure that grows linearly, and takes the last
+    of it from one end at F b / 6 (core of a rectangle). The screw's lever about the slit's end is left out: safe.
+    """
+    return screw_N(size) * width_mm / 6.0
+
+
+def holds(d: Dimensions) -> Holds:
+    """Gathers what the parts of a design may bear."""
+    f, b, layers = d.forearm, d.bracket, d.layers
+    report, capstan = drive_torque(d.design), d.capstan
+    shoulder = d.extremes.shoulder_max.value - d.extremes.shoulder_min.value
+    young, _ = moduli_N_mm2(d.tube.material)
+    euler = pi**2 * young * ring(f.tube_outer_mm, f.tube_bore_mm).about_y_mm4 / f.length_mm**2
+    stud, steel = (catalogue.material(one).yield_strength_Pa for one in ("stainless-1.4305", "steel"))
+    assert stud is not None
+    assert steel is not None
+    arm = layers.arm_mm[1] - layers.arm_mm[0]
+    boss = layers.elbow_boss_mm[1] - layers.elbow_boss_mm[0]
+    pin, cheek = 3.0, min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
+    return Holds(
+        bearing=None if capstan is None else ball_bearing(d.bearing),
+        stroke_rad=max(shoulder, radians(1.0)),
+        preload_N=PRELOAD_N,
+        motor_N=MOTOR_RADIAL_N * (d.motor.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2,
+        stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
+        stub_lever_mm=layers.motor_cheek_mm[1],
+        stub_N_mm2=steel * 1e-6,
+        pretension_N=report.cable_pretension_N,
+        cable_N=None if capstan is None else d.cable.breaking_load_N / ROPE_FACTOR,
+        stud_core_mm=STUD_CORE_MM,
+        stud_lever_mm=f.stand_off_mm,
+        stud_N_mm2=stud * 1e-6,
+        bond_mm2=pi * f.spigot_diameter_mm * f.spigot_length_mm,
+        bond_N_mm2=BOND_N_mm2,
+        buckling_N=euler / BUCKLING_FACTOR,
+        hub_N_mm=clamp_N_mm("M3", arm),
+        elbow_N_mm=clamp_N_mm(ELBOW_SCREW, boss),
+        elbow_N=2.0 * FRICTION * screw_N(ELBOW_SCREW),
+        sector_mm=None if capstan is None else d.arm.sector_screw_circle_mm / 2,
+        sector_pins=len(d.arm.sector_dowel_angles_rad),
+        sector_N=PRESSED_N_mm2 * pin * min(arm, layers.sector_mm[1] - layers.sector_mm[0]),
+        foot_mm=-b.cheek_screw_z_mm,
+        foot_pins_mm=b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0],
+        foot_pin_N=PRESSED_N_mm2 * pin * min(cheek, 5.0),
+        foot_edge_mm=b.foot_height_mm / 2,
+        foot_screw_N=screw_N("M3"),
+        base_mm=-b.base_top_mm,
+        base_edge_mm=(b.foot_u_mm[1] - b.foot_u_mm[0]) / 2,
+        base_screw_N=screw_N("M4"),
+    )

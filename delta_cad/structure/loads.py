@@ -1,0 +1,250 @@
+"""Loads of every part for a force on the knob in its worst direction, with the weight, beside what they may be.
+
+For a force of any direction a load that is one number is `|g| F + |w|`, g its row for unit forces and w what the weight
+makes of it; of two numbers at once (a bearing's radial load) the largest stretch of the two rows takes the place of
+|g|, which is not below what is. Positions are sampled; the eight corners of the cube are among them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism.workspace import Cube, cube_grid
+from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
+from delta_cad.structure.holds import LIFE_HOURS, ROPE_FACTOR, STROKES_PER_S, Holds
+from delta_cad.structure.modes import Moving
+from delta_cad.structure.table import StructureTable
+from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
+
+GRID = 9  # positions along an edge of the cube
+
+
+@dataclass(frozen=True)
+class Load:
+    """The largest load of a part over the cube.
+
+    Attributes:
+        name: What bears it.
+        value: In `unit`; the least value of a life.
+        limit: What it may be; at least this for a life.
+        unit: Unit of both.
+        position_mm: Where it occurs.
+        chain: On which chain.
+        source: How it is computed and what the limit comes from.
+        least: Whether value must be at least the limit, not at most.
+    """
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    position_mm: tuple[float, float, float]
+    chain: int
+    source: str
+    least: bool = False
+
+    @property
+    def holds(self) -> bool:
+        """Decides whether the part bears it."""
+        return self.value >= self.limit if self.least else self.value <= self.limit
+
+    @property
+    def margin(self) -> float:
+        """How many times the load could be: limit over load."""
+        return self.value / self.limit if self.least else self.limit / self.value if self.value else np.inf
+
+
+@dataclass(frozen=True)
+class Borne:
+    """What each part bears, (..., 3 chains) unless said; forces N, moments N mm.
+
+    Attributes:
+        rod: Force of the worse rod.
+        radial: (..., 3, 2) of both bearings, encoder's side first; of a direct drive both the motor's shaft's.
+        axial: Along the shoulder axis.
+        cable: Difference between the strands, or what would be at 1 mm for a direct drive: the torque.
+        hub: Moment that tilts the arm on its shaft.
+        elbow: Moment that tilts the cross-bar in the arm.
+        elbow_along: Force along the cross-bar.
+        torque: About the shoulder axis.
+    """
+
+    rod: np.ndarray
+    radial: np.ndarray
+    axial: np.ndarray
+    cable: np.ndarray
+    hub: np.ndarray
+    elbow: np.ndarray
+    elbow_along: np.ndarray
+    torque: np.ndarray
+
+
+def sampled_mm(bottom_mm: float, half_side_mm: float, count: int = GRID) -> np.ndarray:
+    """Gives the sampled positions of a cube, corners included, (count^3, 3) mm."""
+    return cube_grid(Cube(bottom_mm / MM_PER_M, half_side_mm / MM_PER_M), count) * MM_PER_M
+
+
+def largest(rows: np.ndarray, force_N: float, weight: np.ndarray) -> np.ndarray:
+    """Computes the largest length of a load over all directions of a force, or a bound on it.
+
+    Args:
+        rows: (..., k, 3) its k components for unit forces.
+        force_N: The force.
+        weight: (..., k) what the weight makes of it.
+
+    Returns:
+        (...) exact for k = 1.
+    """
+    squares = np.linalg.eigvalsh(rows @ np.swapaxes(rows, -1, -2))[..., -1]
+    return np.sqrt(np.maximum(squares, 0.0)) * force_N + np.linalg.norm(weight, axis=-1)
+
+
+def borne(table: StructureTable, what: Moving, p_mm: np.ndarray, force_N: float, gravity_m_s2: np.ndarray) -> Borne:
+    """Computes the largest loads for a force on the knob.
+
+    Args:
+        table: The machine.
+        what: What moves, for its weight.
+        p_mm: (..., 3) platform's centre, mm.
+        force_N: On the knob, in any direction.
+        gravity_m_s2: (3,) in the base frame.
+    """
+    unit = unit_loads(table, p_mm)
+    lift, weight = at_knob(table.knob_mm), _platform_weight(what, gravity_m_s2)
+    rods = (unit.rods @ lift)[..., None, :]
+    rod = largest(rods, force_N, (unit.rods @ weight)[..., None]).max(axis=-1)
+    elbow_rows = unit.elbows @ lift
+    elbow_weight = unit.elbows @ weight + _turned_weight(unit, what.rod_kg, np.zeros(3), gravity_m_s2)
+    lever = shoulder_map(table)
+    rows = lever @ elbow_rows
+    at_shoulder = (lever @ elbow_weight[..., None])[..., 0]
+    at_shoulder = at_shoulder + _turned_weight(unit, what.arm.mass_kg, what.arm.centre_mm, gravity_m_s2)
+
+    def over(which: list[int], rows: np.ndarray = rows, weight: np.ndarray = at_shoulder) -> np.ndarray:
+        return largest(rows[..., which, :], force_N, weight[..., which])
+
+    if table.shoulder is None:
+        radial = np.stack([over([0, 2])] * 2, axis=-1)
+        cable = over([4])
+    else:
+        held = bearing_map(table, unit.turned)
+        on_bearings, by_weight = held @ rows, (held @ at_shoulder[..., None])[..., 0]
+        radial = np.stack([over(pair, on_bearings, by_weight) for pair in ([0, 1], [2, 3])], axis=-1)
+        cable = over([5], on_bearings, by_weight)
+    return Borne(
+        rod=rod,
+        radial=radial,
+        axial=over([1]),
+        cable=cable,
+        hub=over([3, 5]),
+        elbow=over([3, 5], elbow_rows, elbow_weight),
+        elbow_along=over([1], elbow_rows, elbow_weight),
+        torque=over([4]),
+    )
+
+
+def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) -> list[Load]:
+    """Puts the largest loads beside what they may be.
+
+    Args:
+        table: The machine.
+        limits: What its parts may bear.
+        p_mm: (n, 3) positions.
+        given: Loads there.
+    """
+    found: list[Load] = []
+
+    def add(name: str, value: np.ndarray, limit: float, unit: str, source: str, least: bool = False) -> None:
+        pose, chain = np.unravel_index(np.argmin(value) if least else np.argmax(value), value.shape)
+        x, y, z = (float(v) for v in p_mm[pose])
+        found.append(Load(name, float(value[pose, chain]), limit, unit, (x, y, z), int(chain), source, least))
+
+    h = limits
+    bending = 32.0 * given.rod * h.stud_lever_mm / (np.pi * h.stud_core_mm**3)
+    add("rod buckling", given.rod, h.buckling_N, "N", "a third of Euler's load between the balls")
+    add(
+        "rod bond", given.rod / h.bond_mm2, h.bond_N_mm2, "N/mm^2",
+        "even shear on the spigot; adhesive on unprepared POM, from memory",
+    )  # fmt: skip
+    add(
+        "stud root", bending, h.stud_N_mm2, "N/mm^2",
+        "bending 32 F a / (pi d^3) in the thread's root, the rod square to the stud (Roark); proof stress of 1.4305",
+    )  # fmt: skip
+    bent = "the clamp opens at one end of its bore at F b / 6, F of a stainless screw by VDI 2230"
+    add("shoulder clamp", given.hub, h.hub_N_mm, "N mm", bent)
+    add("elbow clamp", given.elbow, h.elbow_N_mm, "N mm", bent)
+    add("elbow clamp along its bar", given.elbow_along, h.elbow_N, "N", "friction of both halves of the clamp")
+    if h.bearing is None or table.cable is None or h.pretension_N is None or h.cable_N is None or h.sector_mm is None:
+        across = given.radial[..., 0]
+        add(
+            "motor shaft", across, h.motor_N, "N", "the arm's whole load; RE 30's 28 N by the shaft's area, from memory"
+        )
+        if h.stub_mm is not None:
+            stress = 32.0 * (given.hub + across * h.stub_lever_mm) / (np.pi * h.stub_mm**3)
+            add(
+                "motor shaft bending", stress, h.stub_N_mm2, "N/mm^2", "tilt and load at the motor's face; proof stress"
+            )
+    else:
+        across = _across(table, h, given)
+        add(
+            "motor shaft", across, h.motor_N, "N", "both strands; RE 30's 28 N at 5 mm by the shaft's area, from memory"
+        )
+        tension = h.pretension_N + given.cable / 2.0
+        add("cable", tension, h.cable_N, "N", f"pretension and half the difference; breaking load over {ROPE_FACTOR}")
+        add("cable's slack strand", given.cable / 2.0, h.pretension_N, "N", "half the difference; the pretension")
+        pin = given.torque / (h.sector_mm * h.sector_pins)
+        add("sector dowel", pin, h.sector_N, "N", "the torque on the dowels alone; half the proof stress of 6082")
+        static_by = given.axial[..., None]
+        radial = given.radial + _strands(table, h)  # the strands' pretension presses the shoulder, too
+        static = np.vectorize(static_equivalent_N)(radial, static_by).max(axis=-1)
+        add("shoulder bearing", static, h.bearing.static_N, "N", "ISO 76 static equivalent load; C0 of its row")
+        add("shoulder preload", given.axial, h.preload_N, "N", "axial load; above it one bearing runs free")
+        dynamic = np.vectorize(dynamic_equivalent_N)(radial, static_by).max(axis=-1)
+        life = np.vectorize(lambda p: life_hours(h.bearing, p, h.stroke_rad, STROKES_PER_S))(dynamic)  # type: ignore[arg-type]
+        duty = f"ISO 281 L10, {STROKES_PER_S:g} full strokes a second at the worst place under the whole force"
+        add("shoulder bearing life", life, LIFE_HOURS, "h", duty, least=True)
+        worst = radial.max(axis=-1)
+        pins = worst * (h.foot_mm / h.foot_pins_mm + 0.5)
+        add(
+            "cheek dowel", pins, h.foot_pin_N, "N", "the radial load's moment on the dowels alone; half of proof stress"
+        )
+    side = given.axial * h.foot_mm / (2.0 * h.foot_edge_mm)
+    add(
+        "cheek screw",
+        side,
+        h.foot_screw_N,
+        "N",
+        "tilt over the block's edge by the axial load; clamping force, VDI 2230",
+    )
+    total = given.radial.sum(axis=-1)
+    base = total * h.base_mm / (2.0 * h.base_edge_mm)
+    add("base screw", base, h.base_screw_N, "N", "tilt over the foot's end by both bearings; clamping force, VDI 2230")
+    return found
+
+
+def _across(table: StructureTable, h: Holds, given: Borne) -> np.ndarray:
+    """Load across the motor's shaft: the strands' pretension nearly cancels, their difference does not."""
+    assert table.cable is not None
+    return np.hypot(_strands(table, h), given.cable * np.cos(table.cable.across_rad))
+
+
+def _strands(table: StructureTable, h: Holds) -> float:
+    """Force by which both strands pull sector and pinion together, N: 2 T0 sin psi."""
+    assert table.cable is not None
+    assert h.pretension_N is not None
+    return float(2.0 * h.pretension_N * np.sin(table.cable.across_rad))
+
+
+def _platform_weight(what: Moving, gravity_m_s2: np.ndarray) -> np.ndarray:
+    """Wrench of the platform's weight, with the rods' halves at its wrists, (6,) N and N mm."""
+    own = what.platform.mass_kg * gravity_m_s2
+    return np.concatenate([own + 3.0 * what.rod_kg * gravity_m_s2, np.cross(what.platform.centre_mm, own)])
+
+
+def _turned_weight(unit: UnitLoads, mass_kg: float, at_mm: np.ndarray, gravity_m_s2: np.ndarray) -> np.ndarray:
+    """Wrench of a weight about the origin of the arm's axes it is fixed to, (..., 3, 6)."""
+    force = unit.arms @ (mass_kg * gravity_m_s2)
+    return np.concatenate([force, np.cross(np.broadcast_to(at_mm, force.shape), force)], axis=-1)

@@ -1,0 +1,300 @@
+"""The one table that all of this room takes: what of a design bears load, made from its dimensions.
+
+A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the base
+plate and its feet, the preloaded faces of screw joints, the slits of the clamps (whose screws close them).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, pi, sin, sqrt
+
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.structure.beam import Beam, BeamSlice, tapered
+from delta_cad.structure.bearing import (
+    BallBearing,
+    axial_stiffness_N_mm,
+    ball_bearing,
+    radial_stiffness_N_mm,
+)
+from delta_cad.structure.section import POISSON, Section, circle, i_section, rectangle, ribs, ring
+
+# A ball joint along its rod, N/mm. The slit ring of POM measured 48 in tension and 2,100 in compression (finite
+# elements); one figure for both directions, so the lower one.
+JOINT_N_mm = 48.0
+# Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
+# A maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 57 GPa; 7x19 in proportion.
+# From memory: measure it.
+ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
+PRELOAD_N = 10.0  # axial, of the pair of shoulder bearings: what the assembler is to set
+SPOKE_FACTOR = 1.4  # platform spoke: finite elements over the formula, whose root at the hub is not rigid
+CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
+# A round bar's root tilts in what it grows from by what this share of its diameter would bend: a stamp of radius a on a
+# half-space turns by 3 (1 - nu^2) M / (4 E a^3) (Johnson, Contact Mechanics), a bar of length l by 4 M l / (pi E a^4).
+ROOT = 0.27
+STUD_FLATS_SHARE = 4.5 / 5.5  # a stud's collar across its spanner flats
+Circle = tuple[float, float, float]  # x, z, radius
+BOARD_PAD_MM = 4.0  # radius of the cheek around a screw of the encoder's board
+RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
+
+
+@dataclass(frozen=True)
+class CableSpring:
+    """The cable between sector and pinion; None in the table of a direct drive.
+
+    Attributes:
+        rope_N: E A of the rope.
+        radius_mm: Of the cable's middle on the sector.
+        direction_rad: From the shoulder to the pinion, angle in the chain's plane.
+        ends_rad: Polar angles of the rim at which the cable leaves it, arm's frame.
+        beyond_mm: Free length beyond either of these ends.
+        y_mm: Place along the shoulder axis.
+        across_rad: Angle of the strands between sector and pinion against the common tangent.
+        sector_mm_N: How far the rim gives along the cable for 1 N.
+        motor_mm_N: How far the motor's shaft gives at the pinion for 1 N.
+    """
+
+    rope_N: float
+    radius_mm: float
+    direction_rad: float
+    ends_rad: tuple[float, float]
+    beyond_mm: tuple[float, float]
+    y_mm: float
+    across_rad: float
+    sector_mm_N: float
+    motor_mm_N: float
+
+
+@dataclass(frozen=True)
+class ShoulderBearings:
+    """The two bearings of a shoulder and the cheeks that carry them, encoder's side first.
+
+    Attributes:
+        bearing: Both bearings.
+        y_mm: Their places along the shoulder axis.
+        radial_N_mm: Stiffness of a bearing across its axis.
+        axial_N_mm: Stiffness of a bearing along its axis.
+        shaft_mm_N: How far the shaft's overhang from the arm gives at each bearing for 1 N.
+        cheeks: Cantilevers from the foot block to the bearing; x up, y along the shoulder axis, z inwards.
+    """
+
+    bearing: BallBearing
+    y_mm: tuple[float, float]
+    radial_N_mm: float
+    axial_N_mm: float
+    shaft_mm_N: tuple[float, float]
+    cheeks: tuple[Beam, Beam]
+
+
+@dataclass(frozen=True)
+class StructureTable:
+    """What bears load, of one design; all chains are alike.
+
+    Attributes:
+        geometry: The mechanism, m.
+        width_mm: Distance of a chain's two rods, L_c.
+        knob_mm: Height of the knob's centre over the wrists.
+        arm: Upper arm from its bore's edge to the elbow; x along it, y along the shoulder axis.
+        shoulder: Bearings and cheeks of a capstan's shoulder; None where the motor's own shaft carries the arm.
+        stub: The motor's shaft from its face to the arm, of a direct drive; else None.
+        cable: None for a direct drive.
+        stud: Ball stud from the end of its bar to the ball's centre.
+        bar: Cross-bar from the elbow's boss to its end, where the stud begins.
+        rod: Tube of a rod.
+        joint_N_mm: Stiffness of one ball joint along its rod, in tension and compression alike.
+        spoke: Platform from the hub to a wrist's boss; x outwards, y along the boss, z up.
+        spoke_up_mm: Height of the spoke's middle over the wrists.
+        stem: Handle from the platform's top to the knob's centre.
+    """
+
+    geometry: DeltaGeometry
+    width_mm: float
+    knob_mm: float
+    arm: Beam
+    shoulder: ShoulderBearings | None
+    stub: Beam | None
+    cable: CableSpring | None
+    stud: Beam
+    bar: Beam
+    rod: Beam
+    joint_N_mm: float
+    spoke: Beam
+    spoke_up_mm: float
+    stem: Beam
+
+
+def moduli_N_mm2(material: str) -> tuple[float, float]:
+    """Gives Young's and the shear modulus of a material of the catalogue, N/mm^2."""
+    young = catalogue.material(material).youngs_modulus_Pa * 1e-6
+    return young, young / (2.0 * (1.0 + POISSON))
+
+
+def structure_table(d: Dimensions) -> StructureTable:
+    """Makes the table of a design from its dimensions."""
+    direct = d.capstan is None
+    knob = d.platform.boss_diameter_mm / 2 + d.platform.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2
+    f = d.forearm
+    stud = _stud(d)
+    overhang = (f.bar_length_mm - (d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0])) / 2
+    bar = BeamSlice(overhang, circle(f.bar_diameter_mm), *moduli_N_mm2("aluminium-7075"))
+    rod = BeamSlice(f.tube_length_mm, ring(f.tube_outer_mm, f.tube_bore_mm), *moduli_N_mm2(d.tube.material))
+    top = d.platform.boss_diameter_mm / 2
+    stem = BeamSlice(knob - top, circle(d.platform.stem_diameter_mm), *moduli_N_mm2("aluminium-6082"))
+    return StructureTable(
+        geometry=d.design.geometry,
+        width_mm=f.width_mm,
+        knob_mm=knob,
+        arm=_arm(d),
+        shoulder=None if direct else _shoulder(d),
+        stub=_motor_stub(d) if direct else None,
+        cable=_cable(d),
+        stud=Beam(stud),
+        bar=Beam((bar,)),
+        rod=Beam((rod,)),
+        joint_N_mm=JOINT_N_mm,
+        spoke=_spoke(d),
+        spoke_up_mm=top - d.platform.plate_mm / 2,
+        stem=Beam((stem,)),
+    )
+
+
+def _stud(d: Dimensions) -> tuple[BeamSlice, ...]:
+    """Collar across its flats, neck and the ball up to its centre, from the end of the bar or boss outwards.
+
+    The neck tilts in the ball as a stamp on a half-space does, by what `ROOT` of its diameter would bend.
+    """
+    f, (e, g) = d.forearm, moduli_N_mm2("stainless-1.4305")
+    ball, neck_mm = f.ball_diameter_mm / 2, f.neck_diameter_mm
+    inside = sqrt(ball**2 - (neck_mm / 2) ** 2)
+    into = ROOT * neck_mm
+    collar = BeamSlice(f.collar_length_mm, circle(STUD_FLATS_SHARE * f.collar_diameter_mm), e, g)
+    neck = BeamSlice(f.stand_off_mm - f.collar_length_mm - inside + into, circle(neck_mm), e, g)
+    return (collar, neck, BeamSlice(inside - into, circle(f.ball_diameter_mm), e, g))
+
+
+def _arm(d: Dimensions) -> Beam:
+    """The upper arm, open I-section between solid ends; its slits count as closed, its flange as no wider."""
+    a, (y0, y1), (b0, b1) = d.arm, d.layers.arm_mm, d.layers.elbow_boss_mm
+    (x0, x1), (r0, r1) = a.pocket_x_mm, a.pocket_radii_mm
+    web = y1 - y0 - 2 * a.pocket_depth_mm
+
+    def section(x: float) -> Section:
+        half = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * x / a.length_mm
+        if x < x0:
+            pocket = sqrt(max(0.0, r0**2 - (x - x0) ** 2))
+        elif x > x1:
+            pocket = sqrt(max(0.0, r1**2 - (x - x1) ** 2))
+        else:
+            pocket = r0 + (r1 - r0) * (x - x0) / (x1 - x0)
+        boss = x > a.length_mm - a.boss_radius_mm
+        return i_section(b1 - b0 if boss else y1 - y0, 2 * half, web, 2 * pocket)
+
+    return Beam(tapered(a.shaft_bore_mm / 2, a.length_mm, section, *moduli_N_mm2("aluminium-7075")))
+
+
+def _shoulder(d: Dimensions) -> ShoulderBearings:
+    layers, width = d.layers, d.bearing.width_mm
+    bearing = ball_bearing(d.bearing)
+    y = (layers.encoder_cheek_mm[1] - width / 2, layers.motor_cheek_mm[0] + width / 2)
+    young, _ = moduli_N_mm2("stainless-1.4305")
+    second = circle(d.shaft.diameter_mm).about_y_mm4
+    free = (layers.arm_mm[0] - y[0], y[1] - layers.arm_mm[1])
+    b = d.bracket
+    x, z = d.encoder.hole_spacing_width_mm / 2, d.encoder.hole_spacing_length_mm / 2
+    board = [(sx * x, sz * z, BOARD_PAD_MM) for sx in (-1, 1) for sz in (-1, 1)]
+    motor = [(b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1], b.motor_pad_radius_mm)]
+    pilot = [(motor[0][0], motor[0][1], d.motor.pilot_diameter_mm / 2)]
+    return ShoulderBearings(
+        bearing=bearing,
+        y_mm=y,
+        radial_N_mm=radial_stiffness_N_mm(bearing, d.design.requirements.force_N),
+        axial_N_mm=axial_stiffness_N_mm(bearing, PRELOAD_N),
+        shaft_mm_N=tuple(length**3 / (3.0 * young * second) for length in free),  # type: ignore[arg-type]
+        cheeks=(_cheek(d, board, [], layers.encoder_cheek_mm), _cheek(d, motor, pilot, layers.motor_cheek_mm)),
+    )
+
+
+def outline_width_mm(circles: list[Circle], height: float) -> float:
+    """Computes how wide the hull of circles (x, z, radius) is at a height z, mm.
+
+    The hull's reach in a direction is the largest of the circles'; at a height its edges are the least over all
+    directions of the tangent's crossing.
+    """
+    angles = np.linspace(-pi / 2, pi / 2, 721)[1:-1]
+    cosine, sine = np.cos(angles), np.sin(angles)
+    right = np.max([x * cosine + z * sine + r for x, z, r in circles], axis=0)
+    left = np.max([-x * cosine + z * sine + r for x, z, r in circles], axis=0)
+    return float(np.min((right - height * sine) / cosine) + np.min((left - height * sine) / cosine))
+
+
+def _cheek(d: Dimensions, extra: list[Circle], open_: list[Circle], y_mm: tuple[float, float]) -> Beam:
+    """A cheek above its foot block, as wide as its outline without the large bores; the bearing fills its seat."""
+    b, thickness = d.bracket, y_mm[1] - y_mm[0]
+    top = b.base_top_mm + b.foot_height_mm
+    foot = [(u - b.shoulder_u_mm, z, 0.0) for u in b.foot_u_mm for z in (b.base_top_mm, top)]
+    circles = [(0.0, 0.0, b.head_radius_mm), *extra, *foot]
+
+    def section(z: float) -> Section:
+        bores = sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in open_)
+        return rectangle(thickness, outline_width_mm(circles, max(z, top)) - bores)
+
+    return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
+
+
+def _motor_stub(d: Dimensions) -> Beam:
+    """The shaft of a direct drive's motor from its face to the arm's middle; its bearings count as rigid."""
+    shaft = BeamSlice(d.layers.motor_cheek_mm[1], circle(d.motor.shaft_diameter_mm), *moduli_N_mm2("steel"))
+    return Beam((shaft,))
+
+
+def _cable(d: Dimensions) -> CableSpring | None:
+    c = d.capstan
+    if c is None:
+        return None
+    low, high = c.rim_angles_rad
+    _, shear = moduli_N_mm2("aluminium-7075")
+    root, rim, thickness = d.arm.flange_radius_mm, c.rim_radius_mm, d.layers.sector_mm[1] - d.layers.sector_mm[0]
+    # shear of an annular plate under a torque, the share that the sector has of a full turn; holes neglected
+    turn = (1 / root**2 - 1 / rim**2) / (4 * pi * shear * thickness) * 2 * pi / (high - low)
+    steel, _ = moduli_N_mm2("steel")
+    overhang = d.layers.motor_cheek_mm[1] - sum(d.layers.sector_mm) / 2
+    wire = pi / 4 * d.cable.diameter_mm**2
+    return CableSpring(
+        rope_N=ROPE_N_mm2.get(d.cable.construction, min(ROPE_N_mm2.values())) * wire,
+        radius_mm=c.pitch_radius_mm,
+        direction_rad=c.direction_rad,
+        ends_rad=(low, high),
+        beyond_mm=((c.nose_radius_mm + d.cable.diameter_mm / 2) * c.turns_rad[0] + c.lug_length_mm, c.lug_length_mm),
+        y_mm=sum(d.layers.sector_mm) / 2,
+        across_rad=float(np.arccos((c.pitch_radius_mm + c.pinion_pitch_radius_mm) / c.centre_distance_mm)),
+        sector_mm_N=turn * c.pitch_radius_mm**2,
+        motor_mm_N=overhang**3 / (3 * steel * circle(d.motor.shaft_diameter_mm).about_y_mm4),
+    )
+
+
+def _spoke(d: Dimensions) -> Beam:
+    """A web of the platform between the hub and the boss, with its window."""
+    p = d.platform
+    r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
+    corner = (r, half - 5.0, 3.0)
+    near, far = p.hub_radius_mm + 4.0, r - boss - 1.0
+    reach = (half - 5.0) * far / r - 4.0
+    window = far - near >= 4.0 and reach >= 3.0
+
+    def section(x: float) -> Section:
+        # tangent of the hub's circle and the corner's: height of the hull of two circles over x
+        dx, dy, dr = corner[0], corner[1], p.hub_radius_mm - corner[2]
+        length = hypot(dx, dy)
+        lean = np.arctan2(dy, dx) + np.arccos(dr / length)
+        edge = (p.hub_radius_mm - x * cos(lean)) / sin(lean)
+        wide = 2 * min(max(edge, 0.0), corner[1] + corner[2])
+        if window and near < x < far:
+            open_mm = 2 * (1.5 + (reach - 1.5) * (x - near) / (far - near))
+            return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)
+        return rectangle(wide, p.plate_mm)
+
+    return Beam(tapered(p.hub_radius_mm, r, section, *moduli_N_mm2("aluminium-7075")), SPOKE_FACTOR)

@@ -1,0 +1,74 @@
+"""Checks of what a machine bears: names, limits and what breaks them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.checks.structure import check_structure
+from delta_cad.design import design_from_dict, design_to_dict
+from delta_cad.dimensions import Dimensions
+from delta_cad.structure.modes import Moving
+from delta_cad.structure.report import stiffness, structure_record, structure_report
+from tests.delta_cad.structure.machines import committed, what_moves
+
+
+@pytest.fixture(autouse=True)
+def masses(monkeypatch: pytest.MonkeyPatch) -> None:
+    def moving(*_: Any) -> Moving:
+        return what_moves()
+
+    monkeypatch.setattr("delta_cad.structure.report.moving", moving)
+
+
+def asked(**requirements: float) -> Dimensions:
+    data = design_to_dict(committed().design)
+    data["requirements"] |= requirements
+    return replace(committed(), design=design_from_dict(data))
+
+
+def verdicts(d: Dimensions) -> dict[str, bool]:
+    least = d.design.requirements.stiffness_min_N_mm
+    return {result.name: result.passed for result in check_structure(structure_report(d, {}), least)}
+
+
+def test_what_is_not_asked_is_told() -> None:
+    results = {r.name: r for r in check_structure(structure_report(committed(), {}), None)}
+    knob = results["structure stiffness at the knob"]
+    assert (knob.passed, knob.limit) == (True, None)
+    assert knob.value == pytest.approx(float(stiffness(committed()).softest.stiffness_N_mm.min()))
+    assert results["structure first mode"].limit is None
+    assert all(result.passed for result in results.values())
+    assert not any(name.endswith("peak") for name in results)
+
+
+def test_a_stiffness_that_is_asked_is_judged() -> None:
+    name = "structure stiffness at the knob"
+    value = float(stiffness(committed()).softest.stiffness_N_mm.min())
+    assert verdicts(asked(stiffness_min_N_mm=0.99 * value))[name]
+    failing = verdicts(asked(stiffness_min_N_mm=1.01 * value))
+    assert [one for one, passed in failing.items() if not passed] == [name]
+
+
+def test_a_peak_is_judged_beside_what_holds_for_ever() -> None:
+    found = verdicts(asked(peak_force_N=9.0))
+    failing = [name for name, passed in found.items() if not passed]
+    # the study's finding: the ball stud's root is what 9 N break first
+    assert "structure stud root, peak" in failing
+    assert all(name.endswith(", peak") for name in failing)
+    assert "structure shoulder bearing life, peak" not in found
+
+
+def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
+    d = asked(peak_force_N=9.0)
+    record = json.loads(json.dumps(structure_record(d, structure_report(d, {})), allow_nan=False))
+    assert record["knob_over_wrists_mm"] == 40.0
+    least = [np.linalg.eigvalsh(one["matrix"])[0] for one in record["stiffness_N_mm"]]
+    assert min(least) == pytest.approx(record["softest"]["softest_N_mm"], rel=1e-3)  # six digits are told
+    assert sum(record["softest"]["shares"].values()) == pytest.approx(1.0, abs=1e-4)
+    assert {load["case"] for load in record["loads"]} == {"for ever", "peak"}
+    assert all(load["holds"] == (load["margin"] >= 1.0) for load in record["loads"])

@@ -1,0 +1,55 @@
+"""The committed design's table, as it is and with the figures of joints that the study used."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from delta_cad.design import Design, load_design
+from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.structure.modes import Moving, MovingBody
+from delta_cad.structure.table import StructureTable, structure_table
+from tests.committed import ROOT
+
+STUDY_JOINT_N_mm = 500.0  # joints as the study took them; in our design a declared figure
+
+
+@cache
+def design() -> Design:
+    return load_design(ROOT / "best.json")
+
+
+@cache
+def committed() -> Dimensions:
+    return dimensions(design())
+
+
+def table(knob_mm: float | None = None, joint_N_mm: float = STUDY_JOINT_N_mm) -> StructureTable:
+    made = structure_table(committed())
+    changed = replace(made, joint_N_mm=joint_N_mm)
+    if knob_mm is None:
+        return changed
+    # the stem is as long as the knob stands over the platform's top
+    (stem,) = made.stem.slices
+    longer = replace(stem, length_mm=stem.length_mm + knob_mm - made.knob_mm)
+    return replace(changed, knob_mm=knob_mm, stem=replace(made.stem, slices=(longer,)))
+
+
+def places() -> np.ndarray:
+    """(12, 3) centre, corners and three places inside the committed cube, mm."""
+    cube = design().cube
+    side, low = cube.half_side_mm, cube.bottom_height_mm
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    inside = np.array([[0.0, 0.0, 0.0], [0.9, 0.2, -1.0], [-0.3, -0.7, 0.4], [0.1, 0.6, -0.8]])
+    return np.concatenate([inside, signs]) * side + [0.0, 0.0, low + side]
+
+
+def what_moves() -> Moving:
+    """Masses of the committed machine, rounded: what a build weighs is tested elsewhere."""
+    platform = MovingBody(0.074, np.array([0.0, 0.0, 7.5]), np.diag([48.0, 48.0, 57.0]))
+    arm = MovingBody(
+        0.0955, np.array([14.9, 2.8, -4.6]), np.array([[21.7, 1.5, 1.0], [1.5, 146.0, 3.0], [1.0, 3.0, 138.0]])
+    )
+    return Moving(platform, arm, (0.00106, 0.00041, 0.00106))

@@ -1,0 +1,185 @@
+"""Loads against directions that are tried, weights against energies, figures against a study's."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import design_from_dict
+from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.mechanism import jacobian
+from delta_cad.mechanism.inverse import elbow_positions, inverse_kinematics
+from delta_cad.mechanism.placement import chain_frame
+from delta_cad.structure.compliance import compliance, knob_stiffness
+from delta_cad.structure.holds import Holds, holds, screw_N
+from delta_cad.structure.loads import borne, largest, loads, sampled_mm
+from delta_cad.structure.modes import first_mode_Hz
+from delta_cad.structure.table import StructureTable, structure_table
+from delta_cad.structure.unit_loads import at_knob, unit_loads
+from tests.delta_cad.structure.machines import committed, design, places, table, what_moves
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+STUDY_GRID = 7
+
+
+def directions(count: int) -> np.ndarray:
+    found = np.random.default_rng(1).normal(size=(count, 3))
+    return found / np.linalg.norm(found, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("components", [1, 2])
+def test_no_direction_loads_more(components: int) -> None:
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        rows, weight = random.normal(size=(components, 3)), random.normal(size=components)
+        tried = np.linalg.norm(3.0 * directions(4000) @ rows.T + weight, axis=-1).max()
+        bound = largest(rows, 3.0, weight)
+        assert tried <= bound * (1 + 1e-12)
+        # one number is reached, two are when nothing hangs on them
+        assert components == 2 or tried > 0.99 * bound
+        bare = np.linalg.norm(3.0 * directions(4000) @ rows.T, axis=-1).max()
+        assert bare > 0.99 * largest(rows, 3.0, 0.0 * weight)
+
+
+def test_rods_hold_what_pulls_at_the_knob() -> None:
+    machine = table()
+    unit = unit_loads(machine, places())
+    force = np.array([1.0, -2.0, 0.5])
+    pulls = (unit.rods @ at_knob(machine.knob_mm) @ force)[..., None] * unit.along[..., None, :]
+    np.testing.assert_allclose(pulls.sum(axis=(-3, -2)), np.broadcast_to(force, places().shape), atol=1e-9)
+    # moments about the knob vanish: of wrists at their own places
+    wrists = np.array(
+        [
+            [chain_frame(i)[:3, :3] @ [machine.geometry.platform_radius * MM_PER_M, s * machine.width_mm / 2, 0.0]
+             for s in (-1, 1)]
+            for i in range(3)
+        ]
+    )  # fmt: skip
+    arms = wrists - [0.0, 0.0, machine.knob_mm]
+    np.testing.assert_allclose(np.cross(arms, pulls).sum(axis=(-3, -2)), 0.0, atol=1e-7)
+
+
+def test_the_weights_torque_is_the_slope_of_the_energy() -> None:
+    machine, what = table(), what_moves()
+    g = machine.geometry
+
+    def energy(p: np.ndarray) -> float:
+        theta = inverse_kinematics(g, p / MM_PER_M)
+        elbows = elbow_positions(g, theta) * MM_PER_M
+        heights = 0.0
+        for i in range(3):
+            c, s = np.cos(theta[i]), np.sin(theta[i])
+            u = chain_frame(i)[:3, 0]
+            x, z = c * u + [0, 0, s], c * np.array([0, 0, 1.0]) - s * u
+            centre = what.arm.centre_mm
+            heights += what.arm.mass_kg * (x[2] * centre[0] + z[2] * centre[2])
+            heights += what.rod_kg * (elbows[i][2] + p[2])  # two rods, each half at either end
+        return 9.81 * (heights + what.platform.mass_kg * p[2])
+
+    given = borne(machine, what, places(), 0.0, GRAVITY)
+    step = 1e-3
+    for k, p in enumerate(places()[:4]):
+        slope = [(energy(p + d) - energy(p - d)) / (2 * step) for d in step * np.eye(3)]
+        torque = jacobian(g, p / MM_PER_M).T @ slope * MM_PER_M
+        np.testing.assert_allclose(given.torque[k], np.abs(torque), rtol=1e-5, atol=1e-6)
+
+
+def test_loads_are_linear_in_the_force() -> None:
+    one, three = (borne(table(), what_moves(), places(), force, 0.0 * GRAVITY) for force in (1.0, 3.0))
+    for field in fields(one):
+        np.testing.assert_allclose(getattr(three, field.name), 3.0 * getattr(one, field.name), rtol=1e-9, atol=1e-12)
+
+
+def test_the_committed_machine_bears_what_the_study_found() -> None:
+    """Per newton, 45 mm over the wrists, 7^3 positions, without weight: the figures of a study by other code."""
+    cube, machine = design().cube, table(45.0)
+    positions = sampled_mm(cube.bottom_height_mm, cube.half_side_mm, STUDY_GRID)
+    given = borne(machine, what_moves(), positions, 1.0, 0.0 * GRAVITY)
+    found = {name: float(getattr(given, name).max()) for name in ("rod", "radial", "axial", "cable")}
+    assert found == pytest.approx({"rod": 6.1, "radial": 13.1, "axial": 0.61, "cable": 2.63}, rel=0.01)
+
+
+def weakest(limits: Holds, force_N: float = 3.0, machine: StructureTable | None = None) -> dict[str, bool]:
+    made = machine or structure_table(committed())
+    given = borne(made, what_moves(), places(), force_N, GRAVITY)
+    return {load.name: load.holds for load in loads(made, limits, places(), given)}
+
+
+# part -> the number of what it may bear that is made too small
+WEAK = {
+    "rod buckling": {"buckling_N": 10.0},
+    "rod bond": {"bond_mm2": 5.0},
+    "stud root": {"stud_core_mm": 1.5},
+    "shoulder clamp": {"hub_N_mm": 300.0},
+    "elbow clamp": {"elbow_N_mm": 300.0},
+    "elbow clamp along its bar": {"elbow_N": 1.0},
+    "motor shaft": {"motor_N": 10.0},
+    "cable": {"cable_N": 30.0},
+    "sector dowel": {"sector_N": 5.0},
+    "shoulder preload": {"preload_N": 1.0},
+    "cheek dowel": {"foot_pins_mm": 0.5},
+    "cheek screw": {"foot_screw_N": 2.0},
+    "base screw": {"base_screw_N": 30.0},
+}
+
+
+def test_the_committed_machine_bears_its_force() -> None:
+    found = weakest(holds(committed()))
+    assert all(found.values())
+    assert set(WEAK) | {"cable's slack strand", "shoulder bearing", "shoulder bearing life"} == set(found)
+
+
+@pytest.mark.parametrize("part", WEAK)
+def test_a_weak_part_fails_alone(part: str) -> None:
+    found = weakest(replace(holds(committed()), **WEAK[part]))  # type: ignore[arg-type]
+    assert [name for name, held in found.items() if not held] == [part]
+
+
+def test_a_small_bearing_and_a_loose_cable_fail() -> None:
+    limits = holds(committed())
+    assert limits.bearing is not None
+    small = replace(limits, bearing=replace(limits.bearing, static_N=20.0))
+    assert not weakest(small)["shoulder bearing"]
+    short = replace(limits, bearing=replace(limits.bearing, dynamic_N=100.0))
+    assert [name for name, held in weakest(short).items() if not held] == ["shoulder bearing life"]
+    assert not weakest(replace(limits, pretension_N=1.0))["cable's slack strand"]
+
+
+def test_nothing_bears_a_thousand_newtons() -> None:
+    assert not any(weakest(holds(committed()), 1000.0).values())
+
+
+def direct() -> Dimensions:
+    data = design().model_dump(mode="json", by_alias=True, exclude_none=True)
+    data["hardware"] |= {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 10.0}
+    data["mechanism"]["base_radius_mm"] = 60.0
+    data["mechanism"]["platform_radius_mm"] = 50.0
+    return dimensions(design_from_dict(data))
+
+
+def test_a_direct_drive_hangs_on_its_motors_shaft() -> None:
+    d = direct()
+    machine = structure_table(d)
+    found = compliance(machine, places())
+    assert "cable" not in found.parts
+    assert "bearings" not in found.parts
+    stiff = knob_stiffness(machine, places())
+    assert (stiff > 0.0).all()
+    thick = replace(machine, stub=replace(machine.stub, factor=1e-9))  # type: ignore[type-var]
+    assert (knob_stiffness(thick, places()) > stiff).all()
+    limits = holds(d)
+    names = set(weakest(limits, machine=machine))
+    assert {"motor shaft", "rod buckling", "stud root"} <= names
+    assert not {"cable", "shoulder bearing", "sector dowel"} & names
+    assert not weakest(replace(limits, motor_N=1.0), machine=machine)["motor shaft"]
+    thin = weakest(replace(limits, stub_mm=2.0), machine=machine)
+    assert [name for name, held in thin.items() if not held] == ["motor shaft bending"]
+    assert (first_mode_Hz(machine, what_moves(), places()) > 0.0).all()
+
+
+def test_a_screw_clamps_as_its_stress_area_says() -> None:
+    # M3: stress area 5.03 mm^2 (ISO 898-1)
+    assert screw_N("M3") == pytest.approx(0.7 * 450.0 * 5.03, rel=2e-3)
