@@ -20,16 +20,23 @@ from delta_cad.assembly.contacts import contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.statement import statement
+from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
 from delta_cad.solids import brackets, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
+from delta_cad.solids.bought.ball import make_joint_ball
 from delta_cad.solids.bought.encoder_board import make_encoder_board
 from delta_cad.solids.bought.foot import make_foot
 from delta_cad.solids.bought.magnet import make_magnet
 from delta_cad.solids.bought.motor import make_motor
 from delta_cad.solids.part import Joint
+
+ABOUT_X, ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
+EYE_FRAMES = ((ABOUT_X, HALF_TURN), (ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
+BESIDE_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
+BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
 
 
 def _base(bench: Bench) -> None:
@@ -122,34 +129,46 @@ def _arm(bench: Bench, i: int) -> None:
     bench.put(f"shoulder_clamp_{i}", clamp, link, seat)
     grip = bench.screw(ELBOW_SCREW, upper_arm.ELBOW_SCREW_LENGTH_MM)
     bench.put(f"elbow_clamp_{i}", grip, link, at(a.elbow_clamp_x_mm, 0.0, upper_arm.ELBOW_SEAT_Z_MM))
-    bench.put(f"cross_bar_{i}", bench.once("cross_bar", lambda: forearm.make_cross_bar(d)), link, at(a.length_mm))
-    stud = bench.once("ball_stud", lambda: forearm.make_ball_stud(d))
-    for j in SIDES:
-        side = (j - 0.5) * d.forearm.width_mm
-        turned = HALF_TURN if j else np.eye(4)
-        bench.put(f"ball_stud_{i}_{j}_elbow", stud, link, at(a.length_mm, side) @ turned)
+    bench.put(f"cross_bar_{i}_elbow", bench.once("cross_bar", lambda: forearm.make_cross_bar(d)), link, at(a.length_mm))
+    _balls(bench, i, "elbow", link, at(a.length_mm))
     bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
     nearest, widest = d.encoder.air_gap_min_mm, d.encoder.air_gap_max_mm
     bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", nearest, "air gap of the encoder", widest)
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")
 
 
+def _balls(bench: Bench, i: int, end: str, link: str, bar: np.ndarray) -> None:
+    """Both balls of a cross-bar, each on its stud, its hole towards the bar's middle."""
+    ball = bench.once("joint_ball", lambda: make_joint_ball(bench.d))
+    for j in SIDES:
+        side = at(y=(j - 0.5) * bench.d.forearm.width_mm)
+        bench.put(f"joint_ball_{i}_{j}_{end}", ball, link, bar @ side @ (HALF_TURN if j else np.eye(4)))
+
+
 def _rods(bench: Bench, i: int) -> None:
     d, f = bench.d, bench.d.forearm
-    socket = bench.once("ball_socket", lambda: forearm.make_socket(d))
+    cup = bench.once("rod_cup", lambda: forearm.make_rod_cup(d))
+    eye = bench.once("rod_eye", lambda: forearm.make_rod_eye(d))
     tube = bench.once("rod_tube", lambda: forearm.make_rod_tube(d))
-    stud = bench.once("ball_stud", lambda: forearm.make_ball_stud(d))
+    bar = bench.once("cross_bar", lambda: forearm.make_cross_bar(d))
+    wrist = chain_frame(i) @ at(d.platform.radius_mm)
+    bench.put(f"cross_bar_{i}_wrist", bar, "platform", wrist)
+    _balls(bench, i, "wrist", "platform", wrist)
     for j in SIDES:
         link = f"rod_{i}_{j}"
-        bench.put(f"ball_socket_{i}_{j}_elbow", socket, link, np.eye(4))
+        # the poles of both cups lie outwards, towards +y of the rod on that side
+        bench.put(f"rod_cup_{i}_{j}_elbow", cup, link, np.eye(4) if j else ABOUT_X)
         bench.put(f"rod_tube_{i}_{j}", tube, link, at(f.shoulder_mm))
-        bench.put(f"ball_socket_{i}_{j}_wrist", socket, link, at(f.length_mm) @ HALF_TURN)
-        side = (j - 0.5) * f.width_mm
-        turned = HALF_TURN if j else np.eye(4)
-        placed = chain_frame(i) @ at(d.platform.radius_mm, side) @ turned
-        bench.put(f"ball_stud_{i}_{j}_wrist", stud, "platform", placed)
+        bench.put(f"rod_cup_{i}_{j}_wrist", cup, link, at(f.length_mm) @ (ABOUT_Y if j else HALF_TURN))
+        for k, x in enumerate(f.eyes_x_mm):
+            bench.put(f"rod_eye_{i}_{j}_{k}", eye, link, at(x) @ EYE_FRAMES[j][k])
+            bench.gap(
+                f"rod_eye_{i}_{j}_{k}", f"upper_arm_{i}", BESIDE_ARM_MM, "folds beside the arm, held by its spring"
+            )
         for end in ("elbow", "wrist"):
-            bench.touch(f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}", "ball in its seat")
+            own = f"rod_cup_{i}_{j}_{end}"
+            bench.touch(f"joint_ball_{i}_{j}_{end}", own, "ball in its cup")
+            bench.gap(own, f"cross_bar_{i}_{end}", BESIDE_STUD_MM, "the rod leans beside the stud it hangs on")
 
 
 def _platform(bench: Bench) -> None:
@@ -219,4 +238,5 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         contacts=contacts(d),
         stated=statement(d),
         stops=stops(d),
+        supplies=supplies(d),
     )

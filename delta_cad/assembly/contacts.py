@@ -6,7 +6,7 @@ is asked where chamfers and neighbouring bores take some of a face; a bore's len
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, sqrt
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
@@ -18,10 +18,12 @@ from delta_cad.dimensions.capstan import (
     TENSION_SCREW,
     CapstanDimensions,
 )
-from delta_cad.dimensions.forearm import BALL_CLEARANCE_MM, TUBE_GLUE_MM
+from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, POCKET_MM, RING_MM, TUBE_GLUE_MM, ForearmDimensions
+from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids import brackets, capstan, fasteners, platform
+from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
 from delta_cad.solids.part import Contact, Stop
 
 FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
@@ -125,22 +127,24 @@ def _sensor(bench: _Contacts, d: Dimensions, i: int) -> None:
 
 
 def _elbow(bench: _Contacts, d: Dimensions, i: int) -> None:
-    f, bar = d.forearm, f"cross_bar_{i}"
-    boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
-    bench.cylinder(bar, f"upper_arm_{i}", boss - CHAMFERS_MM, FIT_MM, "cross-bar clamped in the elbow's boss")
-    for j in SIDES:
-        _stud(bench, d, f"ball_stud_{i}_{j}_elbow", bar)
-        _stud(bench, d, f"ball_stud_{i}_{j}_wrist", "platform")
-        for end in ("elbow", "wrist"):
-            seat = 0.8 * pi * f.seat_diameter_mm * f.socket_width_mm  # a zone of the sphere, less the slit
-            pair = f"ball_stud_{i}_{j}_{end}", f"ball_socket_{i}_{j}_{end}"
-            bench.ball(*pair, seat, 2 * BALL_CLEARANCE_MM, "ball in its seat")
-
-
-def _stud(bench: _Contacts, d: Dimensions, stud: str, held_by: str) -> None:
     f = d.forearm
-    bench.cylinder(stud, held_by, f.stud_thread_length_mm - CHAMFERS_MM, THREAD_MM, "ball stud in its thread")
-    bench.plane(stud, held_by, 0.3 * _ring(f.collar_diameter_mm, catalogue.screw("M3").diameter_mm), "stud's collar")
+    boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
+    elbow, wrist = f"cross_bar_{i}_elbow", f"cross_bar_{i}_wrist"
+    bench.cylinder(elbow, f"upper_arm_{i}", boss - CHAMFERS_MM, 1.1 * BAR_GLUE_MM, "cross-bar held in the elbow's boss")
+    held = d.platform.boss_length_mm - CHAMFERS_MM
+    bench.cylinder(wrist, "platform", held, 1.1 * BAR_GLUE_MM, "cross-bar bonded in the platform's boss")
+    for j in SIDES:
+        for end, bar in (("elbow", elbow), ("wrist", wrist)):
+            _ball(bench, f, f"joint_ball_{i}_{j}_{end}", bar, f"rod_cup_{i}_{j}_{end}")
+
+
+def _ball(bench: _Contacts, f: ForearmDimensions, ball: str, bar: str, cup: str) -> None:
+    radius, inside = f.seat_diameter_mm / 2, f.seat_diameter_mm / 2 - f.lip_mm
+    pole = radius - sqrt(radius**2 - (POCKET_MM[0] / 2) ** 2)
+    seat = 0.98 * 2 * pi * radius * (inside - pole)  # the zone of a sphere between lip and grease pocket
+    bench.ball(ball, cup, seat, 2 * (CLEARANCE_MM + CLEARANCE_TOLERANCE_MM), "ball in its cup")
+    bonded = rim_mm(f) + f.pin_past_mm - CHAMFERS_MM / 2
+    bench.cylinder(bar, ball, bonded, 1.1 * BALL_GLUE_MM, "stud's pin bonded in its ball")
 
 
 def _shoulder(bench: _Contacts, d: Dimensions, i: int) -> None:
@@ -208,9 +212,13 @@ def _direct(bench: _Contacts, d: Dimensions, i: int) -> None:
 def _rod(bench: _Contacts, d: Dimensions, i: int, j: int) -> None:
     f, tube = d.forearm, f"rod_tube_{i}_{j}"
     for end in ("elbow", "wrist"):
-        socket = f"ball_socket_{i}_{j}_{end}"
-        bench.cylinder(socket, tube, f.spigot_length_mm - CHAMFERS_MM, TUBE_GLUE_MM, "spigot bonded in the tube")
-        bench.plane(tube, socket, SHARE * _ring(f.tube_outer_mm, f.tube_bore_mm), "tube on the socket's shoulder")
+        cup = f"rod_cup_{i}_{j}_{end}"
+        bench.cylinder(cup, tube, f.spigot_length_mm - CHAMFERS_MM, 1.1 * TUBE_GLUE_MM, "spigot bonded in the tube")
+        bench.plane(tube, cup, SHARE * _ring(f.tube_outer_mm, f.tube_bore_mm), "tube on the cup's shoulder")
+    for k in range(2):
+        bench.cylinder(
+            tube, f"rod_eye_{i}_{j}_{k}", 0.9 * RING_MM[1], 1.1 * RING_GLUE_MM, "spring's eye bonded on the tube"
+        )
 
 
 def _handle(bench: _Contacts, d: Dimensions) -> None:

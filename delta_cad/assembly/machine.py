@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.solids.part import Contact, Fit, Joint, Occurrence, Part, Stated, Stop
+from delta_cad.solids.part import Contact, Fit, Joint, Occurrence, Part, Stated, Stop, Supply
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Assembly:
         contacts: Pairs of which one holds, guides or carries the other.
         stated: What every joint and drive is made of.
         stops: Both ends of every joint that a stop holds.
+        supplies: What is bought beside the parts.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Assembly:
     contacts: tuple[Contact, ...] = ()
     stated: tuple[Stated, ...] = ()
     stops: tuple[Stop, ...] = ()
+    supplies: tuple[Supply, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -19,6 +19,7 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
     if d.foot.stud_length_mm is None:
         stated.append(Stated("frame", "foot_screw_?", 3, f"screw_{d.foot.thread}x*", "base"))
     for i in CHAINS:
+        stated.append(Stated(f"wrist_{i}", f"cross_bar_{i}_wrist", 1, "cross_bar", "platform"))
         stated += _bracket(i) + _shoulder(i) + _drive(d, i) + _sensor(d, i)
         for j in SIDES:
             stated += _rod(i, j)
@@ -44,7 +45,7 @@ def _shoulder(i: int) -> list[Stated]:
         Stated(group, f"upper_arm_{i}", 1, "upper_arm", link),
         Stated(group, f"shoulder_shaft_{i}", 1, "shoulder_shaft", link),
         Stated(group, f"shoulder_clamp_{i}", 1, "screw_M3x*", link),
-        Stated(group, f"cross_bar_{i}", 1, "cross_bar", link),
+        Stated(group, f"cross_bar_{i}_elbow", 1, "cross_bar", link),
         Stated(group, f"elbow_clamp_{i}", 1, "screw_M2.5x*", link),
     ]
 
@@ -92,9 +93,10 @@ def _sensor(d: Dimensions, i: int) -> list[Stated]:
 def _rod(i: int, j: int) -> list[Stated]:
     rod = f"rod_{i}_{j}"
     return [
-        Stated(f"elbow_{i}_{j}", f"ball_stud_{i}_{j}_elbow", 1, "ball_stud", f"upper_arm_{i}"),
-        Stated(f"elbow_{i}_{j}", f"ball_socket_{i}_{j}_elbow", 1, "ball_socket", rod),
+        Stated(f"elbow_{i}_{j}", f"joint_ball_{i}_{j}_elbow", 1, "joint_ball", f"upper_arm_{i}"),
+        Stated(f"elbow_{i}_{j}", f"rod_cup_{i}_{j}_elbow", 1, "rod_cup", rod),
         Stated(rod, f"rod_tube_{i}_{j}", 1, "rod_tube", rod),
-        Stated(f"wrist_{i}_{j}", f"ball_socket_{i}_{j}_wrist", 1, "ball_socket", rod),
-        Stated(f"wrist_{i}_{j}", f"ball_stud_{i}_{j}_wrist", 1, "ball_stud", "platform"),
+        Stated(f"wrist_{i}_{j}", f"rod_cup_{i}_{j}_wrist", 1, "rod_cup", rod),
+        Stated(rod, f"rod_eye_{i}_{j}_?", 2, "rod_eye", rod),
+        Stated(f"wrist_{i}_{j}", f"joint_ball_{i}_{j}_wrist", 1, "joint_ball", "platform"),
     ]

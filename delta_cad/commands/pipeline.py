@@ -168,7 +168,8 @@ def check(design: Design, progress: Progress = quiet) -> Outcome:
 
 
 def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
-    return tuple(p.number for p in machine.assembly.parts if p.source and "verified: yes" not in p.source)
+    bought = (*machine.assembly.parts, *machine.assembly.supplies)
+    return tuple(p.number for p in bought if p.source and "verified: yes" not in p.source)
 
 
 def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "AP242") -> Outcome:

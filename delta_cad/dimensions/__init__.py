@@ -10,6 +10,7 @@ Frames: the chain's (u, t, z) is radial, tangential (along the shoulder axis), u
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from delta_cad.dimensions.capstan import (
     pinion_end_mm,
     rim_y_mm,
 )
-from delta_cad.dimensions.forearm import CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
+from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError
@@ -100,7 +101,7 @@ def dimensions(design: Design) -> Dimensions:
         rim = rim_y_mm(run, cable.diameter_mm, hardware.arm_thickness_mm, mechanism.base_radius_mm, clear)
     stack = layers(hardware.arm_thickness_mm, rim, pinion_end_mm(rim), bearing, encoder, motor)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
-    arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM, stack, bearing)
+    arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM + 2 * BAR_GLUE_MM, stack, bearing)
     capstan = None
     if run is not None:
         behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
@@ -131,12 +132,18 @@ def dimensions(design: Design) -> Dimensions:
         bearing,
         motor,
     )
+    required = design.requirements
     forearm = forearm_dimensions(
         mechanism.forearm_length_mm,
         mechanism.parallelogram_width_mm,
         hardware.ball_diameter_mm,
         stack.elbow_boss_mm[1] - stack.elbow_boss_mm[0],
+        arm,
+        pi - extremes.forearm_angle_max.value,
         tube,
+        required.force_N,
+        required.lean_max_deg,
+        required.clearance_min_mm,
     )
     return Dimensions(
         design=design,

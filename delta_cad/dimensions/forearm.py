@@ -1,39 +1,87 @@
-"""The parallelogram: cross-bars, ball studs, sockets and tubes."""
+"""The parallelogram: cross-bars with their studs, balls, cups on the rods' ends, tubes, springs across the pair.
+
+Cups are pressed from outside upon balls that stand on studs along the shoulder axis: the turn of a rod in the chain's
+plane is a spin about the stud and free, the lean is all that a cup must give way to.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, asin
+from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
+from delta_cad.dimensions.arm import ArmDimensions
+from delta_cad.dimensions.joint import CLEARANCE_MM, JointDimensions, chosen_spring, joint_dimensions
 from delta_cad.dimensions.rules import require
 
-BALL_CLEARANCE_MM = 0.02  # radial, ball in its seat
-TUBE_GLUE_MM = 0.05  # diametral, spigot in the tube
-STUD_THREAD_MM = 6.0
-CROSS_BAR_MM = 6.0
-STUD_CORE_MM = 2.5  # M3
+CROSS_BAR_MM = 8.0  # arm and platform read it
+BAR_GLUE_MM = 0.02  # radial, bar in its bosses: retaining compound
+BAR_WALL_MM = 1.0  # least metal around a bar that is bonded
+TUBE_GLUE_MM = 0.1  # radial, spigot in the tube: what the epoxy asks
+BALL_GLUE_MM = 0.025  # radial, pin in its ball: retaining compound
+WRAP_RAD = radians(75.0)  # of the cup about its ball: more holds more, but leaves no lip at 90 deg
+CUP_WALL_MM = 1.7
+POCKET_MM = (1.5, 0.6)  # diameter and depth at the pole of a cup: holds grease, keeps the ball off a cutter's centre
+TILT_MARGIN_RAD = radians(3.0)  # room beyond the largest lean
+LEAN_RAD = radians(28.0)  # where the requirements state none
+ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt
+STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
+STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
+EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
+EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
+EYE_WALL_MM = 0.6
+LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
+RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
+BOND_N_MM2 = 2.0  # epoxy on sanded PEEK, unprimed: a tenth of what it bears on metal
+BOND_SAFETY = 5.0
+ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
+CUP_MATERIAL = "peek-bearing"
+BOND_LEAST_MM = 8.0
+FOLD_LEAST = 0.05  # below, no rod is long enough for its springs, and is refused by its length
 
 
 @dataclass(frozen=True)
 class ForearmDimensions:
-    """Two equal rods with ball joints between the elbow's cross-bar and the platform's boss."""
+    """Two equal rods with a cup at either end, on the balls of the elbow's and of the wrist's cross-bar.
+
+    Attributes:
+        width_mm: Distance of the balls of a cross-bar.
+        stand_off_mm: From a ball's centre to where the bar begins.
+        neck_diameter_mm: Of the stud behind its ball.
+        pin_diameter_mm: Of the stud's end, bonded in the ball.
+        pin_past_mm: How far the pin reaches past the ball's centre.
+        bar_length_mm: Between the ends of both cones.
+        cone_mm: Length of the cone at 45 deg from the stud's shoulder to the bar.
+        lip_mm: From the ball's centre to the plane of the lip, outwards.
+        cup_radius_mm: Of the cup's outside, a sphere about the ball's centre.
+        stem_mm: Along the rod, where the rod's end reaches across its axis: room for the stud that leans.
+        eyes_x_mm: Along the rod, from the elbow's ball to the eyes of its two springs.
+        eye_y_mm: From the rod's axis inwards to the eyes.
+        eye_z_mm: From the rod's axis aside: of the first away from the arm (-z), of the second towards it (+z).
+        shoulder_mm: Along the rod, from the ball's centre to the tube.
+        tilt_limit_rad: Tilt that the joint is made for, clear of everything; springs hold the rods' turn within it.
+        contact_tilt_rad: Tilt at which the rod meets the bar, or the lip the neck.
+        wrist_radius_min_mm: Smallest platform radius at which the cups of neighbouring chains keep clear.
+    """
 
     length_mm: float
     width_mm: float
     ball_diameter_mm: float
     seat_diameter_mm: float
     neck_diameter_mm: float
+    pin_diameter_mm: float
+    pin_past_mm: float
     stand_off_mm: float
-    collar_diameter_mm: float
-    collar_length_mm: float
-    stud_thread_length_mm: float
     bar_diameter_mm: float
     bar_length_mm: float
-    bar_thread_depth_mm: float
-    socket_outer_mm: float
-    socket_width_mm: float
-    socket_slit_mm: float
+    cone_mm: float
+    lip_mm: float
+    cup_radius_mm: float
+    stem_mm: float
+    eyes_x_mm: tuple[float, float]
+    eye_y_mm: float
+    eye_z_mm: float
+    eye_diameter_mm: float
     shoulder_mm: float
     spigot_diameter_mm: float
     spigot_length_mm: float
@@ -41,26 +89,119 @@ class ForearmDimensions:
     tube_bore_mm: float
     tube_length_mm: float
     tilt_limit_rad: float
+    contact_tilt_rad: float
+    wrist_radius_min_mm: float
+    ball: catalogue.Ball
+    spring: catalogue.TensionSpring
+    joint: JointDimensions
+
+    @property
+    def between_eyes_mm(self) -> float:
+        """Length of a spring between its eyes at no lean."""
+        return self.width_mm - 2 * self.eye_y_mm
 
 
-def tilt_limit_rad(seat_radius_mm: float, socket_width_mm: float, neck_diameter_mm: float) -> float:
-    """Computes the free tilt of a ball stud in a ring socket, rad.
+def lip_tilt_rad(seat_radius_mm: float, neck_diameter_mm: float) -> float:
+    """Computes the tilt at which a stud's neck meets the lip of its open cup, rad.
 
-    The lip of the ring lies on the seat at polar angle acos((width / 2) / radius) from the ring's axis; the neck leaves
-    the ball at asin((diameter / 2) / radius) from the stud's axis; they meet when the tilt is the difference.
+    The lip lies on the seat at `WRAP_RAD` from the cup's pole; the neck leaves the ball opposite the pole, at
+    asin((diameter / 2) / radius) from the stud's axis.
     """
-    return acos(socket_width_mm / 2 / seat_radius_mm) - asin(neck_diameter_mm / 2 / seat_radius_mm)
+    return pi - WRAP_RAD - asin(neck_diameter_mm / 2 / seat_radius_mm)
+
+
+def rod_tilt_rad(stand_off_mm: float, shoulder_radius_mm: float, rod_radius_mm: float) -> float:
+    """Computes the tilt at which a rod meets the edge of the bar it hangs on, rad.
+
+    The edge, a circle about the stud, comes as near as `s cos(tilt) - r sin(tilt)` to the rod's axis. The same holds
+    for the edge of a rod's stem and the axis of the stud.
+    """
+    far = hypot(stand_off_mm, shoulder_radius_mm)
+    return acos(rod_radius_mm / far) - atan2(shoulder_radius_mm, stand_off_mm)
+
+
+def wrist_radius_min_mm(cup_radius_mm: float, width_mm: float, clearance_mm: float) -> float:
+    """Computes the platform radius at which the cups of neighbouring chains are a clearance apart, mm.
+
+    A wrist lies `r sin 60 - L_c / 4` from the plane half-way to its neighbour's; a cup reaches its sphere's radius.
+    """
+    return (cup_radius_mm + clearance_mm / 2 + width_mm / 4) / (sqrt(3.0) / 2)
+
+
+def eyes_mm(
+    arm: ArmDimensions, fold_rad: float, lean_rad: float, beside_mm: float, length_mm: float, end_mm: float
+) -> tuple[float, float]:
+    """Computes where along a rod its two springs are hung, from the elbow's ball, mm.
+
+    Rods fold until they lie beside the arm. The arm is the hull of two circles, of its boss and of its root, `L` apart:
+    a spring `x` along the rod and `z` aside, away from the arm, is `x cos(lean) sin(phi - b) + z cos(phi - b) - r` off
+    its edge, with `sin(b) = (root - r) / L`. The first spring lies away from the arm, near the elbow; the second on the
+    other side, near the wrist: their torques on the rod cancel, and both balls are pressed.
+
+    Args:
+        arm: The upper arm.
+        fold_rad: Least angle between upper arm and rod, at the elbow.
+        lean_rad: Largest lean.
+        beside_mm: Least distance of a spring's axis from the arm.
+        length_mm: Of the rod.
+        end_mm: Least distance of an eye from a ball.
+    """
+    turn = min(fold_rad - asin((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm), pi / 2)
+    needed, rise = arm.boss_radius_mm + beside_mm, max(sin(turn), FOLD_LEAST) * cos(lean_rad)
+    first = max(end_mm, (needed - EYE_Z_MM * cos(turn)) / rise)
+    return first, max(length_mm - first, (needed + EYE_Z_MM * cos(turn)) / rise)
+
+
+def _ball(diameter_mm: float) -> catalogue.Ball:
+    """The finest ball of a diameter in the catalogue."""
+    rows = [row for row in catalogue.ball.rows.values() if isinstance(row, catalogue.Ball)]
+    stock = sorted({row.diameter_mm for row in rows})
+    require(
+        diameter_mm in stock,
+        "joint_ball",
+        "diameter",
+        f"hardware.ball_diameter_mm = {diameter_mm:g} must be one of {', '.join(f'{v:g}' for v in stock)} mm",
+    )
+    return min((row for row in rows if row.diameter_mm == diameter_mm), key=lambda row: row.grade)
 
 
 def forearm_dimensions(
-    length_mm: float, width_mm: float, ball_mm: float, boss_width_mm: float, tube: catalogue.Tube
+    length_mm: float,
+    width_mm: float,
+    ball_mm: float,
+    boss_width_mm: float,
+    arm: ArmDimensions,
+    fold_rad: float,
+    tube: catalogue.Tube,
+    force_N: float,
+    lean_max_deg: float | None,
+    clearance_mm: float,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
+    Args:
+        length_mm: Between the ball centres of a rod.
+        width_mm: Between the ball centres of a cross-bar.
+        ball_mm: Diameter of the balls, of the catalogue.
+        boss_width_mm: Of the elbow's boss, which holds the cross-bar.
+        arm: The upper arm, over which the elbow's spring folds.
+        fold_rad: Least angle between upper arm and rod, at the elbow.
+        tube: What the rods are cut of.
+        force_N: At the handle; the bond of tube and spigot is made for it.
+        lean_max_deg: Largest lean; None: 28 deg.
+        clearance_mm: Between cups of neighbouring chains.
+
     Raises:
-        DimensionError: Too narrow for the elbow boss that grips the cross-bar, or too short for the sockets.
+        DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
+            short for the rods' ends.
     """
-    stand_off = ball_mm / 2 + 3.0  # the tilted socket keeps 2 mm from bar and boss
+    row = _ball(ball_mm)
+    lean = LEAN_RAD if lean_max_deg is None else radians(lean_max_deg)
+    tilt = lean + TILT_MARGIN_RAD
+    neck, pin = round(0.565 * ball_mm, 1), round(0.42 * ball_mm, 1)  # as strong in the ball as at the bar
+    rod, step = tube.outer_mm / 2, neck / 2 + STUD_SHOULDER_MM
+    stand_off = ceil(10.0 * (rod + ROOM_MM + step * sin(tilt)) / cos(tilt)) / 10.0
+    stem = ceil(10.0 * (step + STEM_ROOM_MM + rod * sin(tilt)) / cos(tilt)) / 10.0
     bar = width_mm - 2 * stand_off
     require(
         bar >= boss_width_mm + 2.0,
@@ -68,44 +209,73 @@ def forearm_dimensions(
         "length",
         f"parallelogram_width_mm = {width_mm:g} must be at least {boss_width_mm + 2.0 + 2 * stand_off:g} mm",
     )
-    outer = ball_mm + 3.0
-    shoulder = outer / 2 + 3.5
+    spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM)
+    seat = ball_mm + 2 * CLEARANCE_MM
+    coil = spring.mean_diameter_mm + spring.wire_mm
+    eye = spring.wire_mm + 0.4
+    shoulder = stem + 5.0
+    beside = coil / 2 + ROOM_MM + EYE_MM * sin(lean)  # eyes inside the axes turn the spring a little as the rods lean
+    end = max(shoulder + RING_MM[1], CROSS_BAR_MM / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
+    first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
+    spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
+    held = max(BOND_LEAST_MM, ceil(BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)))
+    least = max(24.0, 2 * held + 4.0)
     tube_length = length_mm - 2 * shoulder
     require(
-        tube_length >= 24.0,
+        tube_length >= least,
         "rod_tube",
         "length",
-        f"forearm_length_mm = {length_mm:g} must be at least {24.0 + 2 * shoulder:g} mm",
+        f"forearm_length_mm = {length_mm:g} must be at least {least + 2 * shoulder:g} mm",
     )
-    seat = ball_mm + 2 * BALL_CLEARANCE_MM
     require(
-        0.425 * ball_mm >= STUD_CORE_MM,
-        "ball_stud",
-        "neck",
-        f"hardware.ball_diameter_mm = {ball_mm:g} must be at least {STUD_CORE_MM / 0.425:.2f} mm: M3 behind the neck",
+        length_mm - second >= end - 1e-9,
+        "rod_eye",
+        "springs",
+        f"forearm_length_mm = {length_mm:g} must be at least {second + end:.1f} mm: rods that fold to "
+        f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
     )
-    width, neck = 0.5625 * ball_mm, 0.425 * ball_mm  # 4.5 and 3.4 mm on 8 mm: 31 deg of free tilt
+    cup = seat / 2 + CUP_WALL_MM
     return ForearmDimensions(
         length_mm=length_mm,
         width_mm=width_mm,
         ball_diameter_mm=ball_mm,
         seat_diameter_mm=seat,
         neck_diameter_mm=neck,
+        pin_diameter_mm=pin,
+        pin_past_mm=round(0.1 * ball_mm, 1),
         stand_off_mm=stand_off,
-        collar_diameter_mm=5.5,
-        collar_length_mm=1.2,
-        stud_thread_length_mm=STUD_THREAD_MM,
         bar_diameter_mm=CROSS_BAR_MM,
         bar_length_mm=bar,
-        bar_thread_depth_mm=min(STUD_THREAD_MM + 2.0, bar / 2 - 1.0),
-        socket_outer_mm=outer,
-        socket_width_mm=width,
-        socket_slit_mm=0.8,
+        cone_mm=CROSS_BAR_MM / 2 - step,
+        lip_mm=seat / 2 * cos(WRAP_RAD),
+        cup_radius_mm=cup,
+        stem_mm=stem,
+        eyes_x_mm=(first, second),
+        eye_y_mm=EYE_MM,
+        eye_z_mm=EYE_Z_MM,
+        eye_diameter_mm=eye,
         shoulder_mm=shoulder,
-        spigot_diameter_mm=tube.inner_mm - TUBE_GLUE_MM,
-        spigot_length_mm=8.0,
+        spigot_diameter_mm=spigot,
+        spigot_length_mm=held,
         tube_outer_mm=tube.outer_mm,
         tube_bore_mm=tube.inner_mm,
         tube_length_mm=tube_length,
-        tilt_limit_rad=tilt_limit_rad(seat / 2, width, neck),
+        tilt_limit_rad=tilt,
+        contact_tilt_rad=min(
+            lip_tilt_rad(seat / 2, neck), rod_tilt_rad(stand_off, step, rod), rod_tilt_rad(stem, rod, neck / 2)
+        ),
+        wrist_radius_min_mm=wrist_radius_min_mm(cup, width_mm, clearance_mm),
+        ball=row,
+        spring=spring,
+        joint=joint_dimensions(
+            ball_mm,
+            WRAP_RAD,
+            spring,
+            width_mm,
+            EYE_MM,
+            (first + second) / length_mm - 1.0,
+            lean,
+            catalogue.material(CUP_MATERIAL),
+            catalogue.material(row.material),
+        ),
     )

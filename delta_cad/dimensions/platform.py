@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, hypot
+from math import ceil, cos, hypot, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
-from delta_cad.dimensions.forearm import ForearmDimensions
+from delta_cad.dimensions.forearm import BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
 from delta_cad.dimensions.rules import require
-from delta_cad.mechanism.geometry import SIN_60
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
-BOSS_BEVEL_MM = 1.5  # on the wrist bosses: makes room for the tilted sockets
+BOSS_BEVEL_MM = 0.4  # on the wrist bosses
+PLATE_MM = 5.0
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class PlatformDimensions:
     radius_mm: float
     boss_diameter_mm: float
     boss_length_mm: float
+    bar_bore_mm: float
     plate_mm: float
     hub_radius_mm: float
     stem_diameter_mm: float
@@ -48,18 +49,18 @@ class BaseDimensions:
 def platform_dimensions(
     radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob
 ) -> PlatformDimensions:
-    """Dimensions a platform for a wrist radius; its wrist bosses are as thick as `thickness_mm`.
+    """Dimensions a platform for a wrist radius; the bosses of its cross-bars are as thick as `thickness_mm`.
 
     Raises:
-        DimensionError: The bosses of neighbouring chains would run through one another or through the hub.
+        DimensionError: Too thin around the cross-bars; the cups of neighbouring chains would come within the clearance
+            of one another, or a boss would run into the hub.
     """
-    boss = forearm.bar_length_mm
-    face = forearm.collar_diameter_mm + 2 * BOSS_BEVEL_MM
+    least = forearm.bar_diameter_mm + 2 * BAR_WALL_MM
     require(
-        thickness_mm >= face,
+        thickness_mm >= least,
         "platform",
         "wrist boss",
-        f"hardware.platform_thickness_mm = {thickness_mm:g} must be at least {face:g} mm: stud collar and bevel",
+        f"hardware.platform_thickness_mm = {thickness_mm:g} must be at least {least:g} mm around the cross-bar",
     )
     hub = 8.0
     require(
@@ -68,20 +69,22 @@ def platform_dimensions(
         "wrist boss",
         f"platform_radius_mm = {radius_mm:g} must be at least {hub + thickness_mm / 2 + 2.0:g} mm",
     )
-    # In the frame of the wrist, the neighbour's boss ends where its axis comes within (r sqrt 3 - l / 2) of ours.
-    free = 2 * SIN_60 * radius_mm - boss / 2
     require(
-        free >= thickness_mm / 2 + forearm.socket_outer_mm / 2,
+        radius_mm >= forearm.wrist_radius_min_mm,
         "platform",
-        "wrist boss",
-        f"bosses of {boss:g} mm meet at platform_radius_mm = {radius_mm:g}; it must be at least "
-        f"{(thickness_mm / 2 + forearm.socket_outer_mm / 2 + boss / 2) / (2 * SIN_60):.1f} mm",
+        "wrists",
+        f"platform_radius_mm = {radius_mm:g} must be at least {forearm.wrist_radius_min_mm:.2f} mm, or neighbouring "
+        f"cups come within the clearance at parallelogram_width_mm = {forearm.width_mm:g}",
     )
+    # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
+    tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + ROOM_MM
+    beside = (needed + thickness_mm / 2 * sin(tilt)) / cos(tilt)
     return PlatformDimensions(
         radius_mm=radius_mm,
         boss_diameter_mm=thickness_mm,
-        boss_length_mm=boss,
-        plate_mm=3.0,
+        boss_length_mm=min(forearm.bar_length_mm - 2.0, forearm.width_mm - 2 * beside),
+        bar_bore_mm=forearm.bar_diameter_mm + 2 * BAR_GLUE_MM,
+        plate_mm=PLATE_MM,
         hub_radius_mm=hub,
         stem_diameter_mm=10.0,
         stem_length_mm=25.0,

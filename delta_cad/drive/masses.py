@@ -192,7 +192,8 @@ def masses_from_dict(
     """Makes masses of what the file holds; see `load_masses`."""
     bodies = _of_schema(data, file).get("bodies")
     arms = [_body(bodies, f"upper_arm_{i}", file) for i in CHAINS]
-    rods = [_body(bodies, f"rod_{i}_{j}", file) for i in CHAINS for j in range(2)]
+    rods = [_body(bodies, f"rod_{i}_0", file) for i in CHAINS]
+    rods += [_mirrored(_body(bodies, f"rod_{i}_1", file)) for i in CHAINS]  # cups of a pair come from either side
     platform = _body(bodies, "platform", file)
     _require_alike(arms, "upper_arm", file)
     _require_alike(rods, "rod", file)
@@ -276,6 +277,13 @@ def _in_numbers(value: object) -> bool:
     if isinstance(value, list):
         return all(_in_numbers(part) for part in value)
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _mirrored(body: tuple[float, np.ndarray, np.ndarray]) -> tuple[float, np.ndarray, np.ndarray]:
+    """A body's image in the plane of its x and z."""
+    mass, centre, inertia = body
+    mirror = np.array([1.0, -1.0, 1.0])
+    return mass, centre * mirror, inertia * np.outer(mirror, mirror)
 
 
 def _require_alike(bodies: list[tuple[float, np.ndarray, np.ndarray]], kind: str, file: str) -> None:

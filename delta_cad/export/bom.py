@@ -52,7 +52,15 @@ class HoleRow:
 
 
 def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[BomRow]:
-    """Lists the parts with the mass of one of each, kg by part number: one row a part, made parts first."""
+    """Lists parts and supplies, one row each: made parts first, then bought ones, then what has no place of its own.
+
+    Args:
+        assembly: The machine.
+        unit_mass_kg: Mass of one of each part by its number, kg.
+
+    Returns:
+        The rows.
+    """
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
     parts = sorted(assembly.parts, key=lambda part: not part.make)
     rows = []
@@ -71,6 +79,23 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
                 standard=part.standard,
                 order_code=part.order_code,
                 source=part.source,
+            )
+        )
+    for item, supply in enumerate(assembly.supplies, start=len(rows) + 1):
+        unit = round(supply.unit_mass_g, MASS_DECIMALS)
+        rows.append(
+            BomRow(
+                item=item,
+                part_number=supply.number,
+                description=supply.description,
+                quantity=supply.quantity,
+                make_or_buy="buy",
+                material=supply.material,
+                unit_mass_g=unit,
+                total_mass_g=round(unit * supply.quantity, MASS_DECIMALS),
+                standard=supply.standard,
+                order_code=supply.order_code,
+                source=supply.source,
             )
         )
     return rows

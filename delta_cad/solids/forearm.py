@@ -1,4 +1,4 @@
-"""Cross-bar, ball stud, socket and tube of the parallelogram."""
+"""Cross-bar with its studs, cup on a rod's end, and tube of the parallelogram."""
 
 from __future__ import annotations
 
@@ -6,80 +6,124 @@ from math import sqrt
 
 import cadquery as cq
 
-from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.making import cut_circle, made_part, ordered, round_y
+from delta_cad.dimensions.forearm import (
+    BALL_GLUE_MM,
+    CUP_MATERIAL,
+    EYE_WALL_MM,
+    LUG_MM,
+    POCKET_MM,
+    RING_MM,
+    TUBE_GLUE_MM,
+    ForearmDimensions,
+)
+from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
+from delta_cad.solids.making import made_part, ordered, round_y
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, ball, bevelled, bore_y, box, cut, cylinder, feature, fuse, stepped
+from delta_cad.solids.primitive import (
+    THROUGH_MM,
+    Point,
+    ball,
+    bore_y,
+    box,
+    cut,
+    cylinder,
+    feature,
+    fuse,
+    hull_along_z,
+    turned,
+)
 
-STUD_THREAD = "M3"
-EDGE_MM = 0.3
+RING_GLUE_MM, RING_WALL_MM = 0.05, 1.1  # radial
+GUSSET = 0.8  # of the cup's radius: where the gusset leaves the cup, inside its sphere
 
 
 def make_cross_bar(d: Dimensions) -> Part:
-    """Bar through the elbow boss, tapped at both ends; centred, along y."""
+    """Bar with a stud at either end, turned in one; centred, along y.
+
+    A stud in one with the bar has no thread to weaken it: of 7075 its neck bears three times as much, and bends less,
+    than the core of an M3 of stainless steel, and the balls' distance is that of two shoulders turned in one setting.
+    """
     number, f = "cross_bar", d.forearm
-    r, half = f.bar_diameter_mm / 2, f.bar_length_mm / 2
-    drill = catalogue.screw(STUD_THREAD).tap_drill_mm
-    bar = bevelled(r, (-half, half), EDGE_MM)
-    depth = f.bar_thread_depth_mm
-    tools = [
-        bore_y(drill, (0.0, 0.0), (-half - THROUGH_MM, -half + depth)),
-        bore_y(drill, (0.0, 0.0), (half - depth, half + THROUGH_MM)),
-    ]
-    hole = Hole(drill, 1, f"{STUD_THREAD} x {depth:g} in both ends, on one axis")
-    solid = feature(number, "threads", "parallelogram_width_mm", lambda: cut(bar, tools))
-    description = f"cross-bar {f.bar_diameter_mm:g} h6 x {f.bar_length_mm:g}"
-    return made_part(number, description, solid, material("aluminium-7075"), round_y(r, (-half, half)), [hole])
-
-
-def make_ball_stud(d: Dimensions) -> Part:
-    """Ball stud: ball centre at the origin, thread along +y."""
-    number, f = "ball_stud", d.forearm
-    radius, neck, collar = f.ball_diameter_mm / 2, f.neck_diameter_mm / 2, f.collar_diameter_mm / 2
-    core = (catalogue.screw(STUD_THREAD).tap_drill_mm - CORE_PLAY_MM) / 2
-    seat, end = f.stand_off_mm, f.stand_off_mm + f.stud_thread_length_mm
-    inside = sqrt(radius**2 - neck**2) - 0.5
-    below = seat - f.collar_length_mm
-    shank = stepped((neck, inside, below), (collar, below, seat), (core, seat, end))
-    sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    solid = feature(number, "ball", "hardware.ball_diameter_mm", lambda: sphere.fuse(shank))
-    flats = [box((-10.0, below - 0.01, z), (10.0, seat + 0.01, z + 5.0)) for z in (2.25, -7.25)]
-    solid = feature(number, "spanner flats", "collar", lambda: cut(solid, flats))
+    bar, neck, pin = f.bar_diameter_mm / 2, f.neck_diameter_mm / 2, f.pin_diameter_mm / 2
+    half, ball_at, rim = f.bar_length_mm / 2, f.width_mm / 2, rim_mm(f)
+    cone = half - f.cone_mm  # half of the bar before its cones
+    end = ball_at + f.pin_past_mm
+    side: list[Point] = [(bar, cone), (bar - f.cone_mm, half), (neck, half), (neck, ball_at - rim)]
+    side += [(pin, ball_at - rim), (pin, end), (0.0, end)]
+    profile = [(r, -y) for r, y in reversed(side)] + side
+    solid = feature(number, "studs", "parallelogram_width_mm", lambda: turned(profile))
     description = (
-        f"ball stud {f.ball_diameter_mm:g} h6 polished, {STUD_THREAD} x {f.stud_thread_length_mm:g}, flats 4.5"
+        f"cross-bar {2 * bar:g} h6 with studs {2 * neck:g} and {2 * pin:g}, turned in one; "
+        f"{2 * (ball_at - rim):.3f} +-0.02 between the balls' shoulders; balls bonded"
     )
-    wide = max(radius, collar)
-    extent = (-wide, wide), (-radius, end), (-radius, radius)
-    return made_part(number, description, solid, material("stainless-1.4305"), extent)
+    return made_part(number, description, solid, material("aluminium-7075"), round_y(bar, (-end, end)))
 
 
-def make_socket(d: Dimensions) -> Part:
-    """Ring socket of a rod: seat centre at the origin, ring axis y, spigot along +x; slit so that the ball snaps in."""
-    number, f = "ball_socket", d.forearm
-    half, outer = f.socket_width_mm / 2, f.socket_outer_mm / 2
-    neck = f.tube_outer_mm
+def rim_mm(f: ForearmDimensions) -> float:
+    """From a ball's centre to the rim of its hole, on which the stud's shoulder seats it."""
+    hole = f.pin_diameter_mm / 2 + BALL_GLUE_MM
+    return sqrt((f.ball_diameter_mm / 2) ** 2 - hole**2)
+
+
+def make_rod_cup(d: Dimensions) -> Part:
+    """End of a rod: open cup towards +y about the origin, gusset, spigot along +x."""
+    number, f = "rod_cup", d.forearm
+    rod, outer, lip = f.tube_outer_mm / 2, f.cup_radius_mm, f.lip_mm
+    end, gusset = f.shoulder_mm + f.spigot_length_mm, f.shoulder_mm - 1.0
 
     def body() -> cq.Shape:
-        ring = bevelled(outer, (-half, half), 0.6)
-        stem = cylinder(min(neck, f.socket_width_mm), (outer - 2.0, 0, 0), (f.shoulder_mm - 1.0, 0, 0))
-        collar = cylinder(neck, (f.shoulder_mm - 1.0, 0, 0), (f.shoulder_mm, 0, 0))
-        spigot = cylinder(f.spigot_diameter_mm, (f.shoulder_mm, 0, 0), (f.shoulder_mm + f.spigot_length_mm, 0, 0))
-        return fuse(ring, stem, collar, spigot)
+        cup = ball(2 * outer, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).cut(
+            box((-outer - 1.0, -outer - 1.0, -outer - 1.0), (outer + 1.0, lip, outer + 1.0))
+        )
+        upper = [(0.0, lip, 0.0), (0.0, GUSSET * outer, 0.0), (gusset, rod, 0.0), (gusset, lip, 0.0)]
+        stem = box((f.stem_mm, -rod, -rod), (f.shoulder_mm, rod, rod))
+        spigot = cylinder(f.spigot_diameter_mm, (f.shoulder_mm - THROUGH_MM, 0, 0), (end, 0, 0))
+        return fuse(cup, hull_along_z(upper, (-rod, rod)), stem, spigot)
 
     shape = feature(number, "body", "hardware.ball_diameter_mm", body)
-    tools = [
+    seat, (pocket, deep) = f.seat_diameter_mm / 2, POCKET_MM
+    tools: list[cq.Shape] = [
         ball(f.seat_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-        box((-outer - 1.0, -half - 1.0, -f.socket_slit_mm / 2), (0.0, half + 1.0, f.socket_slit_mm / 2)),
+        bore_y(pocket, (0.0, 0.0), (lip, seat + deep)),
     ]
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, tools))
-    description = f"ball socket, spherical seat {f.seat_diameter_mm:.2f}, spigot {f.spigot_diameter_mm:g}"
-    x = (-cut_circle(outer, f.socket_slit_mm / 2), f.shoulder_mm + f.spigot_length_mm)
-    wide, high = max(half, neck / 2), max(outer, neck / 2)
-    extent = x, (-wide, wide), (-high, high)
-    return made_part(number, description, solid, material("pom-c", BLUE), extent)
+    hole = Hole(pocket, 1, f"{pocket:g}, {deep:g} deep at the pole: grease")
+    description = (
+        f"cup, seat {f.seat_diameter_mm:.3f} +-{2 * CLEARANCE_TOLERANCE_MM:g} finished with ball and paste, gauged; "
+        f"spigot {f.spigot_diameter_mm:g} sanded, bonded with {TUBE_GLUE_MM:g} around it"
+    )
+    wide = sqrt(outer**2 - lip**2)
+    extent = (-wide, end), (-rod, outer), (-wide, wide)
+    return made_part(number, description, solid, material(CUP_MATERIAL, BLUE), extent, [hole])
+
+
+def make_rod_eye(d: Dimensions) -> Part:
+    """Ring on a rod's tube, about x, with the eye of a spring at (0, -y, +z)."""
+    number, f, (outer, width) = "rod_eye", d.forearm, RING_MM
+    bore, y, z = f.tube_outer_mm + 2 * RING_GLUE_MM, -f.eye_y_mm, f.eye_z_mm
+    around = f.eye_diameter_mm / 2 + EYE_WALL_MM
+    wide = max(outer, bore + 2 * RING_WALL_MM)
+
+    def body() -> cq.Shape:
+        lug = box((-LUG_MM / 2, y - around, 0.0), (LUG_MM / 2, y + around, z + around))
+        return fuse(cylinder(wide, (-width / 2, 0, 0), (width / 2, 0, 0)), lug)
+
+    tools = [
+        cylinder(bore, (-width, 0, 0), (width, 0, 0)),
+        cylinder(f.eye_diameter_mm, (-LUG_MM, y, z), (LUG_MM, y, z)),
+    ]
+    shape = feature(number, "ring", "hardware.tube", body)
+    solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, tools))
+    holes = (
+        Hole(bore, 1, f"{bore:g} through, bonded on the tube"),
+        Hole(f.eye_diameter_mm, 1, f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring"),
+    )
+    first, second = f.eyes_x_mm
+    description = f"spring's eye on a rod, {first:.1f} and {second:.1f} from the elbow's seat centre"
+    extent = (-width / 2, width / 2), (-wide / 2, wide / 2), (-wide / 2, z + around)
+    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
 def make_rod_tube(d: Dimensions) -> Part:

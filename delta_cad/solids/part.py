@@ -220,3 +220,28 @@ class Stated:
     count: int
     number: str
     link: str
+
+
+@dataclass(frozen=True)
+class Supply:
+    """What is bought for a design and has no place of its own in the assembly: adhesive, cord, a spring that swings.
+
+    Attributes:
+        number: Unique among parts and supplies.
+        description: One line for the bill of materials.
+        quantity: How many.
+        material: Name of its material, or "".
+        unit_mass_g: Mass of one that stays in the machine, g.
+        standard: Standard or "".
+        order_code: Supplier and order code or "".
+        source: Where its data come from, and what of them was verified.
+    """
+
+    number: str
+    description: str
+    quantity: int
+    material: str
+    unit_mass_g: float
+    standard: str
+    order_code: str
+    source: str

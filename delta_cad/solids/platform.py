@@ -9,7 +9,6 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, PlatformDimensions
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.fasteners import CORE_PLAY_MM
-from delta_cad.solids.forearm import STUD_THREAD
 from delta_cad.solids.making import bought_part, made_part, round_z
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part, Span
@@ -38,12 +37,11 @@ def turned_to_chain(solid: cq.Shape, i: int) -> cq.Shape:
 
 
 def make_platform(d: Dimensions) -> Part:
-    """Star of three wrist bosses around the handle's hub, with a window in each arm."""
+    """Star of three bosses for the wrists' cross-bars around the handle's hub, with a window in each arm."""
     number, p = "platform", d.platform
     r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
     top = boss
     plate = (top - p.plate_mm, top)
-    drill = catalogue.screw(STUD_THREAD).tap_drill_mm
     stem = catalogue.screw(p.stem_thread)
 
     def body() -> cq.Shape:
@@ -57,11 +55,9 @@ def make_platform(d: Dimensions) -> Part:
 
     shape = feature(number, "outline", "platform_radius_mm", body)
     tools: list[cq.Shape] = [bore_z(stem.tap_drill_mm, (0.0, 0.0), (-top - THROUGH_MM, top + THROUGH_MM))]
-    depth = min(d.forearm.stud_thread_length_mm + 2.0, half - 1.0)
     near, far = p.hub_radius_mm + RIB_MM, r - boss - 1.0
     for i in CHAINS:
-        for low, high in ((-half - THROUGH_MM, -half + depth), (half - depth, half + THROUGH_MM)):
-            tools.append(turned_to_chain(bore_y(drill, (r, 0.0), (low, high)), i))
+        tools.append(turned_to_chain(bore_y(p.bar_bore_mm, (r, 0.0), (-half - THROUGH_MM, half + THROUGH_MM)), i))
         if far - near >= 4.0:
             reach = (half - 5.0) * far / r - RIB_MM
             window = hull_along_z(
@@ -74,7 +70,7 @@ def make_platform(d: Dimensions) -> Part:
         number, "bores and windows", "platform_radius_mm, parallelogram_width_mm", lambda: cut(shape, tools)
     )
     holes = (
-        Hole(drill, 3, f"{STUD_THREAD} x {depth:g} in both ends of each boss"),
+        Hole(p.bar_bore_mm, 3, f"{p.bar_bore_mm:g} through each boss, cross-bar bonded on its middle"),
         Hole(stem.tap_drill_mm, 1, f"{p.stem_thread} through, handle"),
     )
     description = f"platform, wrist radius {r:g}"

@@ -8,9 +8,10 @@ from copy import deepcopy
 from dataclasses import replace
 from functools import cache
 from itertools import product
-from math import cos, radians, sin, sqrt
+from math import cos, degrees, radians, sin, sqrt
 from typing import Any
 
+import cadquery as cq
 import numpy as np
 import pytest
 
@@ -25,6 +26,7 @@ from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.brackets import make_motor_cheek
 from delta_cad.solids.capstan import capstan_of
 from delta_cad.solids.fasteners import make_cap_screw, make_dowel
+from delta_cad.solids.forearm import make_cross_bar, make_rod_cup, make_rod_tube
 from delta_cad.solids.primitive import BuildError, box, feature, one_solid
 from tests.committed import BEST
 from tests.delta_cad.solids.measured import UM, axis_distance, cylinders, one_axis, placed, spheres
@@ -52,13 +54,11 @@ def test_ball_centres_and_seat_centres_coincide_at_every_pose(
     best_assembly: Assembly, best_dimensions: Dimensions
 ) -> None:
     f, parts = best_dimensions.forearm, {p.number: p for p in best_assembly.parts}
-    (ball,) = spheres(parts["ball_stud"].solid, f.ball_diameter_mm)
-    (seat,) = spheres(parts["ball_socket"].solid, f.seat_diameter_mm)
+    (ball,) = spheres(parts["joint_ball"].solid, f.ball_diameter_mm)
+    (seat,) = spheres(parts["rod_cup"].solid, f.seat_diameter_mm)
     placements = best_assembly.poses(poses(best_dimensions))
     for i, j, end in product(range(3), range(2), ("elbow", "wrist")):
-        apart = moved(placements[f"ball_stud_{i}_{j}_{end}"], ball) - moved(
-            placements[f"ball_socket_{i}_{j}_{end}"], seat
-        )
+        apart = moved(placements[f"joint_ball_{i}_{j}_{end}"], ball) - moved(placements[f"rod_cup_{i}_{j}_{end}"], seat)
         assert np.linalg.norm(apart, axis=-1).max() < UM
 
 
@@ -96,26 +96,34 @@ def test_a_placed_solid_is_where_its_matrix_says(best_assembly: Assembly, best_d
     """The kernel's own transform of whole solids, at one lopsided pose: rods measure L_B between ball centres."""
     at = best_assembly.poses(best_assembly.home_mm + np.array([21.0, -33.0, 17.0]))
     ball = best_dimensions.forearm.ball_diameter_mm
-    stud = next(p for p in best_assembly.parts if p.number == "ball_stud").solid
+    stud = next(p for p in best_assembly.parts if p.number == "joint_ball").solid
     for i, j in product(range(3), range(2)):
-        (elbow,), (wrist,) = (spheres(placed(stud, at[f"ball_stud_{i}_{j}_{end}"]), ball) for end in ("elbow", "wrist"))
+        (elbow,), (wrist,) = (
+            spheres(placed(stud, at[f"joint_ball_{i}_{j}_{end}"]), ball) for end in ("elbow", "wrist")
+        )
         assert np.linalg.norm(wrist - elbow) == pytest.approx(DATA["mechanism"]["forearm_length_mm"], abs=UM)
 
 
-def test_the_socket_meets_the_stud_at_the_tilt_limit_and_not_before(
-    best_assembly: Assembly, best_dimensions: Dimensions
-) -> None:
-    f, parts = best_dimensions.forearm, {p.number: p for p in best_assembly.parts}
-    socket = parts["ball_socket"].solid
+@pytest.mark.parametrize("ball", [6.0, 8.0])
+def test_a_rod_s_end_is_free_to_the_tilt_it_is_made_for_and_meets_its_bar_where_it_is_said(ball: float) -> None:
+    d = variant(ball_diameter_mm=ball)
+    f = d.forearm
+    bar, cup, tube = make_cross_bar(d), make_rod_cup(d), make_rod_tube(d)
+    rod = cup.solid.fuse(tube.solid.moved(cq.Location(cq.Vector(f.shoulder_mm, 0, 0))))
+    moved = bar.solid.moved(cq.Location(cq.Vector(0, -f.width_mm / 2, 0)))
 
-    def common(tilt: float) -> float:
-        turned = np.eye(4)
-        turned[:2, :2] = [[cos(tilt), -sin(tilt)], [sin(tilt), cos(tilt)]]
-        return placed(parts["ball_stud"].solid, turned).intersect(socket).Volume()
+    def turned(tilt: float) -> Any:
+        frame = np.eye(4)
+        frame[:2, :2] = [[cos(tilt), -sin(tilt)], [sin(tilt), cos(tilt)]]
+        return placed(moved, frame)
 
     for sense in (-1, 1):
-        assert common(sense * (f.tilt_limit_rad - radians(0.5))) < 1e-6
-        assert common(sense * (f.tilt_limit_rad + radians(1.5))) > 1e-4
+        assert turned(sense * f.tilt_limit_rad).distance(rod) > 0.4
+        assert turned(sense * (f.contact_tilt_rad - radians(0.5))).intersect(rod).Volume() < 1e-6
+    leaning = max(turned(sense * (f.contact_tilt_rad + radians(1.5))).intersect(rod).Volume() for sense in (-1, 1))
+    assert leaning > 1e-4
+    assert degrees(f.tilt_limit_rad) == pytest.approx(31.0)
+    assert f.contact_tilt_rad > f.tilt_limit_rad
 
 
 # Other designs

@@ -12,6 +12,11 @@ from delta_cad.dimensions import Dimensions
 from tests.committed import Built
 from tests.delta_cad.solids.measured import UM, axis_distance
 
+LOOKED_AT = {
+    *("joint_ball", "rod_cup", "cross_bar"),
+    *("upper_arm", "platform", "motor", "pinion"),
+}
+
 
 @pytest.fixture(scope="module")
 def exported(built: Built) -> dict[str, list[list[tuple[str, np.ndarray, np.ndarray, float]]]]:
@@ -29,7 +34,7 @@ def exported(built: Built) -> dict[str, list[list[tuple[str, np.ndarray, np.ndar
         found: dict[str, list[list[tuple[str, np.ndarray, np.ndarray, float]]]] = {}
         for tag in solids:
             number = gmsh.model.getEntityName(3, tag).split("/")[-1]
-            if number not in ("ball_stud", "ball_socket", "upper_arm", "cross_bar", "platform", "motor", "pinion"):
+            if number not in LOOKED_AT:
                 continue
             faces = gmsh.model.getBoundary([(3, tag)], oriented=False)
             found.setdefault(number, []).append([fit for _, face in faces if (fit := fitted(face))])
@@ -95,8 +100,9 @@ def chain_of(point: np.ndarray) -> int:
 def test_links_of_the_exported_step_have_the_design_s_lengths(exported: Exported, best_dimensions: Dimensions) -> None:
     m, cube = best_dimensions.design.mechanism, best_dimensions.design.cube
     home = np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm])
-    balls = centres(exported, "ball_stud", best_dimensions.forearm.ball_diameter_mm)
-    seats = centres(exported, "ball_socket", best_dimensions.forearm.seat_diameter_mm)
+    balls = centres(exported, "joint_ball", best_dimensions.forearm.ball_diameter_mm)
+    seat = best_dimensions.forearm.seat_diameter_mm
+    seats = centres(exported, "rod_cup", seat)
     assert balls.shape == seats.shape == (12, 3)
     apart = np.linalg.norm(balls[:, None] - seats[None], axis=-1)
     assert (apart.min(axis=1) < UM).all()

@@ -16,18 +16,14 @@ def test_equal_checks_of_the_three_chains_are_one_line() -> None:
 
     results = [
         *(result(f"gap sector_{i} / motor_cheek_{i}", 1.2 + i) for i in range(3)),
-        *(
-            result(f"contact ball_stud_{i}_{j}_elbow / ball_socket_{i}_{j}_elbow", 0.5)
-            for i in range(3)
-            for j in range(2)
-        ),
+        *(result(f"contact joint_ball_{i}_{j}_elbow / rod_cup_{i}_{j}_elbow", 0.5) for i in range(3) for j in range(2)),
         *(result(f"solid part_{i}", 0.1) for i in range(4)),
         result("lean", 0.4),
     ]
     groups = tables.grouped(results)
     assert {name: len(found) for name, found in groups.items()} == {
         "gap sector / motor_cheek": 3,
-        "contact ball_stud_elbow / ball_socket_elbow": 6,
+        "contact joint_ball_elbow / rod_cup_elbow": 6,
         "solids": 4,
         "lean": 1,
     }

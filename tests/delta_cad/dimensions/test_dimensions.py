@@ -13,27 +13,9 @@ from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions
 from delta_cad.dimensions.bracket import BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.forearm import tilt_limit_rad
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from tests.committed import DATA
 from tests.delta_cad.dimensions.edited import edited
-
-
-@pytest.mark.parametrize(("ball", "width", "neck"), [(8.04, 4.5, 3.4), (5.0, 3.0, 2.0), (15.04, 7.0, 6.0)])
-def test_tilt_limit_is_where_the_turned_neck_meets_the_lip(ball: float, width: float, neck: float) -> None:
-    around = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of the samples
-    rim = (ball**2 - width**2) ** 0.5 / 2
-    lip = np.stack([rim * np.cos(around), np.full_like(around, width / 2), rim * np.sin(around)], axis=1)
-
-    def gap(tilt: float) -> float:
-        axis = np.array([sin(tilt), cos(tilt), 0.0])
-        return float(np.linalg.norm(np.cross(lip, axis), axis=1).min()) - neck / 2
-
-    low, high = 0.0, radians(80.0)
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (middle, high) if gap(middle) > 0 else (low, middle)
-    assert tilt_limit_rad(ball / 2, width, neck) == pytest.approx(low, abs=1e-9)
 
 
 @pytest.mark.parametrize("length", [60.0, 82.0, 120.0])
@@ -292,10 +274,8 @@ def test_the_rod_adds_up_to_its_length(best_dimensions: Dimensions) -> None:
     f, m = best_dimensions.forearm, best_dimensions.design.mechanism
     assert f.tube_length_mm + 2 * f.shoulder_mm == pytest.approx(m.forearm_length_mm)
     assert f.bar_length_mm + 2 * f.stand_off_mm == pytest.approx(m.parallelogram_width_mm)
-    assert best_dimensions.platform.boss_length_mm == f.bar_length_mm
-    assert degrees(f.tilt_limit_rad) > DATA["requirements"]["lean_max_deg"]
-    assert 2 * f.bar_thread_depth_mm < f.bar_length_mm
-    assert f.bar_thread_depth_mm >= f.stud_thread_length_mm
+    assert best_dimensions.platform.boss_length_mm < f.bar_length_mm
+    assert degrees(f.tilt_limit_rad) == pytest.approx(DATA["requirements"]["lean_max_deg"] + 3.0)
 
 
 def test_the_beam_tapers_from_root_to_boss(best_dimensions: Dimensions) -> None:

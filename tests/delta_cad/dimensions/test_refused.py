@@ -20,7 +20,6 @@ SMALL_CUBE: dict[str, float | str] = {"bottom_height_mm": 70.0, "half_side_mm": 
 REFUSED = {
     # what: (changes, field, a value that is refused, part, feature, words before the bound, least or largest)
     "arm": (SMALL_CUBE, "upper_arm_length_mm", 50.0, "upper_arm", "length", "at least", 1),
-    "cross-bar": (SMALL_CUBE, "parallelogram_width_mm", 30.0, "cross_bar", "length", "at least", 1),
     "tube": (
         {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
         "forearm_length_mm",
@@ -31,22 +30,32 @@ REFUSED = {
         1,
     ),
     "hub": (
-        SMALL_CUBE | {"parallelogram_width_mm": 32.1},
+        SMALL_CUBE | {"parallelogram_width_mm": 34.5, "platform_thickness_mm": 16.0},
         "platform_radius_mm",
-        14.0,
+        17.0,
         "platform",
         "wrist boss",
         "at least",
         1,
     ),
-    "bosses": (
-        SMALL_CUBE | {"platform_thickness_mm": 20.0, "ball_diameter_mm": 6.0, "parallelogram_width_mm": 70.0},
+    "wrists": (
+        SMALL_CUBE | {"ball_diameter_mm": 6.0},
         "platform_radius_mm",
-        24.5,
+        21.5,
         "platform",
-        "wrist boss",
+        "wrists",
         "at least",
         1,
+    ),
+    "short spring": (SMALL_CUBE, "parallelogram_width_mm", 33.0, "rod_spring", "length", "at least", 1),
+    "long spring": (
+        SMALL_CUBE | {"platform_radius_mm": 45.0, "bottom_height_mm": 80.0},
+        "parallelogram_width_mm",
+        78.0,
+        "rod_spring",
+        "length",
+        "at most",
+        -1,
     ),
     "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
     "slot": ({"capstan_ratio": 6.0}, "sector_radius_mm", 28.0, "sector", "slot", "at least", 1),
@@ -62,7 +71,6 @@ REFUSED = {
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
     "grip": ({}, "arm_thickness_mm", 7.0, "upper_arm", "elbow clamp screw", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
-    "neck": ({}, "ball_diameter_mm", 5.0, "ball_stud", "neck", "at least", 1),
 }
 
 
@@ -85,17 +93,21 @@ def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: s
     assert (again.value.part, again.value.feature) == (part, feature)
 
 
+def test_a_ball_that_is_not_in_the_catalogue_is_refused_with_those_that_are() -> None:
+    with pytest.raises(DimensionError, match=r"^joint_ball, diameter: .*ball_diameter_mm = 9 .* 5, 6, 8, 10 mm$"):
+        edited(ball_diameter_mm=9.0)
+
+
 def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
     with pytest.raises(DimensionError, match=r"^shoulder_shaft, magnet seat: .* 9\.9 mm"):
         edited(magnet="ndfeb-8x2.5-diametric")
 
 
 def test_the_least_thicknesses_are_what_the_features_in_them_need() -> None:
-    """By hand: 1 mm on both sides of an M2.5 counterbore; a collar of 5.5 mm inside two bevels; M3's core as neck."""
+    """By hand: 1 mm on both sides of an M2.5 counterbore; 1 mm around a bar of 8 mm."""
     for field, least in (
         ("arm_thickness_mm", catalogue.screw("M2.5").counterbore_diameter_mm + 2.0),
-        ("platform_thickness_mm", 5.5 + 2 * 1.5),
-        ("ball_diameter_mm", catalogue.screw("M3").tap_drill_mm / 0.425),
+        ("platform_thickness_mm", 8.0 + 2 * 1.0),
     ):
         edited(**{field: least * (1 + 1e-12)})  # on the bound, but for its last digit
         with pytest.raises(DimensionError, match=rf"hardware\.{field} = "):

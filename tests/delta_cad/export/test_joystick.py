@@ -49,7 +49,9 @@ def test_gmsh_reads_every_part_with_its_name_and_volume(best_assembly: Assembly,
 
 def test_mass_bill_and_solids_agree(best_assembly: Assembly) -> None:
     report = mass_report(best_assembly)
-    rows = bill_of_materials(best_assembly, {name: part["mass_kg"] for name, part in report["parts"].items()})
+    listed = bill_of_materials(best_assembly, {name: part["mass_kg"] for name, part in report["parts"].items()})
+    rows, beside = listed[: len(best_assembly.parts)], listed[len(best_assembly.parts) :]
+    assert [row.part_number for row in beside] == [supply.number for supply in best_assembly.supplies]
     total_g = 1000 * report["total_mass_kg"]
     # half of the last printed digit for every occurrence
     assert sum(row.total_mass_g for row in rows) == pytest.approx(total_g, abs=0.5e-4 * len(best_assembly.occurrences))

@@ -23,7 +23,7 @@ OTHERS: dict[str, dict[str, object]] = {
     "a larger sector": {"hardware__sector_radius_mm": 44.0},
     "another cable": {"hardware__cable": "steel-0.45-7x7"},
     "another bearing": {"hardware__bearing": "608"},
-    "another ball": {"hardware__ball_diameter_mm": 9.0},
+    "another ball": {"hardware__ball_diameter_mm": 6.0},
     "another knob": {"hardware__knob": "din319-32"},
     "another foot": {"hardware__foot": "foot-m4-hole-16x8"},
     "a thicker arm": {"hardware__arm_thickness_mm": 12.0},

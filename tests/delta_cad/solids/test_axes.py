@@ -60,7 +60,7 @@ def test_a_wrong_hole_pattern_is_seen(best_assembly: Assembly, best_dimensions: 
 def test_upper_arm_carries_its_axes_at_its_length(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     solid = part(best_assembly, "upper_arm").solid
     shaft = one_axis(solid, best_dimensions.arm.shaft_bore_mm, concave=True)
-    bar = one_axis(solid, 6.0, concave=True)
+    bar = one_axis(solid, 8.04, concave=True)
     distance, sine = axis_distance(shaft, bar)
     assert distance == pytest.approx(best_dimensions.design.mechanism.upper_arm_length_mm, abs=AXIS_MM)
     assert sine < 1e-12
@@ -74,29 +74,29 @@ def test_a_rod_is_its_length_between_seats(
 ) -> None:
     seats = []
     for end in ("elbow", "wrist"):
-        o = occurrence(best_assembly, f"ball_socket_{chain}_{side}_{end}")
+        o = occurrence(best_assembly, f"rod_cup_{chain}_{side}_{end}")
         (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.seat_diameter_mm)
         seats.append(centre)
     asked = best_dimensions.design.mechanism.forearm_length_mm
     assert np.linalg.norm(seats[1] - seats[0]) == pytest.approx(asked, abs=AXIS_MM)
 
 
-def test_a_rod_s_tube_fills_the_room_between_the_sockets(best_assembly: Assembly) -> None:
-    """The tube's ends touch both sockets' shoulders: what is cut by the drawing gives the seat distance in the jig."""
+def test_a_rod_s_tube_fills_the_room_between_the_cups(best_assembly: Assembly) -> None:
+    """The tube's ends touch both cups' shoulders: what is cut by the drawing gives the seat distance in the jig."""
     tube = placed(part(best_assembly, "rod_tube").solid, occurrence(best_assembly, "rod_tube_0_0").placement)
     for end in ("elbow", "wrist"):
-        o = occurrence(best_assembly, f"ball_socket_0_0_{end}")
-        socket = placed(o.part.solid, o.placement)
-        assert socket.distance(tube) < 1e-7
-        assert socket.intersect(tube).Volume() < 1e-6
+        o = occurrence(best_assembly, f"rod_cup_0_0_{end}")
+        cup = placed(o.part.solid, o.placement)
+        assert cup.distance(tube) < 1e-7
+        assert cup.intersect(tube).Volume() < 1e-6
 
 
 def test_platform_holds_its_wrists_at_its_radius(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     solid, m = part(best_assembly, "platform").solid, best_dimensions.design.mechanism
-    threads = cylinders(solid, catalogue.screw("M3").tap_drill_mm, concave=True)
-    assert len(threads) == 3
+    bars = cylinders(solid, best_dimensions.platform.bar_bore_mm, concave=True)
+    assert len(bars) == 3
     angles = []
-    for point, direction in threads:
+    for point, direction in bars:
         assert np.hypot(point[0], point[1]) == pytest.approx(m.platform_radius_mm, abs=AXIS_MM)
         assert abs(point[2]) < EXACT_MM
         assert abs(direction @ point) < AXIS_MM  # tangential
@@ -106,7 +106,7 @@ def test_platform_holds_its_wrists_at_its_radius(best_assembly: Assembly, best_d
 
 
 @pytest.mark.parametrize("end", ["elbow", "wrist"])
-def test_stud_balls_are_half_the_width_from_the_chain_s_plane(
+def test_balls_are_half_the_width_from_the_chain_s_plane(
     best_assembly: Assembly, best_dimensions: Dimensions, end: str
 ) -> None:
     m = best_dimensions.design.mechanism
@@ -115,7 +115,7 @@ def test_stud_balls_are_half_the_width_from_the_chain_s_plane(
         across = np.array([-np.sin(turn), np.cos(turn), 0])
         outwards = np.array([np.cos(turn), np.sin(turn), 0])
         for j in range(2):
-            o = occurrence(best_assembly, f"ball_stud_{i}_{j}_{end}")
+            o = occurrence(best_assembly, f"joint_ball_{i}_{j}_{end}")
             (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.ball_diameter_mm)
             reach = m.platform_radius_mm if end == "wrist" else m.upper_arm_length_mm
             assert centre @ across == pytest.approx((j - 0.5) * m.parallelogram_width_mm, abs=AXIS_MM)
@@ -262,21 +262,28 @@ def test_every_fastener_sits_in_the_bores_of_all_parts_it_joins(
     }
 
 
-@pytest.mark.parametrize(("end", "holder"), [("elbow", "cross_bar_{}"), ("wrist", "platform")])
-def test_ball_studs_are_screwed_into_their_holder(best_assembly: Assembly, end: str, holder: str) -> None:
-    thread = M3.tap_drill_mm
+@pytest.mark.parametrize("end", ["elbow", "wrist"])
+def test_balls_are_bonded_on_the_studs_of_their_bar(
+    best_assembly: Assembly, best_dimensions: Dimensions, end: str
+) -> None:
+    """Each pin reaches past the ball's centre, and the shoulder of the stud stands on the rim of the ball's hole."""
+    f = best_dimensions.forearm
     for i in range(3):
-        held = occurrence(best_assembly, holder.format(i))
+        bar = occurrence(best_assembly, f"cross_bar_{i}_{end}")
+        solid = placed(bar.part.solid, bar.placement)
         for j in range(2):
-            stud = occurrence(best_assembly, f"ball_stud_{i}_{j}_{end}")
-            assert stud.link == held.link
-            axis, box = stud.placement[:3, 1], stud.part.solid.BoundingBox()
-            inside = [
-                engaged(b, stud.placement[:3, 3], axis, (0.0, box.ymax))
-                for b in bores(held.part, held.placement)
-                if abs(b.diameter - thread) < 1e-6
-            ]
-            assert max(inside) == pytest.approx(6.0, abs=1e-6)  # the whole thread of the stud, none of it outside
+            o = occurrence(best_assembly, f"joint_ball_{i}_{j}_{end}")
+            assert o.link == bar.link
+            ball = placed(o.part.solid, o.placement)
+            (centre,) = spheres(ball, f.ball_diameter_mm)
+            hole = one_axis(ball, f.pin_diameter_mm + 0.05, concave=True)
+            pin = one_axis(solid, f.pin_diameter_mm, concave=False)
+            assert max(axis_distance(hole, pin)) < AXIS_MM
+            assert solid.intersect(ball).Volume() < 1e-6
+            assert solid.distance(ball) < AXIS_MM
+            along = (centre - bar.placement[:3, 3]) @ bar.placement[:3, 1]
+            reach = bar.part.solid.BoundingBox().ymax
+            assert reach - abs(along) == pytest.approx(0.1 * f.ball_diameter_mm, abs=AXIS_MM)
 
 
 def test_the_handle_stem_is_screwed_into_platform_and_knob(

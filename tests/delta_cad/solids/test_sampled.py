@@ -134,11 +134,9 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
 def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     p = d.platform
     r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
-    drill = catalogue.screw("M3").tap_drill_mm
     plate = (z >= boss - p.plate_mm) & (z <= boss)
     material = (np.abs(z) <= boss) & (np.hypot(x, y) <= p.hub_radius_mm)
     empty = np.hypot(x, y) < catalogue.screw(p.stem_thread).tap_drill_mm / 2
-    depth = min(8.0, half - 1)
     near, far = p.hub_radius_mm + 4.0, r - boss - 1.0
     reach = (half - 5.0) * far / r - 4.0
     for i in range(3):
@@ -151,8 +149,8 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
         web |= (u >= 0) & (u <= r) & (np.abs(t) <= wide * u / r)
         material |= plate & web
         axis = np.hypot(u - r, z)
-        material |= (np.abs(t) <= half) & (axis <= boss - np.maximum(np.abs(t) - (half - 1.5), 0))
-        empty |= (axis < drill / 2) & (np.abs(t) > half - depth)
+        material |= (np.abs(t) <= half) & (axis <= boss - np.maximum(np.abs(t) - (half - 0.4), 0))
+        empty |= axis < p.bar_bore_mm / 2
         if far - near >= 4.0 and reach >= 3.0:
             u0, u1, w = near + 1.5, far - 1.5, reach - 1.5
             window = round_cone(u, t, (u0, 0), 1.5, (u1, w), 1.5) | round_cone(u, t, (u0, 0), 1.5, (u1, -w), 1.5)
@@ -162,20 +160,32 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
     return material & ~empty
 
 
-def ball_socket(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
-    f = d.forearm
-    half, outer, neck = f.socket_width_mm / 2, f.socket_outer_mm / 2, f.tube_outer_mm
-    material = (np.abs(y) <= half) & (np.hypot(x, z) <= outer - np.maximum(np.abs(y) - (half - 0.6), 0))
-    axis = np.hypot(y, z)
-    material |= (x >= outer - 2) & (x <= f.shoulder_mm) & (axis <= min(neck, f.socket_width_mm) / 2)
-    material |= (x >= f.shoulder_mm - 1) & (x <= f.shoulder_mm) & (axis <= neck / 2)
-    material |= (x >= f.shoulder_mm) & (x <= f.shoulder_mm + 8.0) & (axis <= (d.tube.inner_mm - 0.05) / 2)
-    empty = x**2 + y**2 + z**2 < (d.design.hardware.ball_diameter_mm / 2 + 0.02) ** 2
-    empty |= (x < 0) & (np.abs(z) < f.socket_slit_mm / 2)
+def rod_cup(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    f, rod = d.forearm, d.tube.outer_mm / 2
+    from_ball, seat = np.sqrt(x**2 + y**2 + z**2), d.design.hardware.ball_diameter_mm / 2 + 0.0075
+    lip = seat * float(np.cos(np.radians(75.0)))
+    material = (y >= lip) & (from_ball <= seat + 1.7)
+    top, end = 0.8 * (seat + 1.7), f.shoulder_mm - 1.0
+    gusset = (x >= 0) & (x <= end) & (y >= lip) & (y <= top + (rod - top) * x / end)
+    material |= gusset & (np.abs(z) <= rod)
+    material |= (x >= f.stem_mm) & (x <= f.shoulder_mm) & (np.maximum(np.abs(y), np.abs(z)) <= rod)
+    tip = f.shoulder_mm + f.spigot_length_mm
+    material |= (x >= f.shoulder_mm) & (x <= tip) & (np.hypot(y, z) <= (d.tube.inner_mm - 0.2) / 2)
+    empty = from_ball < seat
+    empty |= (np.hypot(x, z) < 0.75) & (y > 0) & (y < seat + 0.6)
     return material & ~empty
 
 
-RULES: dict[str, Rule] = {"upper_arm": upper_arm, "sector": sector, "platform": platform, "ball_socket": ball_socket}
+def rod_eye(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    f, axis = d.forearm, np.hypot(y, z)
+    around = f.eye_diameter_mm / 2 + 0.6
+    material = (np.abs(x) <= 2.0) & (axis <= 3.7)
+    material |= (np.abs(x) <= 1.0) & (np.abs(y + 0.8) <= around) & (z >= 0) & (z <= 5.5 + around)
+    return material & (axis >= d.tube.outer_mm / 2 + 0.05) & (np.hypot(y + 0.8, z - 5.5) >= f.eye_diameter_mm / 2)
+
+
+RULES: dict[str, Rule] = {"upper_arm": upper_arm, "sector": sector, "platform": platform}
+RULES |= {"rod_cup": rod_cup, "rod_eye": rod_eye}
 
 
 def sampled_volume(number: str, d: Dimensions, part: Part, seed: int) -> float:

@@ -153,20 +153,22 @@ def shoulder_shaft(d: Dimensions) -> float:
 
 
 def cross_bar(d: Dimensions) -> float:
-    length = d.forearm.width_mm - 2 * d.forearm.stand_off_mm
-    bar = cyl(6.0, length) - 2 * broken(6.0, 0.3)
-    return bar - 2 * cyl(catalogue.screw("M3").tap_drill_mm, d.forearm.bar_thread_depth_mm)
-
-
-def ball_stud(d: Dimensions) -> float:
     f = d.forearm
-    radius, neck = f.ball_diameter_mm / 2, f.neck_diameter_mm / 2
-    leaves = sqrt(radius**2 - neck**2)  # where the neck leaves the ball
-    stem = cyl(2 * neck, f.stand_off_mm - f.collar_length_mm - leaves) - cap(radius, radius - leaves)
-    collar = cyl(f.collar_diameter_mm, f.collar_length_mm)
-    collar -= 2 * segment(f.collar_diameter_mm / 2, 2.25) * f.collar_length_mm
-    core = cyl(catalogue.screw("M3").tap_drill_mm - 0.04, f.stud_thread_length_mm)
-    return 4 / 3 * pi * radius**3 + stem + collar + core
+    ball, neck, pin = f.ball_diameter_mm / 2, f.neck_diameter_mm, f.pin_diameter_mm
+    rim = sqrt(ball**2 - (pin / 2 + 0.025) ** 2)
+    shoulder = neck / 2 + 0.8
+    length = f.width_mm - 2 * f.stand_off_mm
+    cone = pi / 3 * f.cone_mm * (16.0 + 4.0 * shoulder + shoulder**2)
+    studs = cyl(neck, f.stand_off_mm - rim) + cyl(pin, rim + f.pin_past_mm)
+    return cyl(8.0, length - 2 * f.cone_mm) + 2 * cone + 2 * studs
+
+
+def joint_ball(d: Dimensions) -> float:
+    f = d.forearm
+    radius, hole = f.ball_diameter_mm / 2, f.pin_diameter_mm / 2 + 0.025
+    rim = sqrt(radius**2 - hole**2)
+    bored = cyl(2 * hole, rim + f.pin_past_mm + 0.3) + cap(radius, radius - rim)
+    return 4 / 3 * pi * radius**3 - bored
 
 
 def pinion(d: Dimensions) -> float:
@@ -262,7 +264,7 @@ CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "encoder_magnet": (lambda d: cyl(d.magnet.diameter_mm, d.magnet.thickness_mm), KERNEL),
     "shoulder_shaft": (shoulder_shaft, KERNEL),
     "cross_bar": (cross_bar, KERNEL),
-    "ball_stud": (ball_stud, KERNEL),
+    "joint_ball": (joint_ball, KERNEL),
     "pinion": (pinion, KERNEL),
     "capstan_cable": (cable, 1e-6),  # swept surfaces are splines, integrated numerically
     "tension_screw": (tension_screw, KERNEL),
@@ -273,7 +275,7 @@ CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "handle_stem": (handle_stem, KERNEL),
     "knob": (knob, KERNEL),
 }
-SAMPLED = {"upper_arm", "sector", "platform", "ball_socket"}  # in test_solids_sampled
+SAMPLED = {"upper_arm", "sector", "platform", "rod_cup", "rod_eye"}  # in test_solids_sampled
 
 
 @pytest.mark.parametrize("number", CLOSED)

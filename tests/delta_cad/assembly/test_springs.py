@@ -1,0 +1,73 @@
+"""The springs across the rods, which swing with no link: their room at the corners of the cube, on the exact solids."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions import Dimensions
+from tests.delta_cad.measured import placed
+
+BESIDE = ("upper_arm_{}", "cross_bar_{}_elbow", "cross_bar_{}_wrist", "sector_{}", "motor_cheek_{}", "elbow_clamp_{}")
+
+
+def eyes(d: Dimensions, links: dict[str, np.ndarray], i: int, k: int) -> list[np.ndarray]:
+    """Eyes of one spring of a pair: inside the rods' axes, and aside, by what the drawing says."""
+    f = d.forearm
+    x, z = f.eyes_x_mm[k], f.eye_z_mm if k else -f.eye_z_mm
+    return [links[f"rod_{i}_{j}"][:3] @ np.array([x, f.eye_y_mm * (1 - 2 * j), z, 1.0]) for j in range(2)]
+
+
+def corners(d: Dimensions) -> list[np.ndarray]:
+    cube = d.design.cube
+    middle = np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm])
+    return [middle] + [middle + cube.half_side_mm * np.array(corner) for corner in product((-1.0, 1.0), repeat=3)]
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_springs_keep_clear_of_arm_bars_platform_and_drive(
+    best_assembly: Assembly, best_dimensions: Dimensions, k: int
+) -> None:
+    d = best_dimensions
+    spring = d.forearm.spring
+    around = (spring.mean_diameter_mm + spring.wire_mm) / 2
+    by_name = {o.name: o for o in best_assembly.occurrences}
+    for pose in corners(d):
+        frames, links = best_assembly.poses(pose), best_assembly.placement(pose)
+        for i in range(3):
+            ends = eyes(d, dict(links), i, k)
+            axis = cq.Edge.makeLine(*(cq.Vector(*eye) for eye in ends))
+            for name in ("platform", *(pattern.format(i) for pattern in BESIDE)):
+                apart = placed(by_name[name].part.solid, frames[name]).distance(axis) - around
+                assert apart >= d.design.requirements.clearance_min_mm, (name, pose)
+
+
+def test_springs_are_longer_when_the_rods_lean_but_within_their_length(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    d, longest = best_dimensions, 0.0
+    for pose in corners(d):
+        links = dict(best_assembly.placement(pose))
+        for i, k in product(range(3), range(2)):
+            one, other = eyes(d, links, i, k)
+            longest = max(longest, float(np.linalg.norm(one - other)))
+    assert d.forearm.between_eyes_mm <= longest <= d.forearm.spring.length_max_mm
+    assert d.forearm.spring.force_N(longest) == pytest.approx(d.forearm.joint.spring_max_N, abs=0.02)
+
+
+def test_eyes_are_where_the_springs_are_hung(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    from tests.delta_cad.measured import one_axis
+
+    d = best_dimensions
+    links = dict(best_assembly.placement(best_assembly.home_mm))
+    frames = best_assembly.poses(best_assembly.home_mm)
+    for i, k in product(range(3), range(2)):
+        for j, eye in enumerate(eyes(d, links, i, k)):
+            name = f"rod_eye_{i}_{j}_{k}"
+            (ring,) = [o.part.solid for o in best_assembly.occurrences if o.name == name]
+            point, along = one_axis(placed(ring, frames[name]), d.forearm.eye_diameter_mm, concave=True)
+            assert np.linalg.norm(np.cross(eye - point, along)) < 1e-6

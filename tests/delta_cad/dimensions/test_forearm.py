@@ -1,0 +1,191 @@
+"""Rods and their joints: closed forms against brute force, statics and the figures of a textbook's contact."""
+
+from __future__ import annotations
+
+from itertools import product
+from math import asin, atan, cos, degrees, hypot, pi, radians, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from delta_cad import catalogue
+from delta_cad.dimensions import DimensionError, Dimensions
+from delta_cad.dimensions.forearm import (
+    eyes_mm,
+    forearm_dimensions,
+    lip_tilt_rad,
+    rod_tilt_rad,
+    wrist_radius_min_mm,
+)
+from delta_cad.dimensions.joint import chosen_spring
+from tests.delta_cad.dimensions.edited import edited
+
+AROUND = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of the samples
+
+
+@pytest.mark.parametrize(("ball", "neck"), [(6.015, 3.4), (8.015, 4.5), (5.0, 2.0)])
+def test_lip_tilt_is_where_the_turned_neck_meets_the_lip(ball: float, neck: float) -> None:
+    lip, rim = ball / 2 * cos(radians(75.0)), ball / 2 * sin(radians(75.0))
+    circle = np.stack([rim * np.cos(AROUND), np.full_like(AROUND, lip), rim * np.sin(AROUND)], axis=1)
+
+    def gap(tilt: float) -> float:
+        stud = np.array([sin(tilt), -cos(tilt), 0.0])  # opposite the pole at no tilt
+        along, aside = circle @ stud, np.linalg.norm(np.cross(circle, stud), axis=1)
+        return float(np.where(along > 0.0, aside, np.inf).min(initial=ball)) - neck / 2
+
+    assert lip_tilt_rad(ball / 2, neck) == pytest.approx(brentq(gap, radians(40.0), radians(89.0)), abs=1e-8)
+
+
+@pytest.mark.parametrize(("stand_off", "step", "rod"), [(6.8, 2.5, 2.5), (7.1, 3.05, 2.5), (8.0, 3.0, 3.0)])
+def test_rod_tilt_is_where_the_bar_s_edge_meets_the_rod(stand_off: float, step: float, rod: float) -> None:
+    def gap(tilt: float) -> float:
+        axis, across = np.array([sin(tilt), -cos(tilt), 0.0]), np.array([cos(tilt), sin(tilt), 0.0])
+        edge = stand_off * axis + step * (
+            np.cos(AROUND)[:, None] * across + np.sin(AROUND)[:, None] * np.array([0.0, 0.0, 1.0])
+        )
+        return float(np.abs(edge[:, 1]).min()) - rod  # a rod's end is as wide as it is high: its side is a plane
+
+    assert rod_tilt_rad(stand_off, step, rod) == pytest.approx(brentq(gap, 0.0, radians(80.0)), abs=1e-8)
+
+
+@pytest.mark.parametrize(("cup", "width", "clearance"), [(5.7, 54.0, 2.0), (4.7, 44.0, 1.0)])
+def test_the_least_platform_radius_brings_neighbouring_cups_to_the_clearance(
+    cup: float, width: float, clearance: float
+) -> None:
+    r = wrist_radius_min_mm(cup, width, clearance)
+    balls = [
+        (i, r * np.array([cos(a), sin(a)]) + s * width / 2 * np.array([-sin(a), cos(a)]))
+        for i, s in product(range(3), (-1, 1))
+        for a in (2 * pi * i / 3,)
+    ]
+    apart = min(float(np.linalg.norm(p - q)) for i, p in balls for j, q in balls if i != j)
+    assert apart - 2 * cup == pytest.approx(clearance, abs=1e-9)
+
+
+def test_the_joystick_s_hardware_goes_down_to_24_mm_of_platform_radius() -> None:
+    assert edited(ball_diameter_mm=6.0).forearm.wrist_radius_min_mm <= 22.5
+    assert edited(ball_diameter_mm=8.0).forearm.wrist_radius_min_mm <= 24.0
+
+
+@pytest.mark.parametrize("lean", [0.0, 10.0, 28.0])
+def test_the_held_force_brings_the_contact_to_the_lip(best_dimensions: Dimensions, lean: float) -> None:
+    """Statics of one rod's end: spring along the shoulder axis, force along the rod, contact through the centre."""
+    joint, turn = best_dimensions.forearm.joint, radians(lean)
+    along, pole = np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    shoulder = sin(turn) * along + cos(turn) * pole
+    total = joint.preload_N * shoulder + joint.held_force_N(turn) * along
+    assert degrees(atan(total[0] / total[1])) == pytest.approx(75.0)
+
+
+def test_a_ball_rolls_up_its_cup_as_far_as_force_and_preload_say(best_dimensions: Dimensions) -> None:
+    """Without friction the ball rests where the potential of a point on an arc of the clearance is least."""
+    joint = best_dimensions.forearm.joint
+    slope = np.linspace(0.0, radians(75.0), 2_000_001)
+    for force in (0.1, 3.0, 20.0):
+        potential = joint.preload_N * joint.clearance_mm * (1.0 - np.cos(slope))
+        potential -= force * joint.clearance_mm * np.sin(slope)
+        rest = float(slope[potential.argmin()])
+        assert joint.yield_mm(force) == pytest.approx(joint.clearance_mm * sin(rest), rel=1e-3)  # a least is flat
+
+
+def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions: Dimensions) -> None:
+    """Hertz by hand, in newtons and millimetres, and what the task asks: 500 N/mm either way, friction some N mm."""
+    joint = best_dimensions.forearm.joint
+    ball, cup = 4.0, 4.0075
+    modulus = 1.0 / ((1.0 - 0.35**2) / 5500.0 + (1.0 - 0.35**2) / 210000.0)
+    relative = 1.0 / (1.0 / ball - 1.0 / cup)
+    patch = (0.75 * joint.preload_N * relative / modulus) ** (1 / 3)
+    assert joint.patch_radius_mm == pytest.approx(patch, rel=1e-9)
+    assert joint.pressure_N_mm2 == pytest.approx(1.5 * joint.preload_N / (pi * patch**2), rel=1e-9)
+    forces = joint.preload_N - 1e-4, joint.preload_N + 1e-4
+    approach = [(p * 0.75 / modulus) ** (2 / 3) / relative ** (1 / 3) for p in forces]
+    assert joint.stiffness_axial_N_mm == pytest.approx(2e-4 / (approach[1] - approach[0]), rel=1e-6)
+    assert joint.stiffness_radial_N_mm >= 500.0
+    rest = joint.yield_mm(1e-6) / 1e-6 + 1.0 / joint.stiffness_axial_N_mm
+    assert joint.stiffness_radial_N_mm == pytest.approx(1.0 / rest, rel=1e-9)
+    assert joint.friction_lean_N_mm == pytest.approx(0.08 * joint.spring_N * ball)
+    assert joint.friction_turn_N_mm < joint.friction_lean_N_mm / 4
+
+
+@pytest.mark.parametrize("width", [36.0, 40.0, 48.0, 54.0, 60.0, 66.0])
+def test_springs_give_their_preload_and_a_return_torque_by_their_length(width: float) -> None:
+    d = edited(parallelogram_width_mm=width, platform_radius_mm=40.0, half_side_mm=8.0, bottom_height_mm=75.0)
+    f, turn = d.forearm, 1e-4
+    assert 8.0 <= f.joint.spring_N <= 13.0
+    lean = radians(20.0)
+
+    def energy(at: float) -> float:
+        stretched = hypot(width * cos(at) - 1.6, width * sin(at)) - f.spring.free_length_mm
+        return 2 * (f.spring.initial_tension_N * stretched + f.spring.rate_N_mm * stretched**2 / 2)
+
+    torque = (energy(lean + turn) - energy(lean - turn)) / (2 * turn)
+    assert f.joint.return_N_mm * sin(lean) == pytest.approx(torque, rel=0.02)  # the spring is a little longer there
+    assert f.joint.spring_max_N <= f.spring.force_max_N
+
+
+def test_preloads_of_elbow_and_wrist_balance_both_springs(best_dimensions: Dimensions) -> None:
+    """A rod as a beam on its two balls, and a spring at each of its eyes."""
+    f = best_dimensions.forearm
+    forces = np.linalg.solve(
+        [[1.0, 1.0], [0.0, f.length_mm]], [2 * f.joint.spring_N, f.joint.spring_N * sum(f.eyes_x_mm)]
+    )
+    assert sorted([f.joint.preload_N, f.joint.preload_max_N]) == pytest.approx(sorted(forces))
+    assert f.joint.held_force_N(radians(28.0)) >= 24.0  # what 3 N at the handle, gravity and 1 g ask of best.json
+
+
+def test_springs_are_within_their_own_length(best_dimensions: Dimensions) -> None:
+    f = best_dimensions.forearm
+    longest = sqrt((f.width_mm * cos(radians(28.0)) - 1.6) ** 2 + (f.width_mm * sin(radians(28.0))) ** 2)
+    assert f.spring.free_length_mm < f.between_eyes_mm < longest <= f.spring.length_max_mm
+    assert chosen_spring(f.between_eyes_mm, f.eye_y_mm) is f.spring
+
+
+def test_a_cross_bar_that_its_boss_does_not_leave_free_is_refused_with_its_bound(best_dimensions: Dimensions) -> None:
+    """By hand: 7.1 mm of stand-off at either end, and 1 mm beside the boss."""
+    tube, arm = catalogue.tube("cfrp-5x3"), best_dimensions.arm
+    forearm_dimensions(120.0, 54.0, 8.0, 37.8 - 1e-9, arm, 0.8, tube, 3.0, 28.0, 2.0)
+    with pytest.raises(DimensionError, match=r"^cross_bar, length: parallelogram_width_mm = 54 .* 54\.2 mm$"):
+        forearm_dimensions(120.0, 54.0, 8.0, 38.0, arm, 0.8, tube, 3.0, 28.0, 2.0)
+
+
+@pytest.mark.parametrize(("fold", "lean"), [(0.3, 0.4), (0.6, 0.0), (1.2, 0.4), (1.57, 0.2), (2.4, 0.0)])
+def test_springs_keep_their_distance_from_the_arm_beside_which_rods_fold(
+    best_dimensions: Dimensions, fold: float, lean: float
+) -> None:
+    """Brute force: circles whose hull the arm is; one spring outside the rod, one inside, at the fold and wider."""
+    arm, aside = best_dimensions.arm, best_dimensions.forearm.eye_z_mm
+    t = np.linspace(0.0, 1.0, 20_001)
+    radius = arm.boss_radius_mm + (arm.beam_root_radius_mm - arm.boss_radius_mm) * t
+    for eye, z in zip(eyes_mm(arm, fold, lean, 5.0, 60.0, 18.0), (aside, -aside), strict=True):
+        x = eye * cos(lean)
+        gaps = []
+        for angle in np.linspace(fold, pi, 50):
+            u, w = x * cos(angle) - z * sin(angle), x * sin(angle) + z * cos(angle)
+            if eye < 60.0 - 18.0 or angle < pi / 2:
+                gaps.append(float((np.hypot(u - t * arm.length_mm, w) - radius).min()))
+        if gaps:
+            assert min(gaps) >= 5.0 - 1e-3
+
+
+@pytest.mark.parametrize("force", [3.0, 9.0, 30.0])
+def test_the_bond_of_a_spigot_bears_five_times_the_worst_rod_force(best_dimensions: Dimensions, force: float) -> None:
+    f = forearm_dimensions(
+        400.0, 54.0, 8.0, 16.0, best_dimensions.arm, 1.0, catalogue.tube("cfrp-5x3"), force, 28.0, 2.0
+    )
+    area = pi * f.spigot_diameter_mm * f.spigot_length_mm
+    assert area * 2.0 >= 5.0 * 6.1 * force
+    assert f.tube_bore_mm - f.spigot_diameter_mm == pytest.approx(0.2)  # 0.1 mm of glue around it
+    assert f.tube_length_mm > 2 * f.spigot_length_mm
+
+
+def test_studs_bend_less_in_the_ball_and_at_the_bar_than_an_m3_would() -> None:
+    """MPa per newton at the ball's centre, at the mouth of the ball's hole and at the bar; an M3 had 5.4 of 190 MPa."""
+    for ball in (5.0, 6.0, 8.0, 10.0):
+        f = edited(ball_diameter_mm=ball, parallelogram_width_mm=58.0, platform_radius_mm=40.0).forearm
+        mouth = sqrt((ball / 2) ** 2 - (f.pin_diameter_mm / 2) ** 2)
+        in_ball = 32 * mouth / (pi * f.pin_diameter_mm**3)
+        at_bar = 32 * f.stand_off_mm / (pi * f.neck_diameter_mm**3)
+        assert max(in_ball, at_bar) < 3.2
+        assert 0.5 < in_ball / at_bar < 2.0
+        assert asin(f.neck_diameter_mm / ball) < radians(36.0)
