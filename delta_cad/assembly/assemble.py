@@ -22,7 +22,6 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.arm import ELBOW_SCREW
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
 from delta_cad.solids import brackets, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
@@ -107,9 +106,9 @@ def _bracket(bench: Bench, i: int) -> None:
     back, front = layers.encoder_board_mm
     bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0) @ UPRIGHT)
     fixing_row = catalogue.screw(brackets.BOARD_SCREW)
-    gap = encoder_side[0] - front
+    gap = layers.encoder_head_mm[0] - front
     spacer = bench.once("board_spacer", lambda: fasteners.make_spacer(fixing_row.clearance_hole_mm, gap))
-    cheek = encoder_side[1] - encoder_side[0]
+    cheek = encoder_side[1] - layers.encoder_head_mm[0]
     board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + cheek - 2.0))
     for k, (x, height) in enumerate(brackets.board_screw_positions(d)):
         bench.put(f"board_spacer_{i}_{k}", spacer, "base", shoulder @ pointing((0, 1, 0), x, front, height))
@@ -124,11 +123,6 @@ def _arm(bench: Bench, i: int) -> None:
     )
     magnet = bench.once("encoder_magnet", lambda: make_magnet(d))
     bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
-    clamp = bench.screw(upper_arm.SHOULDER_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
-    seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, a.shoulder_clamp_z_mm)
-    bench.put(f"shoulder_clamp_{i}", clamp, link, seat)
-    grip = bench.screw(ELBOW_SCREW, upper_arm.ELBOW_SCREW_LENGTH_MM)
-    bench.put(f"elbow_clamp_{i}", grip, link, at(a.elbow_clamp_x_mm, 0.0, upper_arm.ELBOW_SEAT_Z_MM))
     bench.put(f"cross_bar_{i}_elbow", bench.once("cross_bar", lambda: forearm.make_cross_bar(d)), link, at(a.length_mm))
     _balls(bench, i, "elbow", link, at(a.length_mm))
     bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")

@@ -23,6 +23,7 @@ from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids import brackets, capstan, fasteners, platform
+from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
 from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
 from delta_cad.solids.part import Contact, Stop
 
@@ -116,7 +117,7 @@ def _sensor(bench: _Contacts, d: Dimensions, i: int) -> None:
     screw = catalogue.screw(brackets.BOARD_SCREW)
     face = SHARE * _ring(screw.clearance_hole_mm + 2.0, screw.clearance_hole_mm)
     play = (screw.clearance_hole_mm - screw.tap_drill_mm) / 2 + THREAD_MM
-    length = d.layers.encoder_cheek_mm[0] - d.layers.encoder_board_mm[1]
+    length = d.layers.encoder_head_mm[0] - d.layers.encoder_board_mm[1]
     thick, in_board = d.encoder.board_thickness_mm, (d.encoder.hole_diameter_mm - screw.tap_drill_mm) / 2 + THREAD_MM
     for k in range(d.encoder.hole_count):
         spacer = f"board_spacer_{i}_{k}"
@@ -130,7 +131,9 @@ def _elbow(bench: _Contacts, d: Dimensions, i: int) -> None:
     f = d.forearm
     boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
     elbow, wrist = f"cross_bar_{i}_elbow", f"cross_bar_{i}_wrist"
-    bench.cylinder(elbow, f"upper_arm_{i}", boss - CHAMFERS_MM, 1.1 * BAR_GLUE_MM, "cross-bar held in the elbow's boss")
+    bench.cylinder(
+        elbow, f"upper_arm_{i}", boss - CHAMFERS_MM, 1.1 * BAR_GLUE_MM, "cross-bar bonded in the elbow's boss"
+    )
     held = d.platform.boss_length_mm - CHAMFERS_MM
     bench.cylinder(wrist, "platform", held, 1.1 * BAR_GLUE_MM, "cross-bar bonded in the platform's boss")
     for j in SIDES:
@@ -152,23 +155,37 @@ def _shoulder(bench: _Contacts, d: Dimensions, i: int) -> None:
     for side, cheek, turns in (("e", "encoder_cheek", arm), ("m", "motor_cheek", f"sector_{i}")):
         bearing = f"bearing_{i}_{side}"
         bench.cylinder(bearing, f"{cheek}_{i}", b.width_mm - CHAMFERS_MM, FIT_MM, "bearing in its seat")
-        lip = _ring(b.outer_mm, max(d.bracket.passage_mm, b.outer_ring_inner_mm))
-        bench.plane(bearing, f"{cheek}_{i}", SHARE * lip, "bearing on the lip of its seat")
         bench.cylinder(shaft, bearing, b.width_mm - CHAMFERS_MM, FIT_MM, "shaft in the bearing's bore")
         collar = _ring(min(a.collar_diameter_mm, b.inner_ring_outer_mm), b.bore_mm)
         bench.plane(turns, bearing, SHARE * collar, "collar on the inner ring")
-    thickness = d.layers.arm_mm[1] - d.layers.arm_mm[0]
-    bench.cylinder(shaft, arm, thickness - CHAMFERS_MM, FIT_MM, "shaft clamped in the arm")
+    inner = max(d.bracket.passage_mm, b.outer_ring_inner_mm)
+    bench.plane(
+        f"bearing_{i}_m", f"motor_cheek_{i}", SHARE * _ring(b.outer_mm, inner), "bearing on the lip of its seat"
+    )
+    spring, row = f"wave_spring_{i}", d.preload
+    assert row is not None
+    pressed = SHARE * _ring(row.housing_mm - PRELOAD_PLAY_MM, max(row.inner_mm, inner))
+    bench.plane(spring, f"bearing_{i}_e", pressed, "spring on the outer ring")
+    bench.plane(spring, f"encoder_cheek_{i}", pressed, "spring on the lip of the seat")
+    ring = SHARE * _ring(b.shaft_shoulder_min_mm, b.bore_mm)
+    bench.plane(shaft, f"bearing_{i}_e", ring, "shaft's head on the inner ring")
+    screw = catalogue.screw(d.shaft.end_screw)
+    bench.plane(f"shoulder_washer_{i}", f"bearing_{i}_m", ring, "washer on the inner ring")
+    head = SHARE * _ring(screw.head_diameter_mm, screw.clearance_hole_mm)
+    bench.plane(f"shoulder_screw_{i}", f"shoulder_washer_{i}", head, "screw's head on its washer")
+    bench.cylinder(f"shoulder_screw_{i}", shaft, screw.diameter_mm, THREAD_MM, "screw in the shaft, a diameter")
+    length = d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]
+    bench.cylinder(shaft, arm, length - CHAMFERS_MM, FIT_MM, "arm on the shaft")
 
 
 def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> None:
     arm, sector, pinion = f"upper_arm_{i}", f"sector_{i}", f"pinion_{i}"
-    web = capstan.web_y_mm(d)
+    web = c.web_y_mm
     bench.cylinder(
         f"shoulder_shaft_{i}", sector, web[1] - d.layers.arm_mm[1] - CHAMFERS_MM, FIT_MM, "sector on the shaft"
     )
-    bench.plane(sector, arm, SHARE * _ring(2 * c.hub_radius_mm, d.arm.shaft_bore_mm), "sector on the arm")
-    for k in range(len(d.arm.sector_dowel_angles_rad)):
+    bench.plane(sector, arm, SHARE * _ring(2 * d.arm.flange_radius_mm, d.arm.shaft_bore_mm), "sector on the arm")
+    for k in range(len(d.arm.dowel_angles_rad)):
         _dowel(bench, f"sector_dowel_{i}_{k}", sector, arm)
     bench.cylinder(f"motor_{i}", pinion, SHAFT_ENGAGEMENT_MM, FIT_MM, "pinion on the motor's shaft")
     for k in range(2):
@@ -189,11 +206,10 @@ def _cable(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> Non
     for end, side in enumerate(("inner", "outer")):
         sense = 1.0 if end else -1.0
         on_rim = abs(c.rim_angles_rad[end] - (c.direction_rad - d.home_rad + sense * run.tangent_rad))
-        around = c.pitch_radius_mm * on_rim + (0.0 if end else nose)
-        bench.cable(f"{name}_{side}", sector, 0.97 * around, CABLE_OFF_MM, "cable on the rim, and round the nose")
-        bench.cable(
-            f"{name}_{side}", f"crimp_sleeve_{i}_{end}", 0.9 * CRIMP_MM[1], FIT_MM, "cable crimped in its sleeve"
-        )
+        bench.cable(f"{name}_{side}", sector, 0.97 * c.pitch_radius_mm * on_rim, CABLE_OFF_MM, "cable on the rim")
+        sleeve = f"crimp_sleeve_{i}_{end}"
+        bench.cable(f"{name}_{side}_end", sleeve, 0.9 * CRIMP_MM[1], FIT_MM, "cable crimped in its sleeve")
+    bench.cable(f"{name}_inner_end", sector, 0.97 * nose, CABLE_OFF_MM, "cable round the nose")
     bench.cable(
         f"{name}_turns", f"pinion_{i}", 0.97 * run.wrap_rad * run.pinion_mm, CABLE_OFF_MM, "turns in the groove"
     )

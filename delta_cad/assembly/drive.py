@@ -4,27 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad import catalogue
 from delta_cad.assembly.bench import BESIDE_MM, Bench, at, longest, longest_dowel, longest_set_screw, pointing
+from delta_cad.dimensions.arm import CLAMP_SCREW, INSIDE_RING_MM, WASHER_MM
 from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, TENSION_SCREW_LENGTH_MM
 from delta_cad.mechanism.placement import chain_frame
-from delta_cad.solids import capstan, fasteners, upper_arm
-from delta_cad.solids.bought.bearing import make_bearing
+from delta_cad.solids import capstan, fasteners, shaft, upper_arm
+from delta_cad.solids.bought.bearing import make_bearing, make_wave_spring
 
 BESIDE = (  # what of an arm passes what of its own bracket that closely
     *((f"{moving}_{{}}", "motor_cheek_{}") for moving in ("tension_screw", "tension_carriage")),
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
     ("capstan_cable_{}_inner", "motor_cheek_{}"),
-    *((f"sector_screw_{{}}_{k}", "encoder_cheek_{}") for k in range(3)),
-    *((f"sector_screw_{{}}_{k}", "motor_cheek_{}") for k in range(3)),
+    ("capstan_cable_{}_inner_end", "motor_cheek_{}"),
+    *((f"shoulder_{what}_{{}}", "motor_cheek_{}") for what in ("screw", "washer")),
+    ("shoulder_shaft_{}", "encoder_cheek_{}"),
+    ("shoulder_shaft_{}", "wave_spring_{}"),
     *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
     ("encoder_magnet_{}", "bearing_{}_e"),
+)
+
+BESIDE_HEADS = (  # what passes the heads of the motor's screws
+    "sector_{}",
+    "tension_screw_{}",
+    "crimp_sleeve_{}_0",
+    "capstan_cable_{}_inner",
+    "capstan_cable_{}_inner_end",
+    "pinion_{}",
 )
 
 
 def place_direct(bench: Bench, i: int) -> None:
     """Notes what is close where the arm sits on the motor's shaft."""
     bench.gap(f"upper_arm_{i}", f"motor_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    clamp = bench.screw(CLAMP_SCREW, upper_arm.SHOULDER_SCREW_LENGTH_MM)
+    seat = pointing((-1, 0, 0), upper_arm.SHOULDER_SEAT_X_MM, 0.0, bench.d.arm.shoulder_clamp_z_mm)
+    bench.put(f"shoulder_clamp_{i}", clamp, f"upper_arm_{i}", seat)
     bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
     bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
     for k in range(bench.d.motor.mount_count):
@@ -35,8 +49,7 @@ def place_direct(bench: Bench, i: int) -> None:
 
 def place_capstan(bench: Bench, i: int) -> None:
     """Places sector, pinion, cable and tensioner of a chain, and the bearings of its shoulder."""
-    d, a, link = bench.d, bench.d.arm, f"upper_arm_{i}"
-    y = d.layers.sector_mm
+    d, link = bench.d, f"upper_arm_{i}"
     bench.put(f"sector_{i}", bench.once("sector", lambda: capstan.make_sector(d)), link, np.eye(4))
     pinion = f"pinion_{i}"
     bench.put(pinion, bench.once("pinion", lambda: capstan.make_pinion(d)), pinion, np.eye(4))
@@ -53,21 +66,26 @@ def place_capstan(bench: Bench, i: int) -> None:
     sleeve = bench.once("crimp_sleeve", lambda: capstan.make_crimp_sleeve(d))
     for end, frame in enumerate(capstan.sleeve_frames(d)):
         bench.put(f"crimp_sleeve_{i}_{end}", sleeve, link, frame)
-    row = catalogue.screw(upper_arm.SECTOR_SCREW)
-    seat = d.layers.arm_mm[0] + row.counterbore_depth_mm
-    screw = bench.screw(upper_arm.SECTOR_SCREW, longest(upper_arm.SECTOR_SCREW, y[1] - seat))
-    circle = a.sector_screw_circle_mm / 2
-    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_screw_angles_rad)):
-        bench.put(f"sector_screw_{i}_{k}", screw, link, pointing((0, -1, 0), x, seat, z))
-    pin = bench.dowel("3", longest_dowel("3", y[1] - d.layers.arm_mm[0] - 1.0))
-    for k, (x, z) in enumerate(upper_arm.polar_positions(circle, a.sector_dowel_angles_rad)):
-        bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, d.layers.arm_mm[0] + 1.0, z))
+    first = d.layers.arm_mm[0] + 1.0
+    pin = bench.dowel("3", longest_dowel("3", capstan.capstan_of(d).web_y_mm[1] - first))
+    for k, (x, z) in enumerate(upper_arm.dowel_positions(d)):
+        bench.put(f"sector_dowel_{i}_{k}", pin, link, pointing((0, 1, 0), x, first, z))
     bearing = bench.once("bearing", lambda: make_bearing(d))
     shoulder = chain_frame(i) @ at(d.bracket.shoulder_u_mm)
-    seats = {"e": d.layers.encoder_cheek_mm[1] - d.bearing.width_mm, "m": d.layers.motor_cheek_mm[0]}
-    for side, start in seats.items():
+    encoder_side, motor_side = d.layers.bearings_mm
+    for side, start in (("e", encoder_side[0]), ("m", motor_side[0])):
         bench.put(f"bearing_{i}_{side}", bearing, "base", shoulder @ at(0.0, start, 0.0))
         bench.touch(f"shoulder_shaft_{i}", f"bearing_{i}_{side}", "shaft in the bearing's bore")
+    if d.preload is not None:
+        spring = bench.once("wave_spring", lambda: make_wave_spring(d))
+        bench.put(f"wave_spring_{i}", spring, "base", shoulder @ at(0.0, encoder_side[0] - d.preload.work_height_mm))
+    washer = bench.once("shoulder_washer", lambda: shaft.make_shoulder_washer(d))
+    bench.put(f"shoulder_washer_{i}", washer, link, at(0.0, motor_side[1]))
+    length = longest(d.shaft.end_screw, WASHER_MM + INSIDE_RING_MM + d.shaft.end_thread_mm)
+    seat = pointing((0, 1, 0), 0.0, motor_side[1] + WASHER_MM)
+    bench.put(f"shoulder_screw_{i}", bench.screw(d.shaft.end_screw, length), link, seat)
+    bench.touch(f"shoulder_washer_{i}", f"bearing_{i}_m", "washer on the inner ring", guides=False)
+    bench.gap(f"shoulder_screw_{i}", f"bearing_{i}_m", 1.0, "screw in the shaft that the bearing is on")
     bench.touch(f"upper_arm_{i}", f"bearing_{i}_e", "collar on the inner ring")
     bench.touch(f"sector_{i}", f"bearing_{i}_m", "collar on the inner ring")
     bench.touch(pinion, f"motor_{i}", "pinion on the motor's shaft")
@@ -76,7 +94,14 @@ def place_capstan(bench: Bench, i: int) -> None:
         bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
     bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
     for k in range(d.motor.mount_count):
-        for moving in ("sector_{}", "tension_screw_{}", "crimp_sleeve_{}_0", "capstan_cable_{}_inner", "pinion_{}"):
+        for moving in (
+            "sector_{}",
+            "tension_screw_{}",
+            "crimp_sleeve_{}_0",
+            "capstan_cable_{}_inner",
+            "capstan_cable_{}_inner_end",
+            "pinion_{}",
+        ):
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
     bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
@@ -98,8 +123,12 @@ def _cable(bench: Bench, i: int) -> None:
     bench.touch(turns, f"motor_{i}", "turns on the pinion around the motor's shaft", guides=False)
     for n in range(d.motor.mount_count):
         bench.gap(turns, f"motor_screw_{i}_{n}", BESIDE_MM, "turns beside the sunk heads")
-    for end, (side, make) in enumerate((("inner", capstan.make_inner_cable), ("outer", capstan.make_cable))):
-        on_rim = bench.put(f"{name}_{side}", bench.once(f"cable_{side}", lambda make=make: make(d)), link, np.eye(4))
+    for end, side in enumerate(("inner", "outer")):
+        on_rim = bench.put(
+            f"{name}_{side}", bench.once(f"cable_{side}", lambda end=end: capstan.make_cable(d, end)), link, np.eye(4)
+        )
+        beyond = bench.once(f"cable_{side}_end", lambda end=end: capstan.make_cable_end(d, end))
+        bench.piece(on_rim, bench.put(f"{name}_{side}_end", beyond, link, np.eye(4)))
         strand = bench.once(f"strand_{side}", lambda end=end: capstan.make_strand(d, end))
         free = bench.put(f"{name}_strand_{side}", strand, "base", shoulder)
         bench.gap(on_rim, turns, 0.2, "cable on the rim beside that on the pinion, 0.46 mm by design")

@@ -44,9 +44,7 @@ def _shoulder(i: int) -> list[Stated]:
     return [
         Stated(group, f"upper_arm_{i}", 1, "upper_arm", link),
         Stated(group, f"shoulder_shaft_{i}", 1, "shoulder_shaft", link),
-        Stated(group, f"shoulder_clamp_{i}", 1, "screw_M3x*", link),
         Stated(group, f"cross_bar_{i}_elbow", 1, "cross_bar", link),
-        Stated(group, f"elbow_clamp_{i}", 1, "screw_M2.5x*", link),
     ]
 
 
@@ -57,18 +55,28 @@ def _drive(d: Dimensions, i: int) -> list[Stated]:
         Stated(group, f"motor_screw_{i}_?", d.motor.mount_count, f"screw_{d.motor.mount_thread}x*", "base"),
     ]
     if d.capstan is None:  # the arm is clamped on the motor's shaft and turns in the motor's bearings
-        return [*of_both, Stated(group, f"stop_pin_{i}_?", 2, "dowel_4x*", "base")]
+        return [
+            *of_both,
+            Stated(group, f"stop_pin_{i}_?", 2, "dowel_4x*", "base"),
+            Stated(f"shoulder_{i}", f"shoulder_clamp_{i}", 1, "screw_M3x*", link),
+        ]
     return [
         *of_both,
         Stated(group, f"stop_pin_{i}_?", 1, "dowel_4x*", "base"),
         Stated(f"shoulder_{i}", f"bearing_{i}_?", 2, "bearing", "base"),
+        Stated(f"shoulder_{i}", f"wave_spring_{i}", 1, "wave_spring", "base"),
+        Stated(f"shoulder_{i}", f"shoulder_washer_{i}", 1, "shoulder_washer", link),
+        Stated(f"shoulder_{i}", f"shoulder_screw_{i}", 1, f"screw_{d.shaft.end_screw}x*", link),
         Stated(group, f"pinion_{i}", 1, "pinion", f"pinion_{i}"),
         Stated(group, f"sector_{i}", 1, "sector", link),
-        Stated(group, f"sector_screw_{i}_?", 3, "screw_M3x*", link),
         Stated(group, f"sector_dowel_{i}_?", 2, "dowel_3x*", link),
         Stated(group, f"set_screw_{i}_?", 2, "set_screw_M3x*", f"pinion_{i}"),
         Stated(group, f"capstan_cable_{i}_outer", 1, "capstan_cable", link),
         Stated(group, f"capstan_cable_{i}_inner", 1, "capstan_cable_inner", link),
+        *(
+            Stated(group, f"capstan_cable_{i}_{side}_end", 1, f"capstan_cable_{side}_end", link)
+            for side in ("inner", "outer")
+        ),
         Stated(group, f"capstan_cable_{i}_turns", 1, "capstan_cable_turns", f"pinion_{i}"),
         *(
             Stated(group, f"capstan_cable_{i}_strand_{side}", 1, f"capstan_cable_strand_{side}", "base")

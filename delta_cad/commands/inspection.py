@@ -156,18 +156,21 @@ def _structure(design: Design) -> list[InspectionRow]:
 
 
 def _drive(design: Design) -> list[InspectionRow]:
-    drive, required = drive_torque(design), design.requirements.joint_torque_N_m
-    peak = (drive.peak_torque_N_m, "N m", f">= {required:g}", drive.verdict != "insufficient")
+    drive = drive_torque(design)
+
+    def held(value: float, required: float) -> tuple[Any, ...]:
+        return value, "N m", f">= {required:g}", value >= required
+
     rows: list[tuple[Any, ...]] = [
         ("motor", drive.motor, ""),
         ("ratio", drive.ratio, ":1"),
-        ("joint torque, for ever", drive.continuous_torque_N_m, "N m"),
-        (f"joint torque, {drive.peak_time_s:g} s", *peak),
-        (f"{required:g} N m", drive.verdict, ""),
+        ("joint torque, for ever", *held(drive.continuous_torque_N_m, drive.required_torque_N_m)),
+        (f"joint torque, {drive.peak_time_s:g} s", *held(drive.peak_torque_N_m, drive.required_peak_N_m)),
         ("rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
     ]
     if drive.cable is not None:
         rows += [
+            ("cable's pretension", drive.cable_pretension_N, "N"),
             ("cable safety at the peak", drive.cable_safety_factor, ""),
             ("drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"),
         ]

@@ -153,7 +153,7 @@ def check_machine(
     progress("torque with gravity")
     gravity = np.array(required.gravity_m_s2)
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
-    results.append(check_drive(drive_torque(d.design)))
+    results += check_drive(drive_torque(d.design))
     progress("loads and stiffness")
     results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)
     return results

@@ -58,6 +58,10 @@ BEARING_FIELDS: dict[str, Any] = {
         float | None,
         Field(default=None, gt=0, le=1000, description="force at the handle for the motor's peak time, any direction"),
     ),
+    "peak_torque_N_m": (
+        float | None,
+        Field(default=None, gt=0, le=1000, description="torque each joint must give for the motor's peak time"),
+    ),
     "stiffness_min_N_mm": (
         float | None,
         Field(default=None, gt=0, le=1e6, description="least stiffness at the knob, any direction, actuators held"),
@@ -69,7 +73,7 @@ class _Task(_Section):
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
     force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
-    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give")
+    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give for ever")
 
 
 def limit_fields() -> dict[str, Any]:

@@ -28,7 +28,7 @@ def impossible_sum(design: Design) -> Contradiction | None:
     """Gives the first condition that a design with each field within its own bounds breaks, None for a sound one."""
     return (
         _shoulder_range(design)
-        or _peak_force(design)
+        or _peaks(design)
         or _platform_size(design)
         or _fold(design)
         or _farthest_corner(design)
@@ -44,11 +44,17 @@ def _shoulder_range(design: Design) -> Contradiction | None:
     return Contradiction("requirements.shoulder_max_deg", high, f"must be > shoulder_min_deg = {low:g} deg")
 
 
-def _peak_force(design: Design) -> Contradiction | None:
-    force, peak = design.requirements.force_N, design.requirements.peak_force_N
-    if peak is None or peak >= force:
-        return None
-    return Contradiction("requirements.peak_force_N", peak, f"must be >= force_N = {force:g} N, which holds for ever")
+def _peaks(design: Design) -> Contradiction | None:
+    r = design.requirements
+    for field, peak, least, unit in (
+        ("peak_force_N", r.peak_force_N, r.force_N, "force_N = {:g} N"),
+        ("peak_torque_N_m", r.peak_torque_N_m, r.joint_torque_N_m, "joint_torque_N_m = {:g} N m"),
+    ):
+        if peak is not None and peak < least:
+            return Contradiction(
+                f"requirements.{field}", peak, f"must be >= {unit.format(least)}, which holds for ever"
+            )
+    return None
 
 
 def _platform_size(design: Design) -> Contradiction | None:

@@ -30,11 +30,12 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, require
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
+PRELOAD_N = 10.0  # of the shoulder's bearings: over the axial load of some 0.6 N per N at the handle, 3 N and 10 m/s2
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "dimensions"]
@@ -56,6 +57,7 @@ class Dimensions:
     base: BaseDimensions
     motor: catalogue.Motor
     bearing: catalogue.Bearing
+    preload: catalogue.WaveSpring | None
     encoder: catalogue.Encoder
     cable: catalogue.Cable
     tube: catalogue.Tube
@@ -79,6 +81,27 @@ class Dimensions:
         )
 
 
+def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
+    """Chooses the wave spring that presses on a bearing's outer ring alone, nearest to the preload that is wanted.
+
+    Raises:
+        DimensionError: The catalogue has none for the bearing's bore.
+    """
+    rows = [
+        row
+        for row in catalogue.wave_spring.rows.values()
+        if row.housing_mm == bearing.outer_mm and row.inner_mm > bearing.inner_ring_outer_mm
+    ]
+    require(
+        bool(rows),
+        "shoulder",
+        "preload",
+        f"hardware.bearing = {bearing.id} has an outside diameter of {bearing.outer_mm:g} mm, for which the catalogue "
+        "has no wave spring",
+    )
+    return min(rows, key=lambda row: abs(row.force_N - PRELOAD_N))
+
+
 def dimensions(design: Design) -> Dimensions:
     """Derives all dimensions of a design.
 
@@ -99,9 +122,12 @@ def dimensions(design: Design) -> Dimensions:
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
         clear = design.requirements.clearance_min_mm
         rim = rim_y_mm(run, cable.diameter_mm, hardware.arm_thickness_mm, mechanism.base_radius_mm, clear)
-    stack = layers(hardware.arm_thickness_mm, rim, pinion_end_mm(rim), bearing, encoder, motor)
+    preload = None if rim is None else preload_spring(bearing)
+    spring_mm = 0.0 if preload is None else preload.work_height_mm
+    stack = layers(hardware.arm_thickness_mm, rim, pinion_end_mm(rim), bearing, spring_mm, encoder, motor)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
-    arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, CROSS_BAR_MM + 2 * BAR_GLUE_MM, stack, bearing)
+    bar_bore = CROSS_BAR_MM + 2 * BAR_GLUE_MM
+    arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing)
     capstan = None
     if run is not None:
         behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
@@ -116,7 +142,6 @@ def dimensions(design: Design) -> Dimensions:
             motor,
             STOP_PIN_MM,
             arm.flange_radius_mm + STOP_PIN_MM / 2 + 6.0,
-            shaft_mm,
             pinion_direction_rad(run, mechanism.base_radius_mm, behind, motor, face),
         )
     half_width = max(-stack.encoder_cheek_mm[0], stack.motor_cheek_mm[1])
@@ -152,12 +177,13 @@ def dimensions(design: Design) -> Dimensions:
         arm=arm,
         capstan=capstan,
         bracket=bracket,
-        shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, encoder, magnet),
+        shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet),
         forearm=forearm,
         platform=platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob),
         base=base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width),
         motor=motor,
         bearing=bearing,
+        preload=preload,
         encoder=encoder,
         cable=cable,
         tube=tube,

@@ -12,13 +12,26 @@ from delta_cad.dimensions.rules import RUNNING_GAP_MM, require
 MAGNET_GLUE_MM = 0.05  # radial room for the adhesive
 MAGNET_WALL_MM = 0.9
 STUB_GLUE_MM = 0.05  # diametral: a direct drive's stub is bonded into the arm's bore
-ELBOW_SCREW = "M2.5"
-COUNTERBORE_WALL_MM = 1.0
+CLAMP_SCREW = "M3"  # of a direct drive's arm on its motor's shaft
+DOWEL_MM = 3.0  # between arm and sector
+DOWEL_WALL_MM = 2.0  # around them
+ARM_LEAST_MM = 5.0  # plate that holds a dowel by more than its diameter
+BOSS_WALL_MM = 3.0  # around the cross-bar
+BEAM_LEAST_MM = 30.0  # of arm between its ends
+END_SCREWS = ("M4", "M3", "M2.5")  # in the shaft's end, the largest that its wall allows
+END_WALL_MM = 1.5
+END_THREAD_DIAMETERS, END_DRILL_MM = 2.0, 2.0  # thread, and the drill's way beyond it
+WASHER_MM = 1.5
+INSIDE_RING_MM = 0.3  # the shaft ends so far before its bearing's face: the washer clamps the ring
 
 
 @dataclass(frozen=True)
 class ArmDimensions:
-    """Upper arm: flange with split clamp at the shoulder, tapered beam, split boss at the elbow."""
+    """Upper arm: a plate that tapers from its hub to the boss of the cross-bar, which is bonded.
+
+    A capstan's arm is clamped along the shaft between the bearings' inner rings, the sector beside it; a direct
+    drive's has a larger hub, split around the motor's shaft.
+    """
 
     length_mm: float
     flange_radius_mm: float
@@ -28,20 +41,17 @@ class ArmDimensions:
     bar_bore_mm: float
     slit_mm: float
     shoulder_clamp_z_mm: float
-    elbow_clamp_x_mm: float
-    elbow_slit_x_mm: float
-    pocket_depth_mm: float
-    pocket_x_mm: tuple[float, float]
-    pocket_radii_mm: tuple[float, float]
     collar_diameter_mm: float
-    sector_screw_circle_mm: float
-    sector_screw_angles_rad: tuple[float, ...]
-    sector_dowel_angles_rad: tuple[float, ...]
+    dowel_circle_mm: float
+    dowel_angles_rad: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class ShaftDimensions:
-    """Carrier of the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct)."""
+    """Carrier of the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct).
+
+    A capstan's shaft has a head against the encoder's bearing and a screw with a washer against the motor's.
+    """
 
     diameter_mm: float
     y_mm: tuple[float, float]
@@ -49,71 +59,70 @@ class ShaftDimensions:
     head_to_y_mm: float
     magnet_bore_mm: float
     magnet_depth_mm: float
+    end_screw: str
+    end_thread_mm: float
+    washer_diameter_mm: float
 
 
 def arm_dimensions(
-    length_mm: float, shaft_mm: float, bar_mm: float, layers: Layers, bearing: catalogue.Bearing
+    length_mm: float, shaft_mm: float, bar_bore_mm: float, drive: str, layers: Layers, bearing: catalogue.Bearing
 ) -> ArmDimensions:
-    """Dimensions an upper arm for a shaft that its flange clamps and a cross-bar that its boss clamps.
+    """Dimensions an upper arm for a shaft and a cross-bar.
 
-    The sector's screws and dowels sit in the lower half of the flange; the upper half holds the clamp screw. The collar
-    touches the inner ring of the shoulder bearing alone.
+    The collar touches the inner ring of the shoulder bearing alone; the sector's dowels stand around it.
 
     Raises:
-        DimensionError: The arm is too short or too thin for its two clamps.
+        DimensionError: The arm is too short or too thin.
     """
-    flange, boss = shaft_mm / 2 + 14.0, bar_mm / 2 + 3.0
+    collar = (bearing.shaft_shoulder_min_mm + bearing.inner_ring_outer_mm) / 2
+    circle = max(shaft_mm, collar - 2.0) + DOWEL_MM + 2 * DOWEL_WALL_MM
+    hub = (circle + DOWEL_MM) / 2 + DOWEL_WALL_MM + 0.5
+    flange = hub if drive == "capstan" else shaft_mm / 2 + 14.0
+    boss = bar_bore_mm / 2 + BOSS_WALL_MM
     require(
-        length_mm >= flange + boss + 30.0,
+        length_mm >= flange + boss + BEAM_LEAST_MM,
         "upper_arm",
         "length",
-        f"{length_mm:g} mm leave no beam between the clamps; at least {flange + boss + 30.0:g} mm",
+        f"upper_arm_length_mm = {length_mm:g} must be at least {flange + boss + BEAM_LEAST_MM:g} mm, or no beam "
+        "is left between its hub and its boss",
     )
     thickness = layers.arm_mm[1] - layers.arm_mm[0]
-    least = catalogue.screw(ELBOW_SCREW).counterbore_diameter_mm + 2 * COUNTERBORE_WALL_MM
+    least = ARM_LEAST_MM if drive == "capstan" else catalogue.screw(CLAMP_SCREW).head_diameter_mm + 1.0
     require(
         thickness >= least,
         "upper_arm",
-        "elbow clamp screw",
-        f"hardware.arm_thickness_mm = {thickness:g} must be at least {least:g} mm around the {ELBOW_SCREW} counterbore",
+        "thickness",
+        f"hardware.arm_thickness_mm = {thickness:g} must be at least {least:g} mm, for its dowels or its clamp's screw",
     )
-    root = 11.0
-    slit_x = length_mm - boss - 9.0
-    pocket = (flange + 6.0, slit_x - 9.0)
-
-    def height(x: float) -> float:
-        return root + (boss - root) * x / length_mm
-
     return ArmDimensions(
         length_mm=length_mm,
         flange_radius_mm=flange,
-        beam_root_radius_mm=root,
+        beam_root_radius_mm=hub if drive == "capstan" else 11.0,
         boss_radius_mm=boss,
         shaft_bore_mm=shaft_mm,
-        bar_bore_mm=bar_mm,
+        bar_bore_mm=bar_bore_mm,
         slit_mm=1.0,
         shoulder_clamp_z_mm=shaft_mm / 2 + 7.0,
-        elbow_clamp_x_mm=length_mm - boss - 3.0,
-        elbow_slit_x_mm=slit_x,
-        pocket_depth_mm=(thickness - 2.0) / 2,  # a web of 2 mm stays
-        pocket_x_mm=pocket,
-        pocket_radii_mm=(height(pocket[0]) - 2.8, height(pocket[1]) - 2.8),  # flanges of 2.8 mm, cutter of 6 mm
-        collar_diameter_mm=(bearing.shaft_shoulder_min_mm + bearing.inner_ring_outer_mm) / 2,
-        sector_screw_circle_mm=shaft_mm + 18.5,
-        sector_screw_angles_rad=(radians(-150.0), radians(-90.0), radians(-30.0)),
-        sector_dowel_angles_rad=(radians(-120.0), radians(-60.0)),
+        collar_diameter_mm=collar,
+        dowel_circle_mm=circle,
+        dowel_angles_rad=(radians(-90.0), radians(90.0)),
     )
 
 
 def shaft_dimensions(
-    shaft_mm: float, drive: str, layers: Layers, encoder: catalogue.Encoder, magnet: catalogue.Magnet
+    shaft_mm: float,
+    drive: str,
+    layers: Layers,
+    bearing: catalogue.Bearing,
+    encoder: catalogue.Encoder,
+    magnet: catalogue.Magnet,
 ) -> ShaftDimensions:
     """Dimensions the shoulder shaft, whose end holds the magnet at the middle of the encoder's air gap.
 
-    A capstan's shaft goes through both cheeks; with a direct drive it is a stub on the arm's encoder side.
+    A capstan's shaft goes through both bearings; with a direct drive it is a stub on the arm's encoder side.
 
     Raises:
-        DimensionError: The magnet does not fit the shaft.
+        DimensionError: The magnet does not fit the shaft's head, or no screw its end.
     """
     air_gap = (encoder.air_gap_min_mm + encoder.air_gap_max_mm) / 2
     end = layers.encoder_board_mm[1] + encoder.chip_height_mm + air_gap
@@ -128,18 +137,34 @@ def shaft_dimensions(
             head_to_y_mm=-half - RUNNING_GAP_MM,
             magnet_bore_mm=bore,
             magnet_depth_mm=magnet.thickness_mm,
+            end_screw="",
+            end_thread_mm=0.0,
+            washer_diameter_mm=0.0,
         )
+    collar = (bearing.shaft_shoulder_min_mm + bearing.inner_ring_outer_mm) / 2
     require(
-        head <= shaft_mm,
+        head <= bearing.inner_ring_outer_mm,
         "shoulder_shaft",
         "magnet seat",
-        f"a magnet of {magnet.diameter_mm:g} mm needs a shaft of at least {head:g} mm, not {shaft_mm:g} mm",
+        f"hardware.magnet of {magnet.diameter_mm:g} mm needs a head of {head:g} mm, which would touch more than the "
+        f"bearing's inner ring of {bearing.inner_ring_outer_mm:g} mm: a smaller one, or another hardware.bearing",
+    )
+    sizes = [size for size in END_SCREWS if catalogue.screw(size).diameter_mm <= shaft_mm - 2 * END_WALL_MM]
+    require(
+        bool(sizes),
+        "shoulder_shaft",
+        "end screw",
+        f"a shaft of {shaft_mm:g} mm has no room for {END_SCREWS[-1]}: hardware.bearing must have a bore of at least "
+        f"{catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM:g} mm",
     )
     return ShaftDimensions(
         diameter_mm=shaft_mm,
-        y_mm=(end, layers.motor_cheek_mm[1] - 0.5),
-        head_diameter_mm=shaft_mm,
-        head_to_y_mm=end,
+        y_mm=(end, layers.bearings_mm[1][1] - INSIDE_RING_MM),
+        head_diameter_mm=max(head, collar),
+        head_to_y_mm=layers.bearings_mm[0][0],
         magnet_bore_mm=bore,
         magnet_depth_mm=magnet.thickness_mm,
+        end_screw=sizes[0],
+        end_thread_mm=END_THREAD_DIAMETERS * catalogue.screw(sizes[0]).diameter_mm,
+        washer_diameter_mm=collar,
     )

@@ -17,8 +17,12 @@ HEAD_WALL_MM = 5.0  # around the bearing seat
 PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
 CLEAR_MM = 2.0  # between parts that nothing brings closer
 FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
+LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
 FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
+HEIGHTS = 33  # of a motor at which the room beside it is looked at
+ROUNDS = 40  # in which feet and base find their places; each lowers the base
+SETTLED_MM = 1e-9
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,11 @@ class BracketDimensions:
     stop_pin_mm: float
     stop_pins_mm: tuple[tuple[float, float], ...]
 
+    @property
+    def leg_circle_mm(self) -> tuple[float, float, float]:
+        """(x, z, radius) in the shoulder's frame of the circle at which a capstan's encoder leg hangs on its head."""
+        return LEG_ASIDE_MM, 0.0, self.head_radius_mm - LEG_ASIDE_MM
+
 
 def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -> float:
     """Computes the angle from the arm's axis at which a pin at a distance from the shoulder touches the beam's edge.
@@ -63,6 +72,39 @@ def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float) -> flo
     if not -pi < normal < -pi / 2:  # the edge does not lean over the foot
         return float("inf")
     return (away - top_mm * sin(normal)) / cos(normal)
+
+
+def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float) -> float:
+    """Gives the height below the shoulder plane at which a foot that ends there keeps clear of the arm; else inf."""
+    normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
+    if not -pi < normal < -pi / 2 or end_mm <= 0.0:
+        return float("inf")
+    return (arm.beam_root_radius_mm + CLEAR_MM - end_mm * cos(normal)) / sin(normal)
+
+
+def _beside_mm(
+    inner_mm: float, base_top_mm: float, axis_mm: tuple[float, float], radius_mm: float, leg_mm: float
+) -> float:
+    """Gives how far out a foot must begin for the encoder's leg above it to pass the neighbour's motor.
+
+    The leg's inner edge runs from `inner_mm` at the shoulder's height to the foot's inner end; the motor that lies
+    across it, 120 degrees on, is round about `axis_mm`, (u, z) of its own chain.
+
+    Args:
+        inner_mm: Leg's inner edge at the shoulder's height, from the base's centre.
+        base_top_mm: Height of the foot's underside, negative.
+        axis_mm: The motors' axis in their chains' planes.
+        radius_mm: Of the motors.
+        leg_mm: How far the leg reaches aside.
+    """
+    found = -float("inf")
+    for k in range(HEIGHTS):
+        off = radius_mm * cos(pi * k / (HEIGHTS - 1))
+        height = min(axis_mm[1] + off, -CLEAR_MM)
+        wide = radius_mm * sin(pi * k / (HEIGHTS - 1))
+        edge = 2 * (SIN_60 * leg_mm + CLEAR_MM / 2 - axis_mm[0] + wide)
+        found = max(found, inner_mm + (edge - inner_mm) * base_top_mm / height)
+    return found
 
 
 def bracket_dimensions(
@@ -114,17 +156,23 @@ def bracket_dimensions(
         pins = tuple((u + distance * cos(a), distance * sin(a)) for a in angles)
     body = motor.diameter_mm / 2
     stop = shoulder_rad[0] - STOP_MARGIN_RAD
-    rim = hypot(u + FOOT_MM[1], half_width_mm) + PLATE_RIM_MM
     boss = arm.boss_radius_mm + CLEAR_MM
-    elbows = boss - lowest_elbow_mm - base_thickness_mm
-    if u + arm.length_mm * cos(stop) - boss < rim:
-        elbows = boss + arm.length_mm * abs(sin(stop))
-    base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, elbows)
-    end = min(FOOT_MM[1], foot_outer_end_mm(arm, stop, base_top + FOOT_HEIGHT_MM))
-    inwards = FOOT_MM[1] - end
-    beside = 2 * (SIN_60 * leg_mm + CLEAR_MM / 2 - (u + du) + body)  # the neighbour's motor lies across the leg
-    outwards = max(beside - (u + FOOT_MM[0] - inwards), 0.0) if capstan is not None else 0.0
-    foot = (u + FOOT_MM[0] - inwards + outwards, u + end + outwards)
+    head = bearing.outer_mm / 2 + HEAD_WALL_MM
+    inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
+    base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm)
+    foot = (u + FOOT_MM[0], u + FOOT_MM[1])
+    for _ in range(ROUNDS):
+        end = min(foot[1], u + foot_outer_end_mm(arm, stop, base_top + FOOT_HEIGHT_MM))
+        low = end - (FOOT_MM[1] - FOOT_MM[0])
+        if capstan is not None:
+            low = max(low, _beside_mm(inner, base_top, (u + du, dz), body, leg_mm))
+        foot = (low, low + FOOT_MM[1] - FOOT_MM[0])
+        lower = _under_arm_mm(arm, stop, foot[1] - u) - FOOT_HEIGHT_MM
+        if u + arm.length_mm * cos(stop) - boss < hypot(foot[1], half_width_mm) + PLATE_RIM_MM:
+            lower = min(lower, -boss - arm.length_mm * abs(sin(stop)))
+        if lower >= base_top - SETTLED_MM:
+            break
+        base_top = lower
     require(
         foot[0] >= FOOT_INSIDE_MM,
         "foot_block",
@@ -135,7 +183,7 @@ def bracket_dimensions(
     count = motor.mount_count
     return BracketDimensions(
         shoulder_u_mm=u,
-        head_radius_mm=bearing.outer_mm / 2 + HEAD_WALL_MM,
+        head_radius_mm=head,
         passage_mm=bearing.housing_shoulder_max_mm - 0.6,
         motor_axis_mm=(u + du, dz),
         motor_pad_radius_mm=body + PAD_MARGIN_MM,

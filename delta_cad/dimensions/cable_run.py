@@ -15,8 +15,6 @@ from math import acos, atan, atan2, cos, exp, hypot, log, pi, sin, sqrt, tan, ta
 GROOVE_PITCHES_MM = (0.5, 0.6, 0.7, 0.75, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0)  # what lathes cut
 PITCH_PER_DIAMETER = 1.25  # least pitch: neighbouring turns keep a quarter of a diameter
 FRICTION = 0.12  # cable on metal, the low end of what is measured
-SLIP_SAFETY = 1.8  # turns drawn over turns that hold the peak
-SLACK_N = 4.0  # least tension of the slack strand
 FLEET_LIMIT_RAD = 0.0436  # 2.5 deg: beyond, a cable climbs out of a flat groove
 
 

@@ -26,8 +26,8 @@ COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
 NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end: it bends no tighter there than on the pinion
 NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
 RIM_BEYOND_MM = 4.0  # rim between the pinion at the stop and the nose: keeps a wall of 2 mm beside the stop's slot
+WEB_MM = 4.0  # of the sector below its rim
 RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
-HUB_WALL_MM = 8.0  # sector around the shaft in its upper half, where no screws are and the rods pass beside it
 SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
@@ -63,7 +63,6 @@ class CapstanDimensions:
     direction_rad: float
     ratio: float
     rim_angles_rad: tuple[float, float]
-    hub_radius_mm: float
     nose_radius_mm: float
     turns_rad: tuple[float, float]
     slot_radius_mm: float
@@ -92,6 +91,11 @@ class CapstanDimensions:
     def nose_bar_radius_mm(self) -> float:
         """Half width of the sector's end below the nose: as far below the cable as the anchor's wall goes."""
         return self.nose_radius_mm + self.cable_diameter_mm / 2 - ANCHOR_SIDE_MM
+
+    @property
+    def web_y_mm(self) -> tuple[float, float]:
+        """Both sides of the sector's web along the shoulder's axis."""
+        return self.middle_y_mm - WEB_MM / 2, self.middle_y_mm + WEB_MM / 2
 
     @property
     def end_y_mm(self) -> tuple[float, float]:
@@ -204,7 +208,6 @@ def capstan_dimensions(
     motor: catalogue.Motor,
     stop_pin_mm: float,
     slot_radius_mm: float,
-    shaft_mm: float,
     direction_rad: float,
 ) -> CapstanDimensions:
     """Dimensions a capstan around its cable.
@@ -220,7 +223,6 @@ def capstan_dimensions(
         motor: Row of the catalogue.
         stop_pin_mm: Diameter of the stop pin.
         slot_radius_mm: Distance of the stop pin from the shoulder axis.
-        shaft_mm: Diameter of the shoulder shaft.
         direction_rad: From the shoulder to the pinion, see `pinion_direction_rad`.
 
     Raises:
@@ -297,7 +299,6 @@ def capstan_dimensions(
         direction_rad=direction_rad,
         ratio=ratio,
         rim_angles_rad=rim,
-        hub_radius_mm=shaft_mm / 2 + HUB_WALL_MM,
         nose_radius_mm=NOSE_RADIUS_MM,
         turns_rad=(NOSE_TURN_RAD, 0.0),
         slot_radius_mm=slot_radius_mm,

@@ -13,6 +13,7 @@ SHAFT_ENDS_GAP_MM = 0.5
 PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
+SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what holds an arm sideways
 
 
 def motor_thread_mm(motor: catalogue.Motor) -> float:
@@ -22,12 +23,18 @@ def motor_thread_mm(motor: catalogue.Motor) -> float:
 
 @dataclass(frozen=True)
 class Layers:
-    """Extents along the shoulder axis (t of the chain, y of the arm), each (lower, upper), mm."""
+    """Extents along the shoulder axis (t of the chain, y of the arm), each (lower, upper), mm.
+
+    `encoder_head_mm` is the encoder cheek's head beside its leg, which holds the bearing as far out as the span asks;
+    of a direct drive it is the leg itself, and there are no bearings.
+    """
 
     arm_mm: tuple[float, float]
     sector_mm: tuple[float, float]
     elbow_boss_mm: tuple[float, float]
     encoder_cheek_mm: tuple[float, float]
+    encoder_head_mm: tuple[float, float]
+    bearings_mm: tuple[tuple[float, float], ...]
     motor_cheek_mm: tuple[float, float]
     encoder_board_mm: tuple[float, float]
 
@@ -37,6 +44,7 @@ def layers(
     rim_mm: tuple[float, float] | None,
     pinion_end_mm: float,
     bearing: catalogue.Bearing,
+    preload_mm: float,
     encoder: catalogue.Encoder,
     motor: catalogue.Motor,
 ) -> Layers:
@@ -50,8 +58,9 @@ def layers(
         arm_thickness_mm: Thickness of the arm's plate.
         rim_mm: Both sides of a capstan's rim; None for a direct drive.
         pinion_end_mm: End of the pinion, which turns in the bore of the motor's pilot and ends before the pilot.
-        bearing: Row of the catalogue, as the next two.
-        encoder: At the shoulder.
+        bearing: Row of the catalogue.
+        preload_mm: Working height of the spring behind the encoder's bearing.
+        encoder: Row of the catalogue, at the shoulder.
         motor: At the motor cheek.
 
     Raises:
@@ -79,12 +88,21 @@ def layers(
             f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {clamped:g} mm on the motor's shaft; it must be "
             f"at least {least:g} mm",
         )
-    board = encoder_inside - cheek - BOARD_STAND_OFF_MM
+    bearings: tuple[tuple[float, float], ...] = ()
+    head = encoder_inside - cheek
+    if rim_mm is not None:
+        middle = min(encoder_inside - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
+        outer = middle - bearing.width_mm / 2
+        bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
+        head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
+    board = head - BOARD_STAND_OFF_MM
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,
         elbow_boss_mm=(-ELBOW_BOSS_WIDTH_MM / 2, ELBOW_BOSS_WIDTH_MM / 2),
         encoder_cheek_mm=(encoder_inside - cheek, encoder_inside),
+        encoder_head_mm=(head, encoder_inside - cheek),
+        bearings_mm=bearings,
         motor_cheek_mm=(motor_inside, motor_face),
         encoder_board_mm=(board - encoder.board_thickness_mm, board),
     )

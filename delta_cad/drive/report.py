@@ -17,9 +17,9 @@ Verdict = Literal["continuous", "peak only", "insufficient"]
 # An estimate, not a measurement: measure it on the first device.
 CAPSTAN_EFFICIENCY = 0.96
 DIRECT_EFFICIENCY = 1.0  # the motor's own friction is already taken off its nominal torque
-# Pretension over half the largest drive force. Of a cable fixed at both ends one side loses half of the drive force;
-# below 1 it would go slack and bring backlash, the rest is for settling of the rope.
-SLACK_RESERVE = 1.2
+# Least tension of a capstan's slack strand. Of a cable fixed at both ends one side loses half of the drive force; at 0
+# it would go slack and bring backlash, and a new rope settles.
+SLACK_N = 4.0
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,18 @@ class DriveReport:
         continuous_torque_N_m: At the joint, for ever, at 25 C ambient (thermal limit of the motor).
         peak_torque_N_m: At the joint for `peak_time_s`.
         peak_time_s: How long the peak may last.
-        required_torque_N_m: The design's requirement.
-        verdict: "continuous", "peak only" or "insufficient".
+        required_torque_N_m: The design's requirement, for ever.
+        required_peak_N_m: What it asks for a moment; the same where it does not say.
+        controlled_torque_N_m: What the controller lets the drive give: the required peak, or the drive's where that is
+            less. The cable is tensioned for it.
+        verdict: "continuous" when both are given; "peak only" when what is asked for ever is given for a moment alone;
+            else "insufficient".
         ratio_for_continuous: Smallest capstan ratio at which this motor gives the required torque for ever; None for a
             direct drive.
         reflected_inertia_kg_m2: The rotor's inertia seen at the joint (without the pinion).
         cable: Id in the catalogue; None, as all that follows, for a direct drive.
-        cable_pretension_N: Pretension at which the unloaded side stays taut at the peak torque.
-        cable_tension_N: Largest tension of the loaded side at the peak torque, losses neglected (the safe way).
+        cable_pretension_N: Pretension at which the unloaded side keeps `SLACK_N` at the controlled torque.
+        cable_tension_N: Largest tension of the loaded side there.
         cable_safety_factor: Breaking load over that tension.
         bend_ratio: Groove diameter of the pinion over cable diameter.
         bend_ratio_recommended: What the rope's makers advise for long life.
@@ -55,6 +59,8 @@ class DriveReport:
     peak_torque_N_m: float
     peak_time_s: float
     required_torque_N_m: float
+    required_peak_N_m: float
+    controlled_torque_N_m: float
     verdict: Verdict
     ratio_for_continuous: float | None
     reflected_inertia_kg_m2: float
@@ -69,18 +75,22 @@ class DriveReport:
 def drive_torque(design: Design) -> DriveReport:
     """Computes what the design's motor and drive give at each joint; the verdict compares with the torque required."""
     hardware, required = design.hardware, design.requirements.joint_torque_N_m
+    required_peak = design.requirements.peak_torque_N_m or required
     motor = catalogue.motor.chosen(hardware)
     capstan = hardware.drive == "capstan"
     ratio = hardware.capstan_ratio if capstan else 1.0
     efficiency = CAPSTAN_EFFICIENCY if capstan else DIRECT_EFFICIENCY
     continuous = ratio * efficiency * motor.nominal_torque_N_m
     peak = ratio * efficiency * motor.peak_torque_N_m
-    verdict: Verdict = "continuous" if continuous >= required else "peak only" if peak >= required else "insufficient"
+    controlled = min(peak, required_peak)
+    verdict: Verdict = "insufficient"
+    if peak >= required_peak:
+        verdict = "continuous" if continuous >= required else "peak only"
     pretension = tension = safety = bend = advised = None
     if capstan:
         cable = catalogue.cable.chosen(hardware)
-        force = ratio * motor.peak_torque_N_m / (hardware.sector_radius_mm / MM_PER_M)
-        pretension = SLACK_RESERVE * force / 2.0
+        force = controlled / efficiency / (hardware.sector_radius_mm / MM_PER_M)
+        pretension = SLACK_N + force / 2.0
         tension = pretension + force / 2.0
         safety = cable.breaking_load_N / tension
         groove_mm = 2.0 * hardware.sector_radius_mm / ratio - cable.diameter_mm
@@ -94,6 +104,8 @@ def drive_torque(design: Design) -> DriveReport:
         peak_torque_N_m=peak,
         peak_time_s=motor.peak_time_s,
         required_torque_N_m=required,
+        required_peak_N_m=required_peak,
+        controlled_torque_N_m=controlled,
         verdict=verdict,
         ratio_for_continuous=required / (efficiency * motor.nominal_torque_N_m) if capstan else None,
         reflected_inertia_kg_m2=ratio**2 * motor.rotor_inertia_kg_m2,

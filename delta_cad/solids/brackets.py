@@ -19,7 +19,18 @@ from delta_cad.dimensions.rules import require
 from delta_cad.solids.making import hull_y, made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, Circle, bore_y, bore_z, box, cut, edge_break, feature, hull_along_y
+from delta_cad.solids.primitive import (
+    THROUGH_MM,
+    Circle,
+    bore_y,
+    bore_z,
+    box,
+    cut,
+    edge_break,
+    feature,
+    fuse,
+    hull_along_y,
+)
 
 BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
@@ -29,7 +40,6 @@ STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
 KEY_SLOT_MM = 3.4  # for the key of the pinion's set screws
-WEB_MM = 4.0  # of the sector below its rim
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -91,7 +101,7 @@ def motor_screw_mm(d: Dimensions) -> tuple[float, float]:
 
 def stopped_y_mm(d: Dimensions) -> float:
     """Face of the sector's web that the stop pin reaches into, or of the arm where there is no sector."""
-    return d.layers.arm_mm[1] if d.capstan is None else d.capstan.middle_y_mm + WEB_MM / 2
+    return d.layers.arm_mm[1] if d.capstan is None else d.capstan.web_y_mm[1]
 
 
 def stop_pin_length_mm(d: Dimensions) -> float:
@@ -156,8 +166,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
     if d.capstan is not None:
-        tools += [*_bearing_seat(d, inside, 1.0), _set_screw_slot(d, d.capstan, (x, z))]
-        holes += _bearing_holes(d)
+        tools += [*_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0), _set_screw_slot(d, d.capstan, (x, z))]
+        holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
     description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
@@ -174,15 +184,19 @@ def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float]
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:
-    """Cheek with the encoder's board and (capstan) the second bearing's seat, open towards the arm."""
+    """Cheek with the encoder's board and (capstan) the second bearing in a head that stands out from its leg."""
     number, b = "encoder_cheek", d.bracket
     outside, inside = d.layers.encoder_cheek_mm
-    through = (outside - THROUGH_MM, inside + THROUGH_MM)
+    face = d.layers.encoder_head_mm[0]
+    through = (face - THROUGH_MM, inside + THROUGH_MM)
     board = board_screw_positions(d)
-    pads = [(x, z, 4.0) for x, z in board]
-    outline = [(0.0, 0.0, b.head_radius_mm), *pads, *_foot(d)]
-    body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(outline, (outside, inside)))
+    head = [(0.0, 0.0, b.head_radius_mm), *((x, z, 4.0) for x, z in board)]
+    leg = [b.leg_circle_mm, *_foot(d)] if face < outside else [*head, *_foot(d)]
+    body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
+    if face < outside:
+        upper = edge_break(number, hull_along_y(head, (face, inside)), "<Y or >Y", 0.5)
+        body = fuse(body, upper)
     screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
     tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, through) for at in board]
     tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
@@ -192,31 +206,34 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
     ]
-    if d.capstan is not None:
-        tools += _bearing_seat(d, inside, -1.0)
-        holes += _bearing_holes(d)
+    if d.preload is not None:
+        tools += _bearing_seat(d, d.layers.bearings_mm[0][0] - d.preload.work_height_mm, inside, -1.0)
+        depth = inside - d.layers.bearings_mm[0][0] + d.preload.work_height_mm
+        holes += _bearing_holes(d, depth, "H6", "bearing slides, wave spring behind it")
     else:
         tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
-    description, extent = f"encoder cheek, plate {inside - outside:g}", hull_y(outline, (outside, inside))
+    extent = hull_y([*leg, *head], (face, inside))
+    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:g}"
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
-def _bearing_seat(d: Dimensions, inside: float, outwards: float) -> list[cq.Shape]:
-    depth, clear = d.bearing.width_mm, THROUGH_MM
-    ends = sorted((inside - outwards * clear, inside + outwards * depth))
-    rest = sorted((inside - outwards * clear, inside + outwards * (depth + 5.0)))
+def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -> list[cq.Shape]:
+    """Seat from a cheek's inner face to its floor, and the passage through the lip."""
+    clear = THROUGH_MM
+    ends = sorted((inside - outwards * clear, floor))
+    rest = sorted((inside - outwards * clear, floor + outwards * 5.0))
     return [
         bore_y(d.bearing.outer_mm, (0.0, 0.0), (ends[0], ends[1])),
         bore_y(d.bracket.passage_mm, (0.0, 0.0), (rest[0], rest[1])),
     ]
 
 
-def _bearing_holes(d: Dimensions) -> list[Hole]:
-    outer, width = d.bearing.outer_mm, d.bearing.width_mm
+def _bearing_holes(d: Dimensions, depth: float, fit: str, what: str) -> list[Hole]:
+    outer = d.bearing.outer_mm
     return [
-        Hole(outer, 1, f"{outer:g} H7 x {width:g} from the arm's side, bearing seat"),
+        Hole(outer, 1, f"{outer:g} {fit} x {depth:g} from the arm's side, {what}"),
         Hole(d.bracket.passage_mm, 1, f"{d.bracket.passage_mm:g} through, shaft passage and lip"),
     ]
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.arm import DOWEL_MM
 from delta_cad.dimensions.capstan import (
     ANCHOR_MM,
     ANCHOR_SIDE_MM,
@@ -27,7 +28,6 @@ from delta_cad.dimensions.capstan import (
     lug_length_mm,
 )
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids.brackets import WEB_MM
 from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
@@ -46,7 +46,7 @@ from delta_cad.solids.primitive import (
     stepped,
     swept_round,
 )
-from delta_cad.solids.upper_arm import DOWEL_MM, SECTOR_SCREW, polar_positions
+from delta_cad.solids.upper_arm import dowel_positions, polar_positions
 
 CABLE_BORE_MM = 0.3  # by which a bore is wider than the cable
 BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest cut off
@@ -118,12 +118,6 @@ def set_screw_frames(d: Dimensions, length_mm: float) -> tuple[np.ndarray, np.nd
     return along_x, along_z
 
 
-def web_y_mm(d: Dimensions) -> tuple[float, float]:
-    """Both sides of the sector's web along the shoulder's axis."""
-    middle = capstan_of(d).middle_y_mm
-    return middle - WEB_MM / 2, middle + WEB_MM / 2
-
-
 def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
     """(x, z) of the lightening holes between slot and rim, as many as leave walls of 2 mm."""
     low = c.slot_radius_mm + c.slot_width_mm / 2 + 2.0
@@ -138,9 +132,9 @@ def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
 
 
 def make_sector(d: Dimensions) -> Part:
-    """Sector bolted to the arm: rim, nose and anchor for the cable, pocket for its carriage, slot for the stop pin."""
+    """Sector beside the arm: rim, nose and anchor for the cable, pocket for its carriage, slot for the stop pin."""
     number, c, a, y = "sector", capstan_of(d), d.arm, d.layers.sector_mm
-    arm, web = d.layers.arm_mm[1], web_y_mm(d)
+    arm, web = d.layers.arm_mm[1], c.web_y_mm
     inner = a.flange_radius_mm - 4.0
     low, high = c.rim_angles_rad
     length = lug_length_mm()
@@ -165,20 +159,16 @@ def make_sector(d: Dimensions) -> Part:
         share = inner / (c.rim_radius_mm - c.nose_radius_mm)
         bar = [(x, z, c.nose_bar_radius_mm), (share * x, share * z, c.nose_bar_radius_mm)]
         nose = fuse(bore_y(2 * c.nose_radius_mm, (x, z), y), hull_along_y(bar, web))
-        hub = bore_y(2 * c.hub_radius_mm, (0.0, 0.0), (arm, web[1]))
-        seat = ring_segment(c.hub_radius_mm - 1.0, a.flange_radius_mm, (-pi, 0.0), (arm, web[1]))
+        hub = bore_y(2 * a.flange_radius_mm, (0.0, 0.0), (arm, web[1]))
         collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (web[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
         lug = beside(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
         anchor = beside(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
-        return fuse(plate, rim, support, nose, hub, seat, collar, lug, anchor)
+        return fuse(plate, rim, support, nose, hub, collar, lug, anchor)
 
     shape = feature(number, "outline", "hardware.sector_radius_mm", body)
     through = (arm - THROUGH_MM, d.layers.motor_cheek_mm[0] + THROUGH_MM)
-    thread, screw = catalogue.screw(SECTOR_SCREW), catalogue.screw(TENSION_SCREW)
-    seats = polar_positions(a.sector_screw_circle_mm / 2, a.sector_screw_angles_rad)
-    pins = polar_positions(a.sector_screw_circle_mm / 2, a.sector_dowel_angles_rad)
+    screw, pins = catalogue.screw(TENSION_SCREW), dowel_positions(d)
     tools: list[cq.Shape] = [bore_y(a.shaft_bore_mm, (0.0, 0.0), through)]
-    tools += [bore_y(thread.tap_drill_mm, at, through) for at in seats]
     tools += [bore_y(DOWEL_MM, at, through) for at in pins]
     half = c.slot_width_mm / 2
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
@@ -200,7 +190,6 @@ def make_sector(d: Dimensions) -> Part:
     solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, tools))
     holes = (
         Hole(a.shaft_bore_mm, 1, f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft"),
-        Hole(thread.tap_drill_mm, len(seats), f"{SECTOR_SCREW} through, to the arm"),
         Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, dowels"),
         Hole(c.slot_width_mm, 2, f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends"),
         Hole(screw.clearance_hole_mm, 1, f"{screw.clearance_hole_mm:g} into the pocket, tension screw"),
@@ -269,30 +258,31 @@ def make_pinion(d: Dimensions) -> Part:
     return made_part(number, description, solid, material("stainless-1.4305"), extent, holes)
 
 
-def make_cable(d: Dimensions) -> Part:
-    """Cable from its sleeve in the carriage over the rim to where it leaves the sector, in the exported position."""
+def make_cable(d: Dimensions, end: int) -> Part:
+    """Cable on the rim from one of its ends to where it leaves the sector in the exported position.
+
+    The one of the outer end is the cable in the bill of materials; all others are pieces that it is drawn in.
+    """
     c, run = capstan_of(d), capstan_of(d).run
-    point, tangent, _ = rim_end(d, 1)
-    back = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
-    high = c.rim_angles_rad[1]
-    ends = (high, c.direction_rad - d.home_rad + run.tangent_rad)
-    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[1], run.climb)
-    total = c.cable_length_mm
-    piece = _piece(d, "capstan_cable", [[point + back * tangent, point], *rim])
-    text = f"{d.cable.description}, cut {total + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
-    return replace(piece, description=text, piece_of="")
+    sense = 1.0 if end else -1.0
+    ends = (c.rim_angles_rad[end], c.direction_rad - d.home_rad + sense * run.tangent_rad)
+    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[end], sense * run.climb)
+    if not end:
+        return _piece(d, "capstan_cable_inner", rim)
+    text = f"{d.cable.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
+    return replace(_piece(d, "capstan_cable", rim), description=text, piece_of="")
 
 
-def make_inner_cable(d: Dimensions) -> Part:
-    """Cable from its sleeve behind the anchor round the nose and over the rim to where it leaves the sector."""
-    c, run = capstan_of(d), capstan_of(d).run
-    point, tangent, _ = rim_end(d, 0)
+def make_cable_end(d: Dimensions, end: int) -> Part:
+    """Cable from a rim's end to its sleeve: straight into the carriage, or round the nose and through the anchor."""
+    c = capstan_of(d)
+    point, tangent, _ = rim_end(d, end)
+    if end:
+        back = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
+        return _piece(d, "capstan_cable_outer_end", [[point + back * tangent, point]])
     low, y = c.rim_angles_rad[0], c.end_y_mm[0]
     nose = _arcs(c.nose_radius_mm + c.cable_diameter_mm / 2, c.nose_centre_mm, (low - c.turns_rad[0], low), y, 0.0)
-    ends = (low, c.direction_rad - d.home_rad - run.tangent_rad)
-    rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, y, -run.climb)
-    straight = [point + (ANCHOR_MM + CRIMP_MM[1]) * tangent, point]
-    return _piece(d, "capstan_cable_inner", [straight, *nose, *rim])
+    return _piece(d, "capstan_cable_inner_end", [[point + (ANCHOR_MM + CRIMP_MM[1]) * tangent, point], *nose])
 
 
 def make_strand(d: Dimensions, end: int) -> Part:
@@ -349,7 +339,12 @@ def _arcs(
 def _piece(d: Dimensions, number: str, pieces: list[list[np.ndarray]]) -> Part:
     """A piece of the cable along lines and arcs of its middle."""
     diameter = capstan_of(d).cable_diameter_mm
-    shape = feature(number, "sweep", "hardware.cable", lambda: swept_round(pieces, diameter - DRAWN_PLAY_MM))
+    shape = feature(
+        number,
+        "sweep",
+        "hardware.cable",
+        lambda: swept_round([np.array(one).tolist() for one in pieces], diameter - DRAWN_PLAY_MM),
+    )
     return _bought(d, number, shape, shape.Volume() / (pi * (diameter - DRAWN_PLAY_MM) ** 2 / 4))
 
 

@@ -1,8 +1,10 @@
-"""The shoulder shaft (or a direct drive's stub) with the encoder magnet in its end; y along the axis."""
+"""The shoulder shaft (or a direct drive's stub) with the encoder magnet in its head, its washer; y along the axis."""
 
 from __future__ import annotations
 
+from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.arm import END_DRILL_MM, WASHER_MM
 from delta_cad.solids.making import made_part, round_y
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
@@ -12,15 +14,34 @@ EDGE_MM = 0.3
 
 
 def make_shoulder_shaft(d: Dimensions) -> Part:
-    """Turned shaft; the magnet's seat is bored in the encoder's end."""
+    """Turned shaft; the magnet's seat is bored in the encoder's end, a capstan's has a thread in the other."""
     number, s = "shoulder_shaft", d.shaft
     (y0, y1), r, head = s.y_mm, s.diameter_mm / 2, s.head_diameter_mm / 2
     profile = [(0.0, y0), (head - EDGE_MM, y0), (head, y0 + EDGE_MM)]
     if head > r:
         profile += [(head, s.head_to_y_mm), (r, s.head_to_y_mm)]
     profile += [(r, y1 - EDGE_MM), (r - EDGE_MM, y1), (0.0, y1)]
-    seat = bore_y(s.magnet_bore_mm, (0.0, 0.0), (y0 - THROUGH_MM, y0 + s.magnet_depth_mm))
-    solid = feature(number, "magnet seat", "hardware.magnet", lambda: cut(turned(profile), [seat]))
+    tools = [bore_y(s.magnet_bore_mm, (0.0, 0.0), (y0 - THROUGH_MM, y0 + s.magnet_depth_mm))]
+    holes = [Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush")]
+    if s.end_screw:
+        drill = catalogue.screw(s.end_screw).tap_drill_mm
+        tools.append(bore_y(drill, (0.0, 0.0), (y1 - s.end_thread_mm - END_DRILL_MM, y1 + THROUGH_MM)))
+        holes.append(Hole(drill, 1, f"{s.end_screw} x {s.end_thread_mm:g}, clamps the inner rings"))
+    solid = feature(number, "bores", "hardware.magnet", lambda: cut(turned(profile), tools))
     description = f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}"
-    hole = Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush")
-    return made_part(number, description, solid, material("stainless-1.4305"), round_y(head, s.y_mm), [hole])
+    return made_part(number, description, solid, material("stainless-1.4305"), round_y(head, s.y_mm), holes)
+
+
+def make_shoulder_washer(d: Dimensions) -> Part:
+    """Turned washer under the screw in the shaft's end, along y from 0: on the bearing's inner ring alone."""
+    number, s = "shoulder_washer", d.shaft
+    bore = catalogue.screw(s.end_screw).clearance_hole_mm
+    body = bore_y(s.washer_diameter_mm, (0.0, 0.0), (0.0, WASHER_MM))
+    solid = feature(
+        number, "bore", "hardware.bearing", lambda: cut(body, [bore_y(bore, (0.0, 0.0), (-1.0, WASHER_MM + 1.0))])
+    )
+    extent = round_y(s.washer_diameter_mm / 2, (0.0, WASHER_MM))
+    description = f"shoulder washer {s.washer_diameter_mm:g} x {WASHER_MM:g}"
+    return made_part(
+        number, description, solid, material("stainless-1.4305"), extent, [Hole(bore, 1, f"{bore:g} through")]
+    )

@@ -189,8 +189,8 @@ def _rods(table: StructureTable, unit: UnitLoads) -> dict[str, np.ndarray]:
     tension = unit.rods
     squares = (tension[..., None] * tension[..., None, :]).sum(axis=-3)  # (..., 3, 6, 6), both rods
     along = (unit.along * unit.arms[..., 1, :]).sum(axis=-1) ** 2  # square of the cosine against the studs' axis
-    elbow = flexibility(Beam((*table.bar.slices, *table.stud.slices)))
-    wrist = flexibility(table.stud)
+    elbow = flexibility(Beam((*table.elbow_bar.slices, *table.stud.slices)))
+    wrist = flexibility(Beam((*table.wrist_bar.slices, *table.stud.slices)))
     across, axial = elbow[1, 1] + wrist[1, 1], elbow[0, 0] + wrist[0, 0]
     stud = across * (1.0 - along) + axial * along
     total = squares.sum(axis=-3)

@@ -6,23 +6,23 @@ A redesigned part changes its lines here, as it does in `table.py`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians
+from math import pi, radians, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.arm import ELBOW_SCREW
-from delta_cad.dimensions.forearm import STUD_CORE_MM
+from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
+from delta_cad.dimensions.capstan import WEB_MM
+from delta_cad.dimensions.forearm import BOND_N_MM2, LEAN_RAD, ForearmDimensions
 from delta_cad.drive import drive_torque
 from delta_cad.structure.bearing import BallBearing, ball_bearing
 from delta_cad.structure.section import ring
-from delta_cad.structure.table import PRELOAD_N, moduli_N_mm2
+from delta_cad.structure.table import moduli_N_mm2
 
 BUCKLING_FACTOR = 3.0  # Euler's load over what a rod may bear: its joints' play and its own bow take the rest
 ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
-BOND_N_mm2 = 1.0  # shear of an adhesive on POM as it comes: 1 to 3, the lower one; from memory
+RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel
 SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
 SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
-FRICTION = 0.12  # of a clamp's dry aluminium on steel, the low end of VDI 2230's table
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
 MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
 MOTOR_SHAFT_MM = 6.0
@@ -44,15 +44,17 @@ class Holds:
         stub_N_mm2: Proof stress of that shaft.
         pretension_N: Of the cable.
         cable_N: What the cable may bear.
-        stud_core_mm: Diameter of the ball stud in its thread's root.
-        stud_lever_mm: From the ball's centre to that root.
+        turns: Turns of the cable on the pinion.
+        stud_1_mm2: Largest bending stress in a stud for 1 N of a rod square to it.
         stud_N_mm2: Proof stress of the stud.
-        bond_mm2: Area by which a socket's spigot is bonded into the tube.
+        joint_N: Rod force at which the ball reaches the lip of its cup, at the largest lean.
+        bond_mm2: Area by which a cup's spigot is bonded into the tube.
         bond_N_mm2: Shear stress that the bond may bear.
         buckling_N: What a rod may bear in compression.
-        hub_N_mm: Tilting moment that the shoulder's clamp holds.
-        elbow_N_mm: Tilting moment that the elbow's clamp holds.
-        elbow_N: Force along the cross-bar that the elbow's clamp holds by friction.
+        hub_N_mm: Tilting moment that the arm's seat on its shaft holds.
+        bar_1_mm3: Shear in a cross-bar's bond for 1 N mm of tilting moment.
+        bar_mm2: Area of that bond.
+        bar_N_mm2: Shear stress that it may bear.
         sector_mm: Radius of the circle of the dowels between arm and sector.
         sector_pins: How many these are.
         sector_N: What one of them may bear.
@@ -75,15 +77,17 @@ class Holds:
     stub_N_mm2: float
     pretension_N: float | None
     cable_N: float | None
-    stud_core_mm: float
-    stud_lever_mm: float
+    turns: float | None
+    stud_1_mm2: float
     stud_N_mm2: float
+    joint_N: float
     bond_mm2: float
     bond_N_mm2: float
     buckling_N: float
     hub_N_mm: float
-    elbow_N_mm: float
-    elbow_N: float
+    bar_1_mm3: float
+    bar_mm2: float
+    bar_N_mm2: float
     sector_mm: float | None
     sector_pins: int
     sector_N: float
@@ -117,6 +121,23 @@ def clamp_N_mm(size: str, width_mm: float) -> float:
     return screw_N(size) * width_mm / 6.0
 
 
+def stack_N_mm(size: str, outer_mm: float, inner_mm: float) -> float:
+    """Computes the tilting moment at which an arm that is clamped along its shaft opens at one edge, N mm.
+
+    The screw presses the ring of the collar evenly; a moment takes the last of it from one edge at F k with k the core
+    of a ring, (Ro^2 + Ri^2) / (4 Ro).
+    """
+    outer, inner = outer_mm / 2.0, inner_mm / 2.0
+    return screw_N(size) * (outer**2 + inner**2) / (4.0 * outer)
+
+
+def stud_stress_1_mm2(f: ForearmDimensions) -> float:
+    """Computes the largest bending stress in a stud for 1 N of its rod, square to it: in the pin or in the neck."""
+    rim = sqrt((f.ball_diameter_mm / 2) ** 2 - (f.pin_diameter_mm / 2) ** 2)
+    sections = ((rim, f.pin_diameter_mm), (f.stand_off_mm, f.neck_diameter_mm))
+    return max(32.0 * lever / (pi * diameter**3) for lever, diameter in sections)
+
+
 def holds(d: Dimensions) -> Holds:
     """Gathers what the parts of a design may bear."""
     f, b, layers = d.forearm, d.bracket, d.layers
@@ -124,40 +145,55 @@ def holds(d: Dimensions) -> Holds:
     shoulder = d.extremes.shoulder_max.value - d.extremes.shoulder_min.value
     young, _ = moduli_N_mm2(d.tube.material)
     euler = pi**2 * young * ring(f.tube_outer_mm, f.tube_bore_mm).about_y_mm4 / f.length_mm**2
-    stud, steel = (catalogue.material(one).yield_strength_Pa for one in ("stainless-1.4305", "steel"))
+    stud, steel = (catalogue.material(one).yield_strength_Pa for one in ("aluminium-7075", "steel"))
     assert stud is not None
     assert steel is not None
     arm = layers.arm_mm[1] - layers.arm_mm[0]
     boss = layers.elbow_boss_mm[1] - layers.elbow_boss_mm[0]
-    pin, cheek = 3.0, min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
+    cheek = min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
+    lean = d.design.requirements.lean_max_deg
+    bonded = min(boss, d.platform.boss_length_mm)
+    if capstan is None:
+        hub = clamp_N_mm(CLAMP_SCREW, arm)
+    else:
+        hub = stack_N_mm(d.shaft.end_screw, d.shaft.washer_diameter_mm, d.shaft.diameter_mm)
     return Holds(
         bearing=None if capstan is None else ball_bearing(d.bearing),
         stroke_rad=max(shoulder, radians(1.0)),
-        preload_N=PRELOAD_N,
-        motor_N=MOTOR_RADIAL_N * (d.motor.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2,
+        preload_N=0.0 if d.preload is None else d.preload.force_N,
+        motor_N=_motor_N(d),
         stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
         stub_lever_mm=layers.motor_cheek_mm[1],
         stub_N_mm2=steel * 1e-6,
         pretension_N=report.cable_pretension_N,
         cable_N=None if capstan is None else d.cable.breaking_load_N / ROPE_FACTOR,
-        stud_core_mm=STUD_CORE_MM,
-        stud_lever_mm=f.stand_off_mm,
+        turns=None if capstan is None else capstan.run.wrap_rad / tau,
+        stud_1_mm2=stud_stress_1_mm2(f),
         stud_N_mm2=stud * 1e-6,
+        joint_N=f.joint.held_force_N(LEAN_RAD if lean is None else radians(lean)),
         bond_mm2=pi * f.spigot_diameter_mm * f.spigot_length_mm,
-        bond_N_mm2=BOND_N_mm2,
+        bond_N_mm2=BOND_N_MM2,
         buckling_N=euler / BUCKLING_FACTOR,
-        hub_N_mm=clamp_N_mm("M3", arm),
-        elbow_N_mm=clamp_N_mm(ELBOW_SCREW, boss),
-        elbow_N=2.0 * FRICTION * screw_N(ELBOW_SCREW),
-        sector_mm=None if capstan is None else d.arm.sector_screw_circle_mm / 2,
-        sector_pins=len(d.arm.sector_dowel_angles_rad),
-        sector_N=PRESSED_N_mm2 * pin * min(arm, layers.sector_mm[1] - layers.sector_mm[0]),
+        hub_N_mm=hub,
+        bar_1_mm3=6.0 / (f.bar_diameter_mm * bonded**2),
+        bar_mm2=pi * f.bar_diameter_mm * bonded,
+        bar_N_mm2=RETAINED_N_mm2,
+        sector_mm=None if capstan is None else d.arm.dowel_circle_mm / 2,
+        sector_pins=len(d.arm.dowel_angles_rad),
+        sector_N=PRESSED_N_mm2 * DOWEL_MM * min(arm, WEB_MM),
         foot_mm=-b.cheek_screw_z_mm,
         foot_pins_mm=b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0],
-        foot_pin_N=PRESSED_N_mm2 * pin * min(cheek, 5.0),
+        foot_pin_N=PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
         foot_edge_mm=b.foot_height_mm / 2,
         foot_screw_N=screw_N("M3"),
         base_mm=-b.base_top_mm,
         base_edge_mm=(b.foot_u_mm[1] - b.foot_u_mm[0]) / 2,
         base_screw_N=screw_N("M4"),
     )
+
+
+def _motor_N(d: Dimensions) -> float:
+    """What the motor's shaft may bear across: of its row, else the RE 30's by the shaft's area."""
+    if d.motor.max_radial_load_N is not None:
+        return d.motor.max_radial_load_N
+    return MOTOR_RADIAL_N * (d.motor.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2

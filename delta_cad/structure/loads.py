@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions.cable_run import FRICTION, least_turns
 from delta_cad.mechanism.workspace import Cube, cube_grid
 from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
 from delta_cad.structure.holds import LIFE_HOURS, ROPE_FACTOR, STROKES_PER_S, Holds
@@ -163,25 +164,27 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
         found.append(Load(name, float(value[pose, chain]), limit, unit, (x, y, z), int(chain), source, least))
 
     h = limits
-    bending = 32.0 * given.rod * h.stud_lever_mm / (np.pi * h.stud_core_mm**3)
     add("rod buckling", given.rod, h.buckling_N, "N", "a third of Euler's load between the balls")
-    add(
-        "rod bond", given.rod / h.bond_mm2, h.bond_N_mm2, "N/mm^2",
-        "even shear on the spigot; adhesive on unprepared POM, from memory",
-    )  # fmt: skip
-    add(
-        "stud root", bending, h.stud_N_mm2, "N/mm^2",
-        "bending 32 F a / (pi d^3) in the thread's root, the rod square to the stud (Roark); proof stress of 1.4305",
-    )  # fmt: skip
-    bent = "the clamp opens at one end of its bore at F b / 6, F of a stainless screw by VDI 2230"
-    add("shoulder clamp", given.hub, h.hub_N_mm, "N mm", bent)
-    add("elbow clamp", given.elbow, h.elbow_N_mm, "N mm", bent)
-    add("elbow clamp along its bar", given.elbow_along, h.elbow_N, "N", "friction of both halves of the clamp")
-    if h.bearing is None or table.cable is None or h.pretension_N is None or h.cable_N is None or h.sector_mm is None:
+    add("ball joint", given.rod, h.joint_N, "N", "the ball reaches its cup's lip, no friction, at the largest lean")
+    bond = "even shear on the spigot; epoxy on sanded plastic, a tenth of what it bears on metal"
+    add("rod bond", given.rod / h.bond_mm2, h.bond_N_mm2, "N/mm^2", bond)
+    root = "bending 32 F a / (pi d^3) in pin or neck, the rod square to the stud (Roark); proof stress of 7075"
+    add("stud", given.rod * h.stud_1_mm2, h.stud_N_mm2, "N/mm^2", root)
+    how = "F b / 6" if table.stub is not None else "F (Ro^2 + Ri^2) / (4 Ro)"
+    add("shoulder seat", given.hub, h.hub_N_mm, "N mm", f"opens at one edge at {how}, F of a stainless screw, VDI 2230")
+    sheared = given.elbow * h.bar_1_mm3 + given.elbow_along / h.bar_mm2
+    glued = "tilt 6 M / (d b^2) and force along it, retaining compound on primed aluminium"
+    add("cross-bar bond", sheared, h.bar_N_mm2, "N/mm^2", glued)
+    if (
+        h.bearing is None
+        or table.cable is None
+        or h.pretension_N is None
+        or h.cable_N is None
+        or h.sector_mm is None
+        or h.turns is None
+    ):
         across = given.radial[..., 0]
-        add(
-            "motor shaft", across, h.motor_N, "N", "the arm's whole load; RE 30's 28 N by the shaft's area, from memory"
-        )
+        add("motor shaft", across, h.motor_N, "N", "the arm's whole load; of its row, else RE 30's 28 N by the area")
         if h.stub_mm is not None:
             stress = 32.0 * (given.hub + across * h.stub_lever_mm) / (np.pi * h.stub_mm**3)
             add(
@@ -190,11 +193,17 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
     else:
         across = _across(table, h, given)
         add(
-            "motor shaft", across, h.motor_N, "N", "both strands; RE 30's 28 N at 5 mm by the shaft's area, from memory"
+            "motor shaft",
+            across,
+            h.motor_N,
+            "N",
+            "both strands; its row's limit, or RE 30's 28 N by the area",
         )
         tension = h.pretension_N + given.cable / 2.0
         add("cable", tension, h.cable_N, "N", f"pretension and half the difference; breaking load over {ROPE_FACTOR}")
         add("cable's slack strand", given.cable / 2.0, h.pretension_N, "N", "half the difference; the pretension")
+        held = np.vectorize(lambda by: least_turns(h.pretension_N, min(by, 1.999 * h.pretension_N)))(given.cable)  # type: ignore[operator]
+        add("cable's slip", held, h.turns, "turns", f"turns that hold the difference by Euler, friction {FRICTION:g}")
         pin = given.torque / (h.sector_mm * h.sector_pins)
         add("sector dowel", pin, h.sector_N, "N", "the torque on the dowels alone; half the proof stress of 6082")
         static_by = given.axial[..., None]

@@ -1,7 +1,7 @@
 """The one table that all of this room takes: what of a design bears load, made from its dimensions.
 
 A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the base
-plate and its feet, the preloaded faces of screw joints, the slits of the clamps (whose screws close them).
+plate and its feet, the preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -21,24 +22,18 @@ from delta_cad.structure.bearing import (
     ball_bearing,
     radial_stiffness_N_mm,
 )
-from delta_cad.structure.section import POISSON, Section, circle, i_section, rectangle, ribs, ring
+from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring
 
-# A ball joint along its rod, N/mm. The slit ring of POM measured 48 in tension and 2,100 in compression (finite
-# elements); one figure for both directions, so the lower one.
-JOINT_N_mm = 48.0
 # Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
 # A maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 57 GPa; 7x19 in proportion.
 # From memory: measure it.
 ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
-PRELOAD_N = 10.0  # axial, of the pair of shoulder bearings: what the assembler is to set
 SPOKE_FACTOR = 1.4  # platform spoke: finite elements over the formula, whose root at the hub is not rigid
 CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
 # A round bar's root tilts in what it grows from by what this share of its diameter would bend: a stamp of radius a on a
 # half-space turns by 3 (1 - nu^2) M / (4 E a^3) (Johnson, Contact Mechanics), a bar of length l by 4 M l / (pi E a^4).
 ROOT = 0.27
-STUD_FLATS_SHARE = 4.5 / 5.5  # a stud's collar across its spanner flats
 Circle = tuple[float, float, float]  # x, z, radius
-BOARD_PAD_MM = 4.0  # radius of the cheek around a screw of the encoder's board
 RIB_LIMIT_MM = 0.5  # a window's ribs are at least so wide, together
 
 
@@ -102,8 +97,9 @@ class StructureTable:
         shoulder: Bearings and cheeks of a capstan's shoulder; None where the motor's own shaft carries the arm.
         stub: The motor's shaft from its face to the arm, of a direct drive; else None.
         cable: None for a direct drive.
-        stud: Ball stud from the end of its bar to the ball's centre.
-        bar: Cross-bar from the elbow's boss to its end, where the stud begins.
+        stud: Stud from the end of its bar to the ball's centre.
+        elbow_bar: Cross-bar from the elbow's boss to its end, where the stud begins.
+        wrist_bar: The same from the platform's boss.
         rod: Tube of a rod.
         joint_N_mm: Stiffness of one ball joint along its rod, in tension and compression alike.
         spoke: Platform from the hub to a wrist's boss; x outwards, y along the boss, z up.
@@ -119,7 +115,8 @@ class StructureTable:
     stub: Beam | None
     cable: CableSpring | None
     stud: Beam
-    bar: Beam
+    elbow_bar: Beam
+    wrist_bar: Beam
     rod: Beam
     joint_N_mm: float
     spoke: Beam
@@ -139,8 +136,7 @@ def structure_table(d: Dimensions) -> StructureTable:
     knob = d.platform.boss_diameter_mm / 2 + d.platform.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2
     f = d.forearm
     stud = _stud(d)
-    overhang = (f.bar_length_mm - (d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0])) / 2
-    bar = BeamSlice(overhang, circle(f.bar_diameter_mm), *moduli_N_mm2("aluminium-7075"))
+    elbow_boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]
     rod = BeamSlice(f.tube_length_mm, ring(f.tube_outer_mm, f.tube_bore_mm), *moduli_N_mm2(d.tube.material))
     top = d.platform.boss_diameter_mm / 2
     stem = BeamSlice(knob - top, circle(d.platform.stem_diameter_mm), *moduli_N_mm2("aluminium-6082"))
@@ -153,9 +149,10 @@ def structure_table(d: Dimensions) -> StructureTable:
         stub=_motor_stub(d) if direct else None,
         cable=_cable(d),
         stud=Beam(stud),
-        bar=Beam((bar,)),
+        elbow_bar=_bar(d, elbow_boss),
+        wrist_bar=_bar(d, d.platform.boss_length_mm),
         rod=Beam((rod,)),
-        joint_N_mm=JOINT_N_mm,
+        joint_N_mm=f.joint.stiffness_radial_N_mm,
         spoke=_spoke(d),
         spoke_up_mm=top - d.platform.plate_mm / 2,
         stem=Beam((stem,)),
@@ -163,58 +160,62 @@ def structure_table(d: Dimensions) -> StructureTable:
 
 
 def _stud(d: Dimensions) -> tuple[BeamSlice, ...]:
-    """Collar across its flats, neck and the ball up to its centre, from the end of the bar or boss outwards.
+    """Neck from the shoulder at the bar's end to the ball's rim, pin from there to the ball's centre.
 
-    The neck tilts in the ball as a stamp on a half-space does, by what `ROOT` of its diameter would bend.
+    The pin is bonded in the ball, whose steel takes it over from half a diameter inside the rim.
     """
-    f, (e, g) = d.forearm, moduli_N_mm2("stainless-1.4305")
-    ball, neck_mm = f.ball_diameter_mm / 2, f.neck_diameter_mm
-    inside = sqrt(ball**2 - (neck_mm / 2) ** 2)
-    into = ROOT * neck_mm
-    collar = BeamSlice(f.collar_length_mm, circle(STUD_FLATS_SHARE * f.collar_diameter_mm), e, g)
-    neck = BeamSlice(f.stand_off_mm - f.collar_length_mm - inside + into, circle(neck_mm), e, g)
-    return (collar, neck, BeamSlice(inside - into, circle(f.ball_diameter_mm), e, g))
+    f, (e, g) = d.forearm, moduli_N_mm2("aluminium-7075")
+    rim = sqrt((f.ball_diameter_mm / 2) ** 2 - (f.pin_diameter_mm / 2) ** 2)
+    free = min(f.pin_diameter_mm / 2, rim)
+    steel = moduli_N_mm2(f.ball.material)
+    neck = BeamSlice(f.stand_off_mm - rim, circle(f.neck_diameter_mm), e, g)
+    return (neck, BeamSlice(free, circle(f.pin_diameter_mm), e, g), BeamSlice(rim - free, circle(rim), *steel))
+
+
+def _bar(d: Dimensions, boss_mm: float) -> Beam:
+    """Cross-bar from the end of a boss, to whose mouth it is bonded, to its cone's foot and along the cone."""
+    f, (e, g) = d.forearm, moduli_N_mm2("aluminium-7075")
+    overhang = (f.bar_length_mm - boss_mm) / 2
+    cone = min(f.cone_mm, overhang)
+    middle = circle(f.bar_diameter_mm - f.cone_mm)
+    into = ROOT * f.bar_diameter_mm
+    return Beam((BeamSlice(overhang - cone + into, circle(f.bar_diameter_mm), e, g), BeamSlice(cone, middle, e, g)))
 
 
 def _arm(d: Dimensions) -> Beam:
-    """The upper arm, open I-section between solid ends; its slits count as closed, its flange as no wider."""
+    """The upper arm, a tapering plate; a clamp's slit counts as closed, its hub as no wider than the beam."""
     a, (y0, y1), (b0, b1) = d.arm, d.layers.arm_mm, d.layers.elbow_boss_mm
-    (x0, x1), (r0, r1) = a.pocket_x_mm, a.pocket_radii_mm
-    web = y1 - y0 - 2 * a.pocket_depth_mm
 
     def section(x: float) -> Section:
         half = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * x / a.length_mm
-        if x < x0:
-            pocket = sqrt(max(0.0, r0**2 - (x - x0) ** 2))
-        elif x > x1:
-            pocket = sqrt(max(0.0, r1**2 - (x - x1) ** 2))
-        else:
-            pocket = r0 + (r1 - r0) * (x - x0) / (x1 - x0)
         boss = x > a.length_mm - a.boss_radius_mm
-        return i_section(b1 - b0 if boss else y1 - y0, 2 * half, web, 2 * pocket)
+        return rectangle(b1 - b0 if boss else y1 - y0, 2 * half)
 
     return Beam(tapered(a.shaft_bore_mm / 2, a.length_mm, section, *moduli_N_mm2("aluminium-7075")))
 
 
 def _shoulder(d: Dimensions) -> ShoulderBearings:
-    layers, width = d.layers, d.bearing.width_mm
-    bearing = ball_bearing(d.bearing)
-    y = (layers.encoder_cheek_mm[1] - width / 2, layers.motor_cheek_mm[0] + width / 2)
+    layers, bearing = d.layers, ball_bearing(d.bearing)
+    first, second_ = layers.bearings_mm
+    y = sum(first) / 2, sum(second_) / 2
+    assert d.preload is not None
+    assert d.capstan is not None
     young, _ = moduli_N_mm2("stainless-1.4305")
     second = circle(d.shaft.diameter_mm).about_y_mm4
-    free = (layers.arm_mm[0] - y[0], y[1] - layers.arm_mm[1])
+    free = (layers.arm_mm[0] - y[0], y[1] - d.capstan.web_y_mm[1])
     b = d.bracket
-    x, z = d.encoder.hole_spacing_width_mm / 2, d.encoder.hole_spacing_length_mm / 2
-    board = [(sx * x, sz * z, BOARD_PAD_MM) for sx in (-1, 1) for sz in (-1, 1)]
     motor = [(b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1], b.motor_pad_radius_mm)]
     pilot = [(motor[0][0], motor[0][1], d.motor.pilot_diameter_mm / 2)]
     return ShoulderBearings(
         bearing=bearing,
         y_mm=y,
         radial_N_mm=radial_stiffness_N_mm(bearing, d.design.requirements.force_N),
-        axial_N_mm=axial_stiffness_N_mm(bearing, PRELOAD_N),
+        axial_N_mm=axial_stiffness_N_mm(bearing, d.preload.force_N),
         shaft_mm_N=tuple(length**3 / (3.0 * young * second) for length in free),  # type: ignore[arg-type]
-        cheeks=(_cheek(d, board, [], layers.encoder_cheek_mm), _cheek(d, motor, pilot, layers.motor_cheek_mm)),
+        cheeks=(
+            _cheek(d, [b.leg_circle_mm], [], layers.encoder_cheek_mm),
+            _cheek(d, [(0.0, 0.0, b.head_radius_mm), *motor], pilot, layers.motor_cheek_mm),
+        ),
     )
 
 
@@ -231,12 +232,12 @@ def outline_width_mm(circles: list[Circle], height: float) -> float:
     return float(np.min((right - height * sine) / cosine) + np.min((left - height * sine) / cosine))
 
 
-def _cheek(d: Dimensions, extra: list[Circle], open_: list[Circle], y_mm: tuple[float, float]) -> Beam:
+def _cheek(d: Dimensions, head: list[Circle], open_: list[Circle], y_mm: tuple[float, float]) -> Beam:
     """A cheek above its foot block, as wide as its outline without the large bores; the bearing fills its seat."""
     b, thickness = d.bracket, y_mm[1] - y_mm[0]
     top = b.base_top_mm + b.foot_height_mm
     foot = [(u - b.shoulder_u_mm, z, 0.0) for u in b.foot_u_mm for z in (b.base_top_mm, top)]
-    circles = [(0.0, 0.0, b.head_radius_mm), *extra, *foot]
+    circles = [*head, *foot]
 
     def section(z: float) -> Section:
         bores = sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in open_)
@@ -257,20 +258,21 @@ def _cable(d: Dimensions) -> CableSpring | None:
         return None
     low, high = c.rim_angles_rad
     _, shear = moduli_N_mm2("aluminium-7075")
-    root, rim, thickness = d.arm.flange_radius_mm, c.rim_radius_mm, d.layers.sector_mm[1] - d.layers.sector_mm[0]
+    root, rim, web = d.arm.flange_radius_mm, c.rim_radius_mm, c.web_y_mm
     # shear of an annular plate under a torque, the share that the sector has of a full turn; holes neglected
-    turn = (1 / root**2 - 1 / rim**2) / (4 * pi * shear * thickness) * 2 * pi / (high - low)
+    turn = (1 / root**2 - 1 / rim**2) / (4 * pi * shear * (web[1] - web[0])) * 2 * pi / (high - low)
     steel, _ = moduli_N_mm2("steel")
     overhang = d.layers.motor_cheek_mm[1] - sum(d.layers.sector_mm) / 2
-    wire = pi / 4 * d.cable.diameter_mm**2
+    nose = (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
+    by_wire = ROPE_N_mm2.get(d.cable.construction, min(ROPE_N_mm2.values())) * pi / 4 * d.cable.diameter_mm**2
     return CableSpring(
-        rope_N=ROPE_N_mm2.get(d.cable.construction, min(ROPE_N_mm2.values())) * wire,
+        rope_N=by_wire if d.cable.axial_stiffness_N is None else d.cable.axial_stiffness_N,
         radius_mm=c.pitch_radius_mm,
         direction_rad=c.direction_rad,
         ends_rad=(low, high),
-        beyond_mm=((c.nose_radius_mm + d.cable.diameter_mm / 2) * c.turns_rad[0] + c.lug_length_mm, c.lug_length_mm),
-        y_mm=sum(d.layers.sector_mm) / 2,
-        across_rad=float(np.arccos((c.pitch_radius_mm + c.pinion_pitch_radius_mm) / c.centre_distance_mm)),
+        beyond_mm=(nose + ANCHOR_MM, CARRIAGE_FROM_MM + CARRIAGE_MM[0]),
+        y_mm=c.middle_y_mm,
+        across_rad=c.run.tangent_rad,
         sector_mm_N=turn * c.pitch_radius_mm**2,
         motor_mm_N=overhang**3 / (3 * steel * circle(d.motor.shaft_diameter_mm).about_y_mm4),
     )

@@ -76,5 +76,5 @@ def _board(given: argparse.Namespace):
     counts = catalogue.encoder.chosen(machine.design.hardware).counts_per_turn
     par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
     device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
-    torque = min(machine.design.requirements.joint_torque_N_m, machine.drive.peak_torque_N_m)
+    torque = machine.drive.controlled_torque_N_m
     return Board(device, device.period, torque, counts), device.period

@@ -215,7 +215,7 @@ def feel_markdown(sheet: Feel) -> str:
 
 def _stops(sheet: Feel) -> str:
     """States the force that the controller gives, and what the motors by themselves could."""
-    stop = sheet.machine.design.requirements.joint_torque_N_m
+    stop = sheet.machine.drive.controlled_torque_N_m
     if sheet.drive.motor <= stop:
         return f"The motors' own limit, {sheet.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."
     given, own = (sheet.summaries[name].worst[0] for name in ("force_peak", "force_motor"))

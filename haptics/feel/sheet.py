@@ -160,10 +160,10 @@ def joint_drive(machine: MachineModel) -> Drive:
     Both torques are those of the drive as far as the design's limit, at which the controller stops, lets them; the
     drive's own peak stands beside them.
     """
-    drive, stop = machine.drive, machine.design.requirements.joint_torque_N_m
+    drive = machine.drive
     return Drive(
-        continuous=min(drive.continuous_torque_N_m, stop),
-        peak=min(drive.peak_torque_N_m, stop),
+        continuous=min(drive.continuous_torque_N_m, drive.controlled_torque_N_m),
+        peak=drive.controlled_torque_N_m,
         motor=drive.peak_torque_N_m,
         coulomb=joint_friction(machine).coulomb[1],
         count=encoder_count(machine),

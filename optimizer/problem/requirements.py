@@ -248,6 +248,10 @@ def _check_order(given: Requirements, file: str) -> None:
     if peak is not None and peak < force:
         allowed = f"must be >= requirements.force_N = {force:g} N, which holds for ever"
         raise RequirementsError(file, "requirements.peak_force_N", short(peak), allowed)
+    torque, peak = given.requirements.joint_torque_N_m, given.requirements.peak_torque_N_m
+    if peak is not None and peak < torque:
+        allowed = f"must be >= requirements.joint_torque_N_m = {torque:g} N m, which holds for ever"
+        raise RequirementsError(file, "requirements.peak_torque_N_m", short(peak), allowed)
     torque, reserve = given.requirements.joint_torque_N_m, given.limits.gravity_torque_N_m
     if reserve >= torque:
         allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"

@@ -14,7 +14,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.common import area, common_size
-from delta_cad.checks.contact.features import Cylinder, FeatureLibrary, Features, Plane
+from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary, Features, Plane
 from delta_cad.checks.contact.placing import Key, relative_key
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Contact, location_of
@@ -22,6 +22,7 @@ from delta_cad.solids.part import Contact, location_of
 ALONG = 1e-3  # sine of the angle between axes or normals that count as one: 0.02 mm over a seat of 20 mm
 INSIDE_MM = 1e-6  # by which a shaft may be drawn larger than its bore: roundings; more is the overlap's matter
 LEAST_TURN_RAD = 3.0  # of a bore's faces together: less than half a turn holds nothing
+STEP_MM = 0.5  # between the points of a cable that are looked at
 NOISE_MM2 = 1e-3  # by which the kernel's areas of one pair of faces may disagree
 SHOWN = 8  # faults that a report names; their number is told
 
@@ -173,7 +174,7 @@ def seat_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> fl
 
 
 def cable_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
-    """Measures the length of a cable's arcs that lies on round outer faces of a part.
+    """Measures the length of a cable, of arcs and straight pieces, that lies on round faces of a part or fills bores.
 
     Args:
         a: Faces of the cable.
@@ -185,24 +186,42 @@ def cable_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) ->
         Length along the cable's middle, mm.
     """
     length = 0.0
-    for rope in a.ropes:
-        points = rope.points @ a_in_b[:3, :3].T + a_in_b[:3, 3]
+    for points, step, radius in (*map(_middle, a.arcs), *(_axis(c) for c in a.cylinders if not c.is_bore)):
+        points = points @ a_in_b[:3, :3].T + a_in_b[:3, 3]
         lies = np.zeros(len(points), dtype=bool)
         for cylinder in b.cylinders:
-            lies |= _along(points, cylinder, rope.radius_mm, gap_mm)
-        length += float(rope.lengths_mm[lies].sum())
+            lies |= _along(points, cylinder, radius, gap_mm)
+        length += step * lies.sum()
     return length
 
 
+def _middle(arc: Arc) -> tuple[np.ndarray, float, float]:
+    """(n, 3) points along the middle of an arc, mm, each in the middle of its step, that step and the radius, mm."""
+    count = max(int(arc.ring_mm * arc.turn_rad / STEP_MM), 1)
+    angle = (np.arange(count) + 0.5) * arc.turn_rad / count
+    second = np.cross(arc.direction, arc.first)
+    around = np.cos(angle)[:, None] * arc.first + np.sin(angle)[:, None] * second
+    return arc.centre + arc.ring_mm * around, arc.ring_mm * arc.turn_rad / count, arc.radius_mm
+
+
+def _axis(piece: Cylinder) -> tuple[np.ndarray, float, float]:
+    """The same of a straight piece."""
+    length = piece.end_mm - piece.start_mm
+    count = max(int(length / STEP_MM), 1)
+    along = piece.start_mm + (np.arange(count) + 0.5) * length / count
+    return piece.point + along[:, None] * piece.direction, length / count, piece.radius_mm
+
+
 def _along(points: np.ndarray, face: Cylinder, radius_mm: float, gap_mm: float) -> np.ndarray:
-    """(n,) whether a rope along (n, 3) points lies on a round face, or fills a bore, within its ends and its turn."""
+    """(n,) whether a round cable along (n, 3) points touches a face, or fills a bore, within its ends and its turn."""
     apart = points - face.point
     along = apart @ face.direction
     across = apart - along[:, None] * face.direction
     off = np.linalg.norm(across, axis=1)
-    close = off <= gap_mm if face.is_bore else np.abs(off - face.radius_mm - radius_mm) <= gap_mm
-    if face.is_bore and not 0.0 <= face.radius_mm - radius_mm + INSIDE_MM <= gap_mm:
-        return np.zeros(len(points), dtype=bool)
+    if face.is_bore:
+        close = (off <= gap_mm) & (-INSIDE_MM <= face.radius_mm - radius_mm <= gap_mm)
+    else:
+        close = np.abs(off - face.radius_mm - radius_mm) <= gap_mm
     turned = np.arctan2(across @ np.cross(face.direction, face.first), across @ face.first)
     within = np.mod(turned + ALONG, 2.0 * np.pi) <= face.turn_rad + 2.0 * ALONG
     return close & (along >= face.start_mm) & (along <= face.end_mm) & (within | face.is_bore)

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,11 +16,6 @@ if TYPE_CHECKING:
     import cadquery as cq
 
 SAME_AXIS_MM = 1e-6  # faces of one turned or bored surface share their axis to roundings
-
-
-AROUND = 8  # points round a cut of a rope
-STEP_MM = 0.5  # between the cuts
-ROUND_MM = 0.005  # by which the radii of its cuts may differ: sweeps are splines
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +68,15 @@ class Plane:
 
 
 @dataclass(frozen=True, eq=False)
-class Rope:
-    """A round face along a line, as a cable's: (n, 3) points of the line, mm, (n,) length at each, and radius, mm."""
+class Arc:
+    """A round face of a cable or ring, part of a torus: radii in mm, the rest as for a `Cylinder`."""
 
-    points: np.ndarray
-    lengths_mm: np.ndarray
+    centre: np.ndarray
+    direction: np.ndarray
+    ring_mm: float
     radius_mm: float
+    turn_rad: float
+    first: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +86,7 @@ class Features:
     cylinders: tuple[Cylinder, ...]
     spheres: tuple[Sphere, ...]
     planes: tuple[Plane, ...]
-    ropes: tuple[Rope, ...]
+    arcs: tuple[Arc, ...]
 
     @property
     def balls(self) -> np.ndarray:
@@ -112,10 +110,10 @@ class FeatureLibrary:
 def features(solid: cq.Shape) -> Features:
     """Reads the faces of a part by their kinds."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.GeomAbs import GeomAbs_BSplineSurface, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
+    from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
     from OCP.TopAbs import TopAbs_REVERSED
 
-    cylinders, spheres, planes, ropes = [], [], [], []
+    cylinders, spheres, planes, arcs = [], [], [], []
     for face in solid.Faces():
         surface = BRepAdaptor_Surface(face.wrapped)
         kind = surface.GetType()
@@ -135,32 +133,12 @@ def features(solid: cq.Shape) -> Features:
             shape = surface.Plane()
             sense = 1.0 if shape.Position().Direct() != is_reversed else -1.0
             planes.append(Plane(_array(shape.Location()), sense * _array(shape.Axis().Direction()), face))
-        elif kind in (GeomAbs_Torus, GeomAbs_BSplineSurface) and (rope := _rope(surface, kind == GeomAbs_Torus)):
-            ropes.append(rope)
-    return Features(tuple(cylinders), tuple(spheres), tuple(planes), tuple(ropes))
-
-
-def _rope(surface: Any, is_torus: bool) -> Rope | None:
-    """The line that a face follows if its cuts across are equal circles; those of a torus and a sweep are known."""
-    u = float(surface.FirstUParameter()), float(surface.LastUParameter())
-    v = float(surface.FirstVParameter()), float(surface.LastVParameter())
-    (low, high), (start, end) = (u, v) if is_torus else (v, u)  # along, and around
-
-    def rings(along: np.ndarray) -> np.ndarray:
-        around = start + (end - start) * np.arange(AROUND) / AROUND
-        pairs = [(a, b) if is_torus else (b, a) for a in along for b in around]
-        values = [surface.Value(*map(float, pair)) for pair in pairs]
-        return np.array([(p.X(), p.Y(), p.Z()) for p in values]).reshape(len(along), AROUND, 3)
-
-    coarse = rings(np.linspace(low, high, 17)).mean(axis=1)
-    count = max(int(np.linalg.norm(np.diff(coarse, axis=0), axis=1).sum() / STEP_MM), 1)
-    cuts = rings(np.linspace(low, high, 2 * count + 1))
-    middles = cuts.mean(axis=1)
-    radii = np.linalg.norm(cuts - middles[:, None], axis=2)
-    if np.ptp(radii) > ROUND_MM:
-        return None
-    halves = np.linalg.norm(np.diff(middles, axis=0), axis=1)
-    return Rope(middles[1::2], halves[0::2] + halves[1::2], float(radii.mean()))
+        elif kind == GeomAbs_Torus:
+            shape = surface.Torus()
+            axis = _array(shape.Axis().Location()), _array(shape.Axis().Direction())
+            radii = float(shape.MajorRadius()), float(shape.MinorRadius())
+            arcs.append(Arc(*axis, *radii, *_turn(surface, shape)))
+    return Features(tuple(cylinders), tuple(spheres), tuple(planes), tuple(arcs))
 
 
 def _turn(surface: object, shape: object) -> tuple[float, np.ndarray]:

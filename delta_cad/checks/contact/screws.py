@@ -20,6 +20,7 @@ from delta_cad.solids.part import Occurrence, Part
 ENGAGED_LEAST = 1.0  # thread lengths in diameters: what steel screws need in aluminium under hand torque
 THREAD_PLAY_MM = 0.05  # radius by which a tap drill may exceed the drawn core of its screw (0.02), and axes may differ
 FILLED = r"M\d|[\d.]+ [HG]7"  # callouts of holes that hold something: threads and fits
+ROUNDING_MM = 1e-4  # of meshes' vertices
 CLAMPING = "screw_"  # part numbers of screws that clamp with their heads
 ADJUSTING = "tension_screw"  # part number of screws that are turned to set something: nothing lies under their heads
 
@@ -72,13 +73,14 @@ def check_screws(assembly: Assembly, meshes: MeshLibrary) -> list[CheckResult]:
     engaged: list[tuple[float, str]] = []
     seated: list[tuple[float, str]] = []
     for carried in carried_by_link(assembly).values():
+        bearing_out = _bearing_out(assembly, {o.name for o in carried})
         bores = _cylinders(carried, [o.placement for o in carried], library, True)
         for screw in _screws(carried, library):
             o = carried[screw.index]
             length, start = _engagement(screw, o, bores)
             engaged.append((-length / screw.nominal if length > 0.0 else 0.0, o.name))
             if o.part.number.startswith(CLAMPING):
-                seated.append((_unseated(screw, carried, start, meshes), o.name))
+                seated.append((_unseated(screw, carried, start, meshes, bearing_out), o.name))
     return [
         _worst("screws engaged", engaged, -ENGAGED_LEAST, "", "diameters of thread"),
         _worst("screws seated", seated, SEAT_MM, "mm", "gap between the parts from the head to the thread"),
@@ -176,8 +178,19 @@ def _engagement(screw: _Screw, o: Occurrence, bores: _Cylinders) -> tuple[float,
     return best, start
 
 
-def _unseated(screw: _Screw, carried: Sequence[Occurrence], start: float, meshes: MeshLibrary) -> float:
-    """Gap between the parts that a screw clamps, mm: the median over lines around its axis, of the largest each."""
+def _bearing_out(assembly: Assembly, link: set[str]) -> set[str]:
+    """Parts of a link that lie flat on a part of another one, as a washer on a bearing's inner ring."""
+    flat = [{c.a, c.b} for c in assembly.contacts if c.kind == "plane"]
+    return {name for pair in flat if len(pair & link) == 1 for name in pair & link}
+
+
+def _unseated(
+    screw: _Screw, carried: Sequence[Occurrence], start: float, meshes: MeshLibrary, bearing_out: set[str]
+) -> float:
+    """Gap between the parts that a screw clamps, mm: the median over lines around its axis, of the largest each.
+
+    Where the part under the head bears on another link, beside the screw's own, the stack ends there.
+    """
     frame = np.linalg.inv(carried[screw.index].placement)
     along = np.array([0.0, 0.0, screw.length / 2.0])  # from the middle of the shank to the seat of the head
     size = np.array([screw.head, screw.head, screw.length / 2.0]) + SEAT_MM
@@ -191,6 +204,8 @@ def _unseated(screw: _Screw, carried: Sequence[Occurrence], start: float, meshes
         half = np.abs(seen[:3, :3]) @ ((high - low) / 2.0)
         if (np.abs(middle + along) <= half + size).all():
             parts.append((mesh, seen))
+        if o.name in bearing_out and abs(middle[2] + half[2]) <= SEAT_MM and np.hypot(*middle[:2]) <= SEAT_MM:
+            start = max(start, float(middle[2] - half[2]) + ROUNDING_MM)
     return float(np.median(largest_gaps(parts, screw.head, start)))
 
 

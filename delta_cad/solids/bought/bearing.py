@@ -1,11 +1,18 @@
-"""The shoulder's ball bearing."""
+"""The shoulder's ball bearing, and the wave spring that preloads the pair."""
 
 from __future__ import annotations
+
+from math import pi
+
+import cadquery as cq
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.making import bought_part, round_y
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import feature, turned
+from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, turned
+
+PRELOAD_PLAY_MM = 0.3  # of diameter, by which a wave spring is smaller than its bore
+STEEL_G_MM3 = 7.9e-3
 
 
 def make_bearing(d: Dimensions) -> Part:
@@ -31,3 +38,20 @@ def make_bearing(d: Dimensions) -> Part:
     shape = feature("bearing", "rings", "hardware.bearing", lambda: turned(ring))
     holes = Hole(b.bore_mm, 1, "bore"), Hole(b.outer_ring_inner_mm, 1, "inside of the outer ring")
     return bought_part("bearing", b, shape, "steel", round_y(outer, (0.0, w)), b.mass_g, holes=holes)
+
+
+def make_wave_spring(d: Dimensions) -> Part:
+    """Wave spring along y from 0 to its working height, drawn as the ring between which it waves."""
+    row = d.preload
+    assert row is not None
+    height, outer = row.work_height_mm, row.housing_mm - PRELOAD_PLAY_MM
+
+    def ring() -> cq.Shape:
+        inside = bore_y(row.inner_mm, (0.0, 0.0), (-THROUGH_MM, height + THROUGH_MM))
+        return cut(bore_y(outer, (0.0, 0.0), (0.0, height)), [inside])
+
+    shape = feature("wave_spring", "ring", "hardware.bearing", ring)
+    mass = pi / 4 * (outer**2 - row.inner_mm**2) * row.thickness_mm * STEEL_G_MM3
+    holes = (Hole(row.inner_mm, 1, "inside"),)
+    extent = round_y(outer / 2, (0.0, height))
+    return bought_part("wave_spring", row, shape, "steel", extent, mass, holes=holes)

@@ -189,7 +189,7 @@ def safety_limits(
             "and there it must be within reach and in the assembly mode det S > 0 for the supervisor to hold it"
         )
         raise DesignError(design.name, "cube.half_side_mm", f"{design.cube.half_side_mm:g}", allowed)
-    torque = min(design.requirements.joint_torque_N_m, drive.peak_torque_N_m)
+    torque = drive.controlled_torque_N_m
     joint_speed = 1.5 * speed * turn
     count = 2.0 * math.pi / catalogue.encoder.chosen(design.hardware).counts_per_turn
     diagonal = 2.0 * math.sqrt(3.0) * half
