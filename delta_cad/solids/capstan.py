@@ -227,7 +227,7 @@ def make_carriage(d: Dimensions) -> Part:
 
 
 def make_pinion(d: Dimensions) -> Part:
-    """Steel pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
+    """Pinion on the motor's shaft, its groove drawn to the bottom as threads are; set screws in its collar."""
     number, c = "pinion", capstan_of(d)
     (y0, y2), (y1, _) = c.pinion_y_mm, c.collar_y_mm
     half, bottom = c.run.grooved_mm / 2, c.run.pinion_mm - c.cable_diameter_mm / 2
@@ -248,14 +248,14 @@ def make_pinion(d: Dimensions) -> Part:
     run, d_c = c.run, c.cable_diameter_mm
     description = (
         f"capstan pinion, helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.2f}, pitch {run.pitch_mm:g}, "
-        f"{run.grooved_mm:.1f} long"
+        f"{run.grooved_mm:.1f} long, hard anodised"
     )
     holes = (
         Hole(c.pinion_bore_mm, 1, f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, on the motor's shaft"),
         Hole(screw.tap_drill_mm, 2, f"{SET_SCREW} radial, set screws"),
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
-    return made_part(number, description, solid, material("stainless-1.4305"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-7075"), extent, holes)
 
 
 def make_cable(d: Dimensions, end: int) -> Part:
