@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, hypot, pi, radians, sin
+from math import acos, cos, hypot, inf, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
@@ -21,8 +21,8 @@ LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than i
 FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
-ROUNDS = 40  # in which feet and base find their places; each lowers the base
-SETTLED_MM = 1e-9
+HALVINGS = 50  # of the range in which the base lies: to rounding
+ROUNDING_MM = 1e-9
 
 
 @dataclass(frozen=True)
@@ -70,16 +70,25 @@ def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float) -> flo
     normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
     away = arm.beam_root_radius_mm + CLEAR_MM
     if not -pi < normal < -pi / 2:  # the edge does not lean over the foot
-        return float("inf")
+        return inf
     return (away - top_mm * sin(normal)) / cos(normal)
 
 
 def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float) -> float:
-    """Gives the height below the shoulder plane at which a foot that ends there keeps clear of the arm; else inf."""
+    """Gives the height below the shoulder plane at which a foot that ends there keeps clear of the arm; else inf.
+
+    The arm's lower edge is the tangent of root circle and boss circle; beyond it the boss itself is what is nearest.
+    """
     normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
     if not -pi < normal < -pi / 2 or end_mm <= 0.0:
-        return float("inf")
-    return (arm.beam_root_radius_mm + CLEAR_MM - end_mm * cos(normal)) / sin(normal)
+        return inf
+    edge = (arm.beam_root_radius_mm + CLEAR_MM - end_mm * cos(normal)) / sin(normal)
+    elbow = arm.length_mm * cos(stop_rad), arm.length_mm * sin(stop_rad)
+    along = -sin(normal), cos(normal)  # of the edge, outwards
+    if end_mm * along[0] + edge * along[1] <= elbow[0] * along[0] + elbow[1] * along[1]:
+        return edge
+    radius, aside = arm.boss_radius_mm + CLEAR_MM, end_mm - elbow[0]
+    return elbow[1] - sqrt(radius**2 - aside**2) if abs(aside) < radius else inf
 
 
 def _beside_mm(
@@ -97,7 +106,7 @@ def _beside_mm(
         radius_mm: Of the motors.
         leg_mm: How far the leg reaches aside.
     """
-    found = -float("inf")
+    found = -inf
     for k in range(HEIGHTS):
         off = radius_mm * cos(pi * k / (HEIGHTS - 1))
         height = min(axis_mm[1] + off, -CLEAR_MM)
@@ -160,19 +169,30 @@ def bracket_dimensions(
     head = bearing.outer_mm / 2 + HEAD_WALL_MM
     inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
     base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm)
-    foot = (u + FOOT_MM[0], u + FOOT_MM[1])
-    for _ in range(ROUNDS):
-        end = min(foot[1], u + foot_outer_end_mm(arm, stop, base_top + FOOT_HEIGHT_MM))
-        low = end - (FOOT_MM[1] - FOOT_MM[0])
-        if capstan is not None:
-            low = max(low, _beside_mm(inner, base_top, (u + du, dz), body, leg_mm))
-        foot = (low, low + FOOT_MM[1] - FOOT_MM[0])
-        lower = _under_arm_mm(arm, stop, foot[1] - u) - FOOT_HEIGHT_MM
-        if u + arm.length_mm * cos(stop) - boss < hypot(foot[1], half_width_mm) + PLATE_RIM_MM:
-            lower = min(lower, -boss - arm.length_mm * abs(sin(stop)))
-        if lower >= base_top - SETTLED_MM:
-            break
-        base_top = lower
+    long = FOOT_MM[1] - FOOT_MM[0]
+
+    def foot_on(top: float) -> tuple[float, float]:
+        """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
+        end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM))
+        beside = -inf if capstan is None else _beside_mm(inner, top, (u + du, dz), body, leg_mm)
+        low = max(end - long, beside)
+        return low, low + long
+
+    def clear(top: float) -> bool:
+        """Whether the arm at its stop passes foot and plate on a base there."""
+        low, end = foot_on(top)
+        if low < FOOT_INSIDE_MM or top + FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u) + ROUNDING_MM:
+            return False
+        over = u + arm.length_mm * cos(stop) - boss < hypot(end, half_width_mm) + PLATE_RIM_MM
+        return not over or top <= -boss - arm.length_mm * abs(sin(stop))
+
+    if not clear(base_top):  # the highest that is clear
+        low_top = base_top - boss - arm.length_mm
+        for _ in range(HALVINGS):
+            middle = (low_top + base_top) / 2
+            low_top, base_top = (middle, base_top) if clear(middle) else (low_top, middle)
+        base_top = low_top
+    foot = foot_on(base_top)
     require(
         foot[0] >= FOOT_INSIDE_MM,
         "foot_block",

@@ -6,7 +6,7 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, degrees, sin
+from math import cos, sin
 
 import cadquery as cq
 
@@ -166,21 +166,22 @@ def make_motor_cheek(d: Dimensions) -> Part:
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
     if d.capstan is not None:
-        tools += [*_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0), _set_screw_slot(d, d.capstan, (x, z))]
+        tools += [
+            *_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0),
+            _set_screw_slot(d, d.capstan, (x, z), outline),
+        ]
         holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
     description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
-def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float]) -> cq.Shape:
-    """Slot from the pilot's bore to the cheek's edge, through which a key reaches the pinion's set screws."""
+def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
+    """Slot from the pilot's bore to the cheek's inner edge, through which a key reaches the pinion's set screws."""
     inside, half = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2
     deep = sum(c.collar_y_mm) / 2 + half
-    out = d.bracket.motor_pad_radius_mm + 1.0
-    slot = box((0.0, inside - THROUGH_MM, -half), (out, deep, half))
-    turned = slot.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 1, 0), -degrees(c.direction_rad))
-    return turned.translate(cq.Vector(at[0], 0.0, at[1]))
+    edge = min(x - r for x, _, r in outline) - THROUGH_MM
+    return box((edge, inside - THROUGH_MM, at[1] - half), (at[0], deep, at[1] + half))
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:

@@ -92,7 +92,8 @@ def test_a_ball_rolls_up_its_cup_as_far_as_force_and_preload_say(best_dimensions
 def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions: Dimensions) -> None:
     """Hertz by hand, in newtons and millimetres, and what the task asks: 500 N/mm either way, friction some N mm."""
     joint = best_dimensions.forearm.joint
-    ball, cup = 4.0, 4.0075
+    ball = best_dimensions.forearm.ball_diameter_mm / 2
+    cup = ball + 0.0075
     modulus = 1.0 / ((1.0 - 0.35**2) / 5500.0 + (1.0 - 0.35**2) / 210000.0)
     relative = 1.0 / (1.0 / ball - 1.0 / cup)
     patch = (0.75 * joint.preload_N * relative / modulus) ** (1 / 3)

@@ -10,8 +10,9 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.design import Design
-from delta_cad.dimensions import DimensionError, Dimensions, dimensions
-from delta_cad.dimensions.capstan import CapstanDimensions, capstan_dimensions
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions, preload_spring
+from delta_cad.dimensions.arm import shaft_dimensions
+from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism import UnreachableError
 from tests.delta_cad.dimensions.edited import edited
@@ -19,7 +20,7 @@ from tests.delta_cad.dimensions.edited import edited
 SMALL_CUBE: dict[str, float | str] = {"bottom_height_mm": 70.0, "half_side_mm": 8.0}
 REFUSED = {
     # what: (changes, field, a value that is refused, part, feature, words before the bound, least or largest)
-    "arm": (SMALL_CUBE, "upper_arm_length_mm", 50.0, "upper_arm", "length", "at least", 1),
+    "arm": (SMALL_CUBE, "upper_arm_length_mm", 45.0, "upper_arm", "length", "at least", 1),
     "tube": (
         {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
         "forearm_length_mm",
@@ -58,7 +59,7 @@ REFUSED = {
         -1,
     ),
     "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
-    "slot": ({"capstan_ratio": 6.0}, "sector_radius_mm", 28.0, "sector", "slot", "at least", 1),
+    "slot": ({"capstan_ratio": 3.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
     "clamp": (
         {"drive": "direct", "motor": "maxon-ec60flat-625858"},
         "arm_thickness_mm",
@@ -69,7 +70,6 @@ REFUSED = {
         1,
     ),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
-    "grip": ({}, "arm_thickness_mm", 7.0, "upper_arm", "elbow clamp screw", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
 }
 
@@ -98,24 +98,40 @@ def test_a_ball_that_is_not_in_the_catalogue_is_refused_with_those_that_are() ->
         edited(ball_diameter_mm=9.0)
 
 
-def test_a_magnet_wider_than_the_shaft_is_refused() -> None:
+def test_a_magnet_wider_than_the_inner_ring_is_refused(best_dimensions: Dimensions) -> None:
+    """A seat of 8.1 mm and 0.9 mm around it, which would touch more than the bearing's inner ring."""
+    d = best_dimensions
+    narrow = replace(d.bearing, inner_ring_outer_mm=9.8)
+    wide = catalogue.magnet("ndfeb-8x2.5-diametric")
     with pytest.raises(DimensionError, match=r"^shoulder_shaft, magnet seat: .* 9\.9 mm"):
-        edited(magnet="ndfeb-8x2.5-diametric")
+        shaft_dimensions(8.0, "capstan", d.layers, narrow, d.encoder, wide)
+    made = shaft_dimensions(8.0, "capstan", d.layers, replace(d.bearing, inner_ring_outer_mm=9.9), d.encoder, wide)
+    assert made.head_diameter_mm == pytest.approx(9.9)
+
+
+def test_a_shaft_too_thin_for_a_screw_in_its_end_is_refused(best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    for bore, size in ((8.0, "M4"), (7.0, "M4"), (6.9, "M3"), (5.5, "M2.5")):
+        assert shaft_dimensions(bore, "capstan", d.layers, d.bearing, d.encoder, d.magnet).end_screw == size
+    with pytest.raises(DimensionError, match=r"^shoulder_shaft, end screw: .* at least 5\.5 mm$"):
+        shaft_dimensions(5.4, "capstan", d.layers, d.bearing, d.encoder, d.magnet)
+
+
+def test_a_bearing_without_a_wave_spring_is_refused(best_dimensions: Dimensions) -> None:
+    assert preload_spring(best_dimensions.bearing).housing_mm == best_dimensions.bearing.outer_mm
+    with pytest.raises(DimensionError, match=r"^shoulder, preload: hardware\.bearing = 688 .* 17 mm"):
+        preload_spring(replace(best_dimensions.bearing, outer_mm=17.0))
 
 
 def test_the_least_thicknesses_are_what_the_features_in_them_need() -> None:
-    """By hand: 1 mm on both sides of an M2.5 counterbore; 1 mm around a bar of 8 mm."""
-    for field, least in (
-        ("arm_thickness_mm", catalogue.screw("M2.5").counterbore_diameter_mm + 2.0),
-        ("platform_thickness_mm", 8.0 + 2 * 1.0),
-    ):
-        edited(**{field: least * (1 + 1e-12)})  # on the bound, but for its last digit
-        with pytest.raises(DimensionError, match=rf"hardware\.{field} = "):
-            edited(**{field: least * (1 - 1e-9)})
+    """By hand: a dowel of 3 mm and 1 mm on either side; 1 mm around a bar of 8 mm."""
+    edited(platform_thickness_mm=10.0 * (1 + 1e-12))  # on the bound, but for its last digit
+    with pytest.raises(DimensionError, match=r"hardware\.platform_thickness_mm = "):
+        edited(platform_thickness_mm=10.0 * (1 - 1e-9))
 
 
 def test_a_stop_pin_longer_than_any_in_stock_is_refused(best_dimensions: Dimensions) -> None:
-    """Half a millimetre sunk outside and 3 mm into the sector: a pin of 40 mm spans 36.5 mm between the two faces."""
+    """Half a millimetre sunk outside and 3 mm into the web: a pin of 40 mm spans 36.5 mm between the two faces."""
     from delta_cad.solids.brackets import stop_pin_length_mm
 
     layers, longest = best_dimensions.layers, max(catalogue.dowel("4").lengths_mm)
@@ -124,7 +140,7 @@ def test_a_stop_pin_longer_than_any_in_stock_is_refused(best_dimensions: Dimensi
         moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
         return stop_pin_length_mm(replace(best_dimensions, layers=moved))
 
-    face = layers.sector_mm[1] + longest - 2.5
+    face = web(best_dimensions) + longest - 2.5
     assert pin(face - 1e-9) == longest
     with pytest.raises(DimensionError, match=r"^stop_pin, length: .* 40 mm$"):
         pin(face + 1e-6)
@@ -139,13 +155,22 @@ def test_the_stop_pin_is_the_shortest_in_stock_that_reaches_3_mm_deep(
     layers, stock = best_dimensions.layers, catalogue.dowel("4").lengths_mm
     moved = replace(layers, motor_cheek_mm=(layers.motor_cheek_mm[0], outside))
     length = stop_pin_length_mm(replace(best_dimensions, layers=moved))
-    deep = [layers.sector_mm[1] - (outside - 0.5 - v) for v in stock]
+    deep = [web(best_dimensions) - (outside - 0.5 - v) for v in stock]
     assert length == min(v for v, into in zip(stock, deep, strict=True) if into >= 3.0 - 1e-9)
+
+
+def web(d: Dimensions) -> float:
+    """Face of the sector's web, 3 mm thick about its middle, that the stop pin reaches into."""
+    return sum(d.layers.sector_mm) / 2 + 1.5
 
 
 def made_capstan(d: Dimensions, shoulder: tuple[float, float], motor: catalogue.Motor) -> CapstanDimensions:
     assert d.capstan is not None
-    return capstan_dimensions(40.0, 9.85, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm, 8.0)
+    h = d.design.hardware
+    run = cable_run(h.sector_radius_mm, h.capstan_ratio, shoulder, d.cable)
+    return capstan_dimensions(
+        run, h.capstan_ratio, shoulder, d.layers, d.cable, motor, 4.0, d.capstan.slot_radius_mm, radians(-115.0)
+    )
 
 
 def test_a_motor_shaft_too_short_for_the_pinion_is_refused(best_dimensions: Dimensions) -> None:

@@ -10,11 +10,13 @@ from math import hypot, sqrt
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from scipy.stats import qmc
 
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.solids.part import Part
 from tests.delta_cad.solids.measured import cylinders
 
@@ -49,39 +51,17 @@ def within(x: Points, z: Points, at: tuple[float, float], diameter: float) -> np
     return np.hypot(x - at[0], z - at[1]) <= diameter / 2
 
 
-def on_circle(radius: float, degrees: list[float]) -> list[tuple[float, float]]:
-    return [(radius * float(np.cos(np.radians(a))), radius * float(np.sin(np.radians(a)))) for a in degrees]
-
-
 def upper_arm(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     a, (y0, y1) = d.arm, d.layers.arm_mm
-    m3, m25 = catalogue.screw("M3"), catalogue.screw("M2.5")
     length, boss = a.length_mm, a.boss_radius_mm
     plate = (y >= y0) & (y <= y1)
     end = d.layers.elbow_boss_mm[1]
     material = plate & round_cone(x, z, (0, 0), a.beam_root_radius_mm, (length, 0), boss)
-    material |= plate & within(x, z, (0, 0), 2 * a.flange_radius_mm)
     bevel = np.maximum(np.abs(y) - (end - 0.4), 0)  # broken edge of the boss
     material |= (np.abs(y) <= end) & (np.hypot(x - length, z) <= boss - bevel)
-    material |= (y >= d.layers.encoder_cheek_mm[1]) & (y <= y0) & within(x, z, (0, 0), a.collar_diameter_mm)
+    material |= (y >= d.layers.bearings_mm[0][1]) & (y <= y0) & within(x, z, (0, 0), a.collar_diameter_mm)
     empty = within(x, z, (0, 0), a.shaft_bore_mm) | within(x, z, (length, 0), a.bar_bore_mm)
-    empty |= (np.abs(x) < a.slit_mm / 2) & (z > 0)
-    clamp = np.hypot(y, z - a.shoulder_clamp_z_mm)
-    empty |= (x < 0) & (clamp < m3.clearance_hole_mm / 2)
-    empty |= (x < -8) & (z > a.shoulder_clamp_z_mm - m3.counterbore_diameter_mm / 2)  # milled seat, open above
-    empty |= (x > 0) & (x < 10) & (clamp < m3.tap_drill_mm / 2)
-    empty |= (x > a.elbow_slit_x_mm) & (np.abs(z) < a.slit_mm / 2)  # through the boss
-    empty |= within(x, z, (a.elbow_slit_x_mm, 0), 2.5)
-    grip = np.hypot(x - a.elbow_clamp_x_mm, y)
-    empty |= (z > 0) & (grip < m25.clearance_hole_mm / 2)
-    empty |= (z > 3.5) & (grip < m25.counterbore_diameter_mm / 2)
-    empty |= (z < 0) & (grip < m25.tap_drill_mm / 2)
-    (p0, p1), (r0, r1) = a.pocket_x_mm, a.pocket_radii_mm
-    empty |= round_cone(x, z, (p0, 0), r0, (p1, 0), r1) & ((y < y0 + a.pocket_depth_mm) | (y > y1 - a.pocket_depth_mm))
-    for at in on_circle(a.sector_screw_circle_mm / 2, [-150, -90, -30]):
-        empty |= within(x, z, at, m3.clearance_hole_mm)
-        empty |= within(x, z, at, m3.counterbore_diameter_mm) & (y < y0 + m3.counterbore_depth_mm)
-    for at in on_circle(a.sector_screw_circle_mm / 2, [-120, -60]):
+    for at in ((0.0, a.dowel_circle_mm / 2), (0.0, -a.dowel_circle_mm / 2)):
         empty |= within(x, z, at, 3.0)
     return material & ~empty
 
@@ -90,45 +70,52 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     c, a, (y0, y1) = d.capstan, d.arm, d.layers.sector_mm
     assert c is not None
     low, high = c.rim_angles_rad
-    m3, tension = catalogue.screw("M3"), catalogue.screw("M2.5")
+    screw, bore = catalogue.screw("M3"), c.cable_diameter_mm + 0.3
     radius, middle = np.hypot(x, z), (low + high) / 2
     angle = (np.arctan2(z, x) - middle + np.pi) % (2 * np.pi) - np.pi  # from the sector's middle
-    half = (high - low) / 2
-    under = c.lug_length_mm / c.rim_radius_mm
-    inner = a.flange_radius_mm - 4
-    flat = (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
-    flat |= (radius >= inner) & (radius <= c.lug_radii_mm[0] + 0.5) & (angle >= -half) & (angle <= half + under)
-    flat |= (radius <= a.flange_radius_mm) & (z <= 0)
-    flat |= radius <= a.shaft_bore_mm / 2 + 8.0
+    half, inner = (high - low) / 2, a.flange_radius_mm - 4
+    web0, web1 = (y0 + y1) / 2 - 1.5, (y0 + y1) / 2 + 1.5
+    web, rim = (y >= web0) & (y <= web1), (y >= y0) & (y <= y1)
+    length, pitch = 13.0, c.pitch_radius_mm  # gap 0.5, carriage 6, its travel 3.5, wall 3
+    under = length / c.rim_radius_mm
+    solid = web & (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
+    solid |= rim & (radius >= c.rim_radius_mm - 3.5) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
+    solid |= web & (radius >= inner) & (radius <= pitch - 8.2) & (angle >= -half) & (angle <= half + under)
+    solid |= (y >= a_side(d)) & (y <= web1) & (radius <= a.flange_radius_mm)
+    solid |= (y >= web1) & (y <= d.layers.motor_cheek_mm[0]) & within(x, z, (0, 0), a.collar_diameter_mm)
     empty = within(x, z, (0, 0), a.shaft_bore_mm)
-    depth, tap = c.pitch_radius_mm - c.lug_radii_mm[0], tension.tap_drill_mm / 2
     # the upper end, seen along the radius through the nose's axis: out along it, aside from it away from the plate
     out, aside = x * np.cos(low) + z * np.sin(low), x * np.sin(low) - z * np.cos(low)
     top, cable = c.rim_radius_mm - 5.0, 5.0 + c.cable_diameter_mm / 2  # the nose's axis; the cable's line beside it
-    flat |= np.hypot(out - top, aside) <= 5.0
-    flat |= round_cone(out, aside, (inner, 0), cable - depth, (top, 0), cable - depth)
+    bar = cable - 3.2
+    share = inner / top
+    solid |= rim & (np.hypot(out - top, aside) <= 5.0)
+    solid |= web & round_cone(out, aside, (share * top, 0), bar, (top, 0), bar)
     beside, beyond = aside - cable, top - out
-    lug = (beyond >= 0) & (beyond <= c.lug_length_mm)
-    flat |= (beside >= -depth) & (beside <= c.lug_radii_mm[1] - c.pitch_radius_mm) & lug
-    empty |= (np.hypot(beside, y - (y0 + y1) / 2) < tap) & (beyond > -0.5) & (beyond < c.lug_length_mm + 0.5)
-    # the other end: the cable runs on along the rim's tangent
-    out, along = x * np.cos(high) + z * np.sin(high), -x * np.sin(high) + z * np.cos(high)
-    flat |= (out >= c.lug_radii_mm[0]) & (out <= c.lug_radii_mm[1]) & (along >= 0) & (along <= c.lug_length_mm)
-    empty |= (np.hypot(out - c.pitch_radius_mm, y - (y0 + y1) / 2) < tap) & (along > -0.5)
-    collar = (y >= y1) & (y <= d.layers.motor_cheek_mm[0]) & within(x, z, (0, 0), a.collar_diameter_mm)
-    for at in on_circle(a.sector_screw_circle_mm / 2, [-150, -90, -30]):
-        empty |= within(x, z, at, m3.tap_drill_mm)
-    for at in on_circle(a.sector_screw_circle_mm / 2, [-120, -60]):
+    solid |= (y >= web0) & (y <= y1) & (np.abs(beside) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
+    empty |= (np.hypot(beside, y - c.end_y_mm[0]) < bore / 2) & (beyond > -0.5) & (beyond < 6.5)
+    # the other end: the cable runs on along the rim's tangent into the carriage's pocket
+    out, along = x * np.cos(high) + z * np.sin(high) - pitch, -x * np.sin(high) + z * np.cos(high)
+    floor, roof = c.end_y_mm[1] - 2.5, c.end_y_mm[1] + 2.6  # the pocket is open to the arm's side
+    solid |= (out >= -9.2) & (out <= 4.2) & (along >= 0) & (along <= length) & (y >= floor) & (y <= y1)
+    empty |= (out > -7.6) & (out < 2.6) & (along > 0.3) & (along < length - 3.0) & (y < roof)
+    empty |= (np.hypot(out, y - c.end_y_mm[1]) < bore / 2) & (along > -0.5) & (along < 1.0)
+    empty |= (np.hypot(out + 5.0, y - c.end_y_mm[1]) < screw.clearance_hole_mm / 2) & (along > length - 3.5)
+    for at in ((0.0, a.dowel_circle_mm / 2), (0.0, -a.dowel_circle_mm / 2)):
         empty |= within(x, z, at, 3.0)
     s0, s1 = c.slot_angles_rad
-    slot = (np.abs(radius - c.slot_radius_mm) < c.slot_width_mm / 2) & (np.abs(angle) < (s1 - s0) / 2)
-    empty |= slot
+    empty |= (np.abs(radius - c.slot_radius_mm) < c.slot_width_mm / 2) & (np.abs(angle) < (s1 - s0) / 2)
     for end in (s0, s1):
         at = (c.slot_radius_mm * float(np.cos(end)), c.slot_radius_mm * float(np.sin(end)))
         empty |= within(x, z, at, c.slot_width_mm)
     for point, _ in cylinders(part.solid, 7.0, concave=True):
         empty |= within(x, z, (point[0], point[2]), 7.0)
-    return ((y >= y0) & (y <= y1) & flat | collar) & ~empty
+    return solid & ~empty
+
+
+def a_side(d: Dimensions) -> float:
+    """Face of the arm that the sector lies on."""
+    return d.layers.arm_mm[1]
 
 
 def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
@@ -184,8 +171,92 @@ def rod_eye(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarr
     return material & (axis >= d.tube.outer_mm / 2 + 0.05) & (np.hypot(y + 0.8, z - 5.5) >= f.eye_diameter_mm / 2)
 
 
+def hull_depth(x: Points, z: Points, circles: list[tuple[float, float, float]]) -> np.ndarray:
+    """How deep points lie inside the hull of circles (x, z, radius), polygons of 360 points; negative outside."""
+    turn = np.linspace(0, 2 * np.pi, 360, endpoint=False)
+    ring = np.concatenate([np.stack([u + r * np.cos(turn), v + r * np.sin(turn)], axis=1) for u, v, r in circles])
+    sides = np.unique(ConvexHull(ring).equations.round(9), axis=0)
+    deep = np.full(len(x), np.inf)
+    for nx, nz, offset in sides:
+        np.minimum(deep, -(nx * x + nz * z + offset), out=deep)
+    return deep
+
+
+def plate(
+    x: Points, y: Points, z: Points, circles: list[tuple[float, float, float]], faces: tuple[float, float]
+) -> np.ndarray:
+    """Prism over the hull of circles between two faces across y, the edges of both broken by 0.5 mm."""
+    from_face = np.minimum(y - faces[0], faces[1] - y)
+    return (from_face >= 0) & (hull_depth(x, z, circles) >= np.maximum(0.5 - from_face, 0.0))
+
+
+def foot(d: Dimensions) -> list[tuple[float, float, float]]:
+    b = d.bracket
+    low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
+    top = b.base_top_mm + b.foot_height_mm - 3.0
+    return [(low, b.base_top_mm, 0), (high, b.base_top_mm, 0), (low + 3, top, 3), (high - 3, top, 3)]
+
+
+def block_bores(d: Dimensions, x: Points, z: Points) -> np.ndarray:
+    """Screws and dowels of a cheek on its foot block."""
+    b, empty = d.bracket, np.zeros(len(x), dtype=bool)
+    for ends, diameter in (
+        (b.cheek_screw_u_mm, catalogue.screw("M3").clearance_hole_mm),
+        (b.cheek_dowel_u_mm, 3.0),
+    ):
+        for u in ends:
+            empty |= within(x, z, (u - b.shoulder_u_mm, b.base_top_mm + 7.0), diameter)
+    return empty
+
+
+def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    b, m, c = d.bracket, d.motor, d.capstan
+    assert c is not None
+    y0, y1 = d.layers.motor_cheek_mm
+    at = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
+    head = b.head_radius_mm
+    material = plate(x, y, z, [(0, 0, head), (*at, m.diameter_mm / 2 + 2.0), *foot(d)], (y0, y1))
+    empty = within(x, z, at, m.pilot_diameter_mm) | block_bores(d, x, z)
+    screw = catalogue.screw(m.mount_thread)
+    for k in range(m.mount_count):
+        a = np.radians(90 + 360 / m.mount_count * (k + 0.5))
+        place = at[0] + m.mount_circle_mm / 2 * float(np.cos(a)), at[1] + m.mount_circle_mm / 2 * float(np.sin(a))
+        reached = motor_thread_mm(m) - 6.0 + y1 - y0  # a screw of 6 mm fills the motor's thread
+        empty |= within(x, z, place, screw.clearance_hole_mm)
+        empty |= within(x, z, place, screw.counterbore_diameter_mm) & (y < y0 + reached)
+    (pin,) = b.stop_pins_mm
+    empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
+    empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)
+    empty |= within(x, z, (0, 0), b.passage_mm)
+    empty |= (x < at[0]) & (np.abs(z - at[1]) < 1.7) & (y < sum(c.collar_y_mm) / 2 + 1.7)  # for the set screws' key
+    return material & ~empty
+
+
+def encoder_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    b, e = d.bracket, d.encoder
+    (y0, y1), face = d.layers.encoder_cheek_mm, d.layers.encoder_head_mm[0]
+    u, v = e.hole_spacing_width_mm / 2, e.hole_spacing_length_mm / 2  # the board stands upright
+    pads = [(su * u, sv * v) for su in (-1, 1) for sv in (-1, 1)]
+    radius = b.head_radius_mm
+    material = plate(x, y, z, [(4.0, 0, radius - 4.0), *foot(d)], (y0, y1))
+    material |= plate(x, y, z, [(0, 0, radius), *((*at, 4.0) for at in pads)], (face, y1))
+    empty = block_bores(d, x, z) | within(x, z, (0, 0), b.passage_mm)
+    for at in pads:
+        empty |= within(x, z, at, catalogue.screw("M2.5").tap_drill_mm)
+    empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y > face + 1.0)  # lip
+    return material & ~empty
+
+
+def tension_carriage(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    bore, aside = d.cable.diameter_mm + 0.3, np.hypot(x, y)
+    empty = (aside < bore / 2) | (aside < 1.0) & (z > 3.0)  # cable; its sleeve
+    empty |= np.hypot(x + 5.0, y) < catalogue.screw("M3").tap_drill_mm / 2
+    return (x >= -7.5) & (x <= 2.5) & (np.abs(y) <= 2.5) & (z >= 0) & (z <= 6.0) & ~empty
+
+
 RULES: dict[str, Rule] = {"upper_arm": upper_arm, "sector": sector, "platform": platform}
-RULES |= {"rod_cup": rod_cup, "rod_eye": rod_eye}
+RULES |= {"rod_cup": rod_cup, "rod_eye": rod_eye, "tension_carriage": tension_carriage}
+RULES |= {"motor_cheek": motor_cheek, "encoder_cheek": encoder_cheek}
 
 
 def sampled_volume(number: str, d: Dimensions, part: Part, seed: int) -> float:

@@ -17,12 +17,13 @@ from delta_cad.solids.part import Occurrence
 from tests.committed import changed
 from tests.delta_cad.solids.measured import placed
 
+DIRECT: dict[str, Any] = {"hardware__drive": "direct", "hardware__arm_thickness_mm": 8.0}
 DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},
     "capstan, thick arm": {"hardware__arm_thickness_mm": 14.0},
     "capstan, wide bearing": {"hardware__bearing": "608"},
-    "direct, 60 mm motor": {"hardware__drive": "direct", "hardware__motor": "maxon-ec60flat-625858"},
-    "direct, 43 mm motor": {"hardware__drive": "direct", "hardware__motor": "maxon-ec45flat-411812"},
+    "direct, 60 mm motor": DIRECT | {"hardware__motor": "maxon-ec60flat-625858"},
+    "direct, 43 mm motor": DIRECT | {"hardware__motor": "maxon-ec45flat-411812"},
 }
 NOISE_MM3 = 1e-9
 """A boolean of parts that do not meet gives no solid at all; 1 deg beyond a stop some 0.5 mm of pin are inside."""
