@@ -28,7 +28,7 @@ from delta_cad.structure.section import POISSON, Section, circle, rectangle, rib
 # A maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 57 GPa; 7x19 in proportion.
 # From memory: measure it.
 ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
-SPOKE_FACTOR = 1.4  # platform spoke: finite elements over the formula, whose root at the hub is not rigid
+SPOKE_ROOT = 1.1  # thicknesses by which a platform's web goes on in its hub, which gives way: by finite elements
 CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
 # A round bar's root tilts in what it grows from by what this share of its diameter would bend: a stamp of radius a on a
 # half-space turns by 3 (1 - nu^2) M / (4 E a^3) (Johnson, Contact Mechanics), a bar of length l by 4 M l / (pi E a^4).
@@ -299,4 +299,5 @@ def _spoke(d: Dimensions) -> Beam:
             return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)
         return rectangle(wide, p.plate_mm)
 
-    return Beam(tapered(p.hub_radius_mm, r, section, *moduli_N_mm2("aluminium-7075")), SPOKE_FACTOR)
+    root = p.hub_radius_mm - SPOKE_ROOT * p.plate_mm
+    return Beam(tapered(root, r, lambda x: section(max(x, p.hub_radius_mm)), *moduli_N_mm2("aluminium-7075")))

@@ -149,9 +149,11 @@ def built(table: StructureTable, p_mm: np.ndarray) -> Built:
         along = along / np.linalg.norm(along)
         for side in (-1.0, 1.0):
             out = np.array([side * t, u, np.cross(side * t, u)])
-            wrist = frame.bar(boss, side * (half - table.stud.length_mm) * t - rise, out, table.stud)
-            reach = table.stud.length_mm + table.bar.length_mm
-            ball = frame.bar(elbow, side * (half - reach) * t, out, Beam((*table.bar.slices, *table.stud.slices)))
+            tips = []
+            for held, at, bar in ((elbow, zero, table.elbow_bar), (boss, -rise, table.wrist_bar)):
+                whole = Beam((*bar.slices, *table.stud.slices))
+                tips.append(frame.bar(held, side * (half - whole.length_mm) * t + at, out, whole))
+            ball, wrist = tips
             (tube,) = table.rod.slices
             rod = tube.length_mm / (tube.youngs_N_mm2 * tube.section.area_mm2)
             frame.spring(ball, zero, wrist, zero, along, 1.0 / (2.0 / table.joint_N_mm + rod))

@@ -48,8 +48,8 @@ def places() -> np.ndarray:
 
 def what_moves() -> Moving:
     """Masses of the committed machine, rounded: what a build weighs is tested elsewhere."""
-    platform = MovingBody(0.074, np.array([0.0, 0.0, 7.5]), np.diag([48.0, 48.0, 57.0]))
+    platform = MovingBody(0.0654, np.array([0.0, 0.0, 8.4]), np.diag([34.2, 34.2, 29.4]))
     arm = MovingBody(
-        0.0955, np.array([14.9, 2.8, -4.6]), np.array([[21.7, 1.5, 1.0], [1.5, 146.0, 3.0], [1.0, 3.0, 138.0]])
+        0.0964, np.array([22.7, 3.0, -4.4]), np.array([[19.9, -0.1, 2.5], [-0.1, 186.7, 3.8], [2.5, 3.8, 183.0]])
     )
-    return Moving(platform, arm, (0.00106, 0.00041, 0.00106))
+    return Moving(platform, arm, (0.00136, 0.00058, 0.00136))
