@@ -11,7 +11,14 @@ from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin,
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
-from delta_cad.dimensions.joint import CLEARANCE_MM, JointDimensions, chosen_spring, joint_dimensions
+from delta_cad.dimensions.joint import (
+    CLEARANCE_MM,
+    CUP_MATERIAL,
+    EYE_MM,
+    JointDimensions,
+    chosen_spring,
+    joint_dimensions,
+)
 from delta_cad.dimensions.rules import require
 
 CROSS_BAR_MM = 8.0  # arm and platform read it
@@ -27,7 +34,6 @@ LEAN_RAD = radians(28.0)  # where the requirements state none
 ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt
 STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
 STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
-EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
 EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
 LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
@@ -35,7 +41,6 @@ RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
 BOND_N_MM2 = 2.0  # epoxy on sanded PEEK, unprimed: a tenth of what it bears on metal
 BOND_SAFETY = 5.0
 ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
-CUP_MATERIAL = "peek-bearing"
 BOND_LEAST_MM = 8.0
 FOLD_LEAST = 0.05  # below, no rod is long enough for its springs, and is refused by its length
 

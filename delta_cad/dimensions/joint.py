@@ -16,7 +16,10 @@ from delta_cad.dimensions.rules import require
 
 CLEARANCE_MM = 0.0075  # radial, of the finished seat on its ball: 6.015 on 6
 CLEARANCE_TOLERANCE_MM = 0.0025  # radial, either way: what ball and paste hold and a gauge tells
-FRICTION = 0.08  # dry PEEK or POM with PTFE upon polished steel: 0.05 to 0.15
+FRICTION_RANGE = (0.05, 0.08, 0.15)  # PEEK or POM with PTFE upon polished steel, least, nominal, largest
+FRICTION = FRICTION_RANGE[1]
+CUP_MATERIAL, BALL_MATERIAL = "peek-bearing", "steel"
+EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
 PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
 POISSON = 0.35  # of the plastic; of steel 0.3 changes the modulus of the pair by less than 1 %
 SPRING_LEAN_MM = 1.0  # the eyes lie inside the rods' axes: so much longer the spring may become when the rods lean
@@ -98,7 +101,7 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpr
         eye_mm: Distance of an eye from its rod's axis, mm, for the message.
 
     Returns:
-        Of those within their own length and the preload's bounds the one whose force is nearest to their middle.
+        Of those within their own length and the preload's bounds the one with the least force: friction goes with it.
 
     Raises:
         DimensionError: None is; the message names the nearest parallelogram width for which one is.
@@ -124,7 +127,34 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpr
             "length",
             f"parallelogram_width_mm = {width:g} must be {bound} mm for a spring of {low:g} to {high:g} N",
         )
-    return min(fitting, key=lambda row: abs(row.force_N(between_eyes_mm) - sum(PRELOAD_N) / 2))
+    return min(fitting, key=lambda row: row.force_N(between_eyes_mm))
+
+
+def pair_N_mm2(cup: catalogue.MaterialData, ball: catalogue.MaterialData) -> float:
+    """Computes the modulus of a contact of two materials, `1 / E* = sum (1 - nu^2) / E`, N/mm^2."""
+    per_pascal = MM_PER_M**2  # N/mm^2 in Pa
+    return 1.0 / sum((1.0 - POISSON**2) * per_pascal / row.youngs_modulus_Pa for row in (cup, ball))
+
+
+def patch_radius_mm(ball_radius_mm: float, preload_N: float, pair_N_mm2: float) -> float:
+    """Computes the radius of the contact of a ball in its cup, see `joint_dimensions`."""
+    effective = ball_radius_mm * (ball_radius_mm + CLEARANCE_MM) / CLEARANCE_MM
+    return (3.0 * preload_N * effective / (4.0 * pair_N_mm2)) ** (1.0 / 3.0)
+
+
+def sliding_torques_N_mm(width_mm: float, ball_mm: float) -> tuple[float, float]:
+    """Computes the friction of a ball that leans in its cup and of one that turns about the cup's axis, nominal, N mm.
+
+    The spring's whole force counts as preload: what one end of a rod has less the other has more.
+
+    Args:
+        width_mm: Distance of the two rods along the shoulder axis.
+        ball_mm: Diameter of the balls.
+    """
+    between, radius = width_mm - 2 * EYE_MM, ball_mm / 2
+    pull = chosen_spring(between, EYE_MM).force_N(between)
+    pair = pair_N_mm2(catalogue.material(CUP_MATERIAL), catalogue.material(BALL_MATERIAL))
+    return FRICTION * pull * radius, 3.0 * pi / 16.0 * FRICTION * pull * patch_radius_mm(radius, pull, pair)
 
 
 def joint_dimensions(
@@ -170,11 +200,8 @@ def joint_dimensions(
 
     pull = spring.force_N(eyes(0.0))
     preload = pull * (1.0 - abs(lever))
-    per_pascal = MM_PER_M**2  # N/mm^2 in Pa
-    moduli = [row.youngs_modulus_Pa / per_pascal for row in (cup, ball)]
-    pair = 1.0 / sum((1.0 - POISSON**2) / modulus for modulus in moduli)
-    effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
-    patch = (3.0 * preload * effective / (4.0 * pair)) ** (1.0 / 3.0)
+    pair = pair_N_mm2(cup, ball)
+    patch = patch_radius_mm(radius, preload, pair)
     axial = 2.0 * patch * pair
     return JointDimensions(
         spring_N=pull,

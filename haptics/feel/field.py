@@ -26,11 +26,13 @@ from numpy.typing import ArrayLike
 
 from delta_cad.mechanism import inverse_jacobian, inverse_kinematics, jacobian
 from haptics.gravity import arm_directions, gravity_torque
+from haptics.model.ball_joints import ball_friction_N
 
 if TYPE_CHECKING:
     from delta_cad.drive.masses import Masses
     from delta_cad.mechanism import DeltaGeometry
-    from haptics.model.machine import MachineModel
+    from haptics.model.ball_joints import ball_friction_N
+from haptics.model.machine import MachineModel
 
 # (8, 3) corners of a cube of torques; the first four are enough where n and -n are the same.
 SIGNS = np.array(list(product((1.0, -1.0), repeat=3)))
@@ -47,7 +49,7 @@ class Drive:
         continuous: Torque for ever, as far as the controller allows it.
         peak: Torque for a moment, as far as the controller allows it.
         motor: Torque for a moment, as far as the motor goes; no controller of this project asks for more than `peak`.
-        coulomb: Friction.
+        coulomb: Friction of the drive; the ball joints' is added at the handle.
         count: Count of the encoder, rad.
         step: Step of the torque command.
     """
@@ -152,8 +154,8 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
         mass_min=eigenvalues[..., 0],
         mass_max=eigenvalues[..., 2],
         mass_axes=1.0 / np.diagonal(np.linalg.inv(mass), axis1=-2, axis2=-1),
-        friction_min=drive.coulomb / reach.max(axis=-1),
-        friction_max=worst_friction(rows, drive.coulomb),
+        friction_min=least_friction(machine, p, columns, drive.coulomb),
+        friction_max=worst_friction(machine, p, rows, drive.coulomb),
         position_step=drive.count * reach.max(axis=-1),
         force_step=drive.step * lever.max(axis=-1),
         force_continuous=inscribed_ball(columns, gravity, drive.continuous),
@@ -164,17 +166,40 @@ def feel_at(machine: MachineModel, drive: Drive, p: ArrayLike) -> FeelField:
     )
 
 
-def worst_friction(rows: np.ndarray, coulomb: float) -> np.ndarray:
-    """Friction at the handle against a steady motion in the worst direction: `c max |sum +-G_i|`.
+def least_friction(machine: MachineModel, p: np.ndarray, columns: np.ndarray, coulomb: float) -> np.ndarray:
+    """Friction at the handle along the motion that the drives rub least: one joint turns alone, `c / |J_i|`.
 
     Args:
-        rows: (..., 3 chains, 3) G_i, rad/m.
-        coulomb: Friction of each joint, N m.
+        machine: The device, for its ball joints.
+        p: (..., 3) m.
+        columns: (..., 3 chains, 3) J_i, m/rad.
+        coulomb: Friction of each joint's drive, N m.
 
     Returns:
         (...) N.
     """
-    return coulomb * np.linalg.norm(SIGNS[:4] @ rows, axis=-1).max(axis=-1)
+    reach = np.linalg.norm(columns, axis=-1)
+    longest = np.take_along_axis(columns, reach.argmax(axis=-1)[..., None, None], axis=-2)[..., 0, :]
+    most = reach.max(axis=-1)
+    return coulomb / most + ball_friction_N(machine.design, p, longest / most[..., None])
+
+
+def worst_friction(machine: MachineModel, p: np.ndarray, rows: np.ndarray, coulomb: float) -> np.ndarray:
+    """Friction at the handle against a steady motion in the worst direction: `c max |sum +-G_i|`, and the ball joints'.
+
+    Args:
+        machine: The device, for its ball joints.
+        p: (..., 3) m.
+        rows: (..., 3 chains, 3) G_i, rad/m.
+        coulomb: Friction of each joint's drive, N m.
+
+    Returns:
+        (...) N.
+    """
+    corners = SIGNS[:4] @ rows  # (..., 4, 3)
+    strength = np.linalg.norm(corners, axis=-1)
+    at = np.broadcast_to(p[..., None, :], corners.shape)
+    return (coulomb * strength + ball_friction_N(machine.design, at, corners / strength[..., None])).max(axis=-1)
 
 
 def inscribed_ball(columns: np.ndarray, gravity: np.ndarray, limit: float) -> np.ndarray:

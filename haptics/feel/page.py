@@ -59,6 +59,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
         "maps": {quantity.key: _map_facts(sheet, quantity) for quantity in QUANTITIES if quantity.name in MAPS},
         "assumptions": {
             "joint_friction_coulomb_N_m": list(friction.coulomb),
+            "drive_friction_coulomb_N_m": list(friction.drive),
             "joint_friction_viscous_N_m_s_per_rad": list(friction.viscous),
             "delay_periods": list(DELAY),
             "current_lag_ms": CURRENT_LAG * 1e3,
@@ -123,7 +124,7 @@ def feel_markdown(sheet: Feel) -> str:
     """The page."""
     machine, design = sheet.machine, sheet.machine.design
     side = 2.0 * design.cube.half_side_mm
-    low, usual, most = (1e3 * torque for torque in joint_friction(machine).coulomb)
+    low, usual, most = (1e3 * torque for torque in joint_friction(machine).drive)
     lines = [
         f"# What {design.name} will feel like",
         "",

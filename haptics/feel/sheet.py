@@ -165,7 +165,7 @@ def joint_drive(machine: MachineModel) -> Drive:
         continuous=min(drive.continuous_torque_N_m, drive.controlled_torque_N_m),
         peak=drive.controlled_torque_N_m,
         motor=drive.peak_torque_N_m,
-        coulomb=joint_friction(machine).coulomb[1],
+        coulomb=joint_friction(machine).drive[1],
         count=encoder_count(machine),
         step=2.0 * drive.peak_torque_N_m / COMMAND_STEPS,
     )
@@ -249,7 +249,7 @@ def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) ->
     """Compares each joint's friction with what its compensation misses of the weight, so that the handle stays where it
     is left: at rest all three torques can be held if and only if none exceeds its friction.
     """
-    least = joint_friction(machine).coulomb[0]
+    least = joint_friction(machine).drive[0]
     gravity = summaries["gravity"].worst[0]
     missed = MASS_ERROR * gravity
     good = missed <= least

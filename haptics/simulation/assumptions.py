@@ -14,6 +14,7 @@ from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
 from haptics.control.pose import model
 from haptics.control.supervisor.limits import safety_limits
+from haptics.model.ball_joints import ball_friction
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant, plant
 
@@ -44,13 +45,15 @@ class Friction:
     """Friction of one joint; each least, nominal, largest.
 
     Attributes:
-        coulomb: N m.
+        coulomb: N m, of the drive and of the ball joints.
+        drive: N m, the drive's share of that.
         viscous: N m s/rad.
         presliding: rad; the least friction is the softest.
         bristle_damping: N m s/rad.
     """
 
     coulomb: tuple[float, float, float]
+    drive: tuple[float, float, float]
     viscous: tuple[float, float, float]
     presliding: tuple[float, float, float]
     bristle_damping: tuple[float, float, float]
@@ -66,10 +69,10 @@ class Friction:
 
 
 def joint_friction(machine: MachineModel) -> Friction:
-    """Friction of a joint, from the motor's idle torque through the drive.
+    """Friction of a joint: the motor's idle torque through the drive, and the ball joints of the rods.
 
     Args:
-        machine: The device.
+        machine: The device; the ball joints' share is that in the cube's centre.
 
     Returns:
         The range.
@@ -79,11 +82,13 @@ def joint_friction(machine: MachineModel) -> Friction:
     low, middle, high = COULOMB
     thin, usual, thick = VISCOUS
     torque, slope = ratio * idle, ratio**2 * idle / IDLE_SPEED
-    coulomb = (low * torque, middle * torque, high * torque)
+    balls = ball_friction(machine.design, machine.centre)
+    drive = (low * torque, middle * torque, high * torque)
+    coulomb = (drive[0] + balls[0], drive[1] + balls[1], drive[2] + balls[2])
     inertia = machine.masses.arm_inertia + machine.masses.rotor_inertia
     parts = zip(BRISTLE_RATIO, coulomb, PRESLIDING, strict=True)
     least, nominal, largest = (2.0 * ratio * math.sqrt(c / turn * inertia) for ratio, c, turn in parts)
-    return Friction(coulomb, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
+    return Friction(coulomb, drive, (thin * slope, usual * slope, thick * slope), PRESLIDING, (least, nominal, largest))
 
 
 def encoder_count(machine: MachineModel) -> float:

@@ -107,7 +107,7 @@ def test_linear_walls_over_the_cube_hold_the_centre(found: Feel) -> None:
 
 def test_whether_the_handle_stays(machine: MachineModel, found: Feel) -> None:
     """A joint is held up to its friction: the answer changes where 5 % of the weight's torque crosses it."""
-    least, usual = joint_friction(machine).coulomb[:2]
+    least, usual = joint_friction(machine).drive[:2]
     gravity = found.summaries["gravity"]
     for missed, short in ((0.99 * least, "Yes."), (1.01 * least, "Unless"), (1.01 * usual, "No.")):
         heavy = replace(gravity, worst=(missed / MASS_ERROR, gravity.worst[1]))

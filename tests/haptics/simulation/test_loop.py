@@ -17,6 +17,7 @@ from haptics.control.filters import backward_difference
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.gravity import gravity_torque
+from haptics.model.ball_joints import ball_friction
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
 from haptics.rendering import law_table
@@ -207,9 +208,10 @@ def test_runs_that_are_refused(machine: MachineModel, controller: Controller) ->
 def test_friction_comes_from_the_idle_torque(machine: MachineModel) -> None:
     friction = joint_friction(machine)
     idle = 0.16 * 25.9e-3  # A times N m/A, RE 30
-    assert friction.coulomb[2] == pytest.approx(machine.drive.ratio * idle, rel=0.01)
-    assert friction.coulomb[1] + friction.viscous[1] * 900.0 / machine.drive.ratio == pytest.approx(
-        friction.coulomb[2], rel=1e-9
-    )
+    balls = ball_friction(machine.design, machine.centre)
+    drive = [whole - share for whole, share in zip(friction.coulomb, balls, strict=True)]
+    assert friction.drive == pytest.approx(drive)
+    assert drive[2] == pytest.approx(machine.drive.ratio * idle, rel=0.01)
+    assert drive[1] + friction.viscous[1] * 900.0 / machine.drive.ratio == pytest.approx(drive[2], rel=1e-9)
     assert sorted(friction.viscous) == list(friction.viscous)
     assert default_estimator(2e-3).pole == pytest.approx(np.exp(-2.0 * np.pi * 100.0 * 2e-3))
