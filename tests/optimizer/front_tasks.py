@@ -9,7 +9,7 @@ import numpy as np
 
 from optimizer.problem.requirements import Requirements, load_requirements
 
-JOYSTICK = Path(__file__).parents[2] / "joystick.toml"
+JOYSTICK = Path(__file__).parents[1] / "references" / "joystick.toml"
 
 FIXED: dict[str, Any] = {"gravity_torque_N_m": 0.11, "shoulder_deg": None}
 """Whatever the machine that is built has come to weigh, and its stops."""

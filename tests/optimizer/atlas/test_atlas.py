@@ -37,7 +37,7 @@ from tests.terminal import said
 if TYPE_CHECKING:
     from distributed import Client
 
-JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
+JOYSTICK = Path(__file__).parents[2] / "references" / "joystick.toml"
 TORQUE, OUTLINE = "requirements.joint_torque_N_m", "limits.outline_radius_max_mm"
 GRID = f"""
 name = "tiny"

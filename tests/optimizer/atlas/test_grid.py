@@ -14,7 +14,7 @@ from optimizer.atlas.grid import SETS_MAX, VALUES_MAX, Grid, GridError, grid_fro
 from optimizer.problem.requirements import RequirementsError, load_requirements
 from tests.optimizer.messages import holds
 
-JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
+JOYSTICK = Path(__file__).parents[2] / "references" / "joystick.toml"
 BASE = tomllib.loads(JOYSTICK.read_text())
 TORQUE, OUTLINE = "requirements.joint_torque_N_m", "limits.outline_radius_max_mm"
 

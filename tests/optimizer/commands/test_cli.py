@@ -26,7 +26,7 @@ from optimizer.synthesis.three_step import METHODS, Run
 from tests.optimizer.messages import refuses
 from tests.terminal import said, shown_on_a_terminal
 
-JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
+JOYSTICK = Path(__file__).parents[2] / "references" / "joystick.toml"
 SMALL = ["--population", "12", "--generations", "4"]
 
 

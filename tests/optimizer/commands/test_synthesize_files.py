@@ -18,7 +18,7 @@ from tests.committed import BEST
 from tests.optimizer.messages import holds
 from tests.terminal import interrupted
 
-JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
+JOYSTICK = Path(__file__).parents[2] / "references" / "joystick.toml"
 SQP = ["--method", "sqp", "--steps", "1"]
 
 

@@ -193,7 +193,7 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, s
 
 def test_command_line_tells_bound_and_gap(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "best.json"
-    task_file = ROOT / "joystick.toml"
+    task_file = ROOT / "tests/references/joystick.toml"
     code, text, err = call(capsys, "synthesize", task_file, "--method", "proven", "--out", out)
     assert (code, err) == (0, "")
     assert text.count("proved: none above") == 2
@@ -212,7 +212,9 @@ def test_command_line_tells_bound_and_gap(tmp_path: Path, capsys: pytest.Capture
 
 
 def test_command_line_names_what_is_undecided(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = (ROOT / "joystick.toml").read_text().replace("half_side = [0, 100]", "half_side = [60, 100]")
+    text = (
+        (ROOT / "tests/references/joystick.toml").read_text().replace("half_side = [0, 100]", "half_side = [60, 100]")
+    )
     (tmp_path / "task.toml").write_text(text)
     command = ("synthesize", tmp_path / "task.toml", "--method", "proven", "--steps", "2", "--out", tmp_path / "b.json")
     code, text, err = call(capsys, *command, "--boxes", "0")

@@ -23,7 +23,7 @@ from optimizer.problem.requirements import (
 from tests.optimizer.messages import holds, refuses
 from tests.optimizer.tasks import INERTIA
 
-JOYSTICK = Path(__file__).parents[3] / "joystick.toml"
+JOYSTICK = Path(__file__).parents[2] / "references" / "joystick.toml"
 MISSING = object()
 
 

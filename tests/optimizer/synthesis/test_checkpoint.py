@@ -75,7 +75,7 @@ def test_lines_that_nobody_wrote_are_refused_in_one_line(
             with pytest.raises(CheckpointError, match=rf"^c\.jsonl: .* damaged in line {number};"):
                 kind(path, KEY, resume=True)
             assert path.read_text() == text
-    task = Path(__file__).parents[3] / "joystick.toml"
+    task = Path(__file__).parents[2] / "references" / "joystick.toml"
     (tmp_path / "b.json.checkpoint.jsonl").write_text(f"{line}\n")
     (tmp_path / "dashboard-joystick-front.checkpoint.jsonl").write_text(f"{line}\n")
     for words in (["synthesize", task, "--out", tmp_path / "b.json"], ["front", task, "--out", tmp_path]):
