@@ -18,6 +18,9 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, Self
 
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+"""Threads for products of matrices, one in the other process: more would only take turns with us on our core."""
+
 
 class BesideError(Exception):
     """The other process ended early, or failed in a way that cannot be carried over."""
@@ -35,8 +38,10 @@ class Beside:
         self._module = module
         self._said = TemporaryFile()  # noqa: SIM115  (closed where the block ends)
         command = [sys.executable, "-c", f"from {__name__} import work; work({module!r})"]
-        pipe = subprocess.PIPE
-        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=self._said, start_new_session=True)
+        pipe, room = subprocess.PIPE, os.environ | dict.fromkeys(BLAS_THREADS, "1")
+        self._process = subprocess.Popen(
+            command, stdin=pipe, stdout=pipe, stderr=self._said, env=room, start_new_session=True
+        )
 
     def __enter__(self) -> Self:
         """Gives the process itself."""
