@@ -204,8 +204,7 @@ class Sampler:
                 low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1)
             )
             normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
-            # einsum, for a matrix product of this size wakes the threads of BLAS, which then spin for as long again
-            reach = np.einsum("ni,hi->nh", np.swapaxes(relative[:, :3, :3], 1, 2) @ normal, hull_b)
+            reach = (normal @ relative[:, :3, :3]) @ hull_b.T
             low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())
             low[k] = np.inf
 
