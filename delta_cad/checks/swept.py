@@ -52,13 +52,17 @@ class Sweep:
         else:
             self._here = results((assembly, limits, meshes), progress)
 
+    def give_up(self) -> None:
+        """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""
+        self._progress = None
+
     def outline(self) -> list[CheckResult]:
         """Gives the results of `check_envelope`."""
         return self._outlined()[0]
 
     @property
     def reach_mm(self) -> np.ndarray | None:
-        """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep was begun."""
+        """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep goes on."""
         return self._outlined()[1] if self._progress else None
 
     def _outlined(self) -> Outlined:

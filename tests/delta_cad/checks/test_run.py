@@ -73,7 +73,9 @@ def test_an_unsound_part_ends_the_checks() -> None:
     hollow = Part("screw", "screw", box((0, 0, 0), (1, 1, 1)).Shells()[0], STEEL, True)  # type: ignore[arg-type]
     screws = (replace(o, part=hollow) if o.part.number == "screw" else o for o in MACHINE.occurrences)
     bad = replace(MACHINE, occurrences=tuple(screws))
-    results = run_checks(bad, LIMITS, MeshLibrary(bad.parts, 0.3, 0.8))
+    sweep = Sweep()
+    results = run_checks(bad, LIMITS, MeshLibrary(bad.parts, 0.3, 0.8), sweep=sweep)
+    assert sweep.reach_mm is None  # it was begun before the solids were looked at
     assert [r.name for r in results if not r.passed] == ["solid screw"]
     assert not any(r.name.startswith("clearance") for r in results)
 
