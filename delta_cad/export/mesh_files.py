@@ -1,4 +1,7 @@
-"""The pictures drawn by a second process while this one goes on: software rendering keeps a core busy for seconds."""
+"""What a build writes of meshes alone, by a second process while this one goes on: STL, 3MF, GLB and the pictures.
+
+Software rendering keeps a core busy for seconds; what all these need is loaded while the solids are still being made.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,14 @@ from pathlib import Path
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.common.beside import Beside, BesideError
+from delta_cad.export.glb import write_glb
+from delta_cad.export.meshes import write_3mf, write_stl
 from delta_cad.export.views.scene import PictureError
 from delta_cad.export.views.views import Stage, write_views
 
 LOADS = (
+    "trimesh.exchange.gltf",
+    "trimesh.exchange.stl",
     "vtkmodules.util.numpy_support",
     "vtkmodules.vtkFiltersHybrid",
     "vtkmodules.vtkFiltersSources",
@@ -22,18 +29,35 @@ LOADS = (
 
 
 def results(order: tuple[Assembly, Meshes, Path, Stage]) -> Iterator[list[Path]]:
-    """Draws all pictures; arguments as `write_views` has them, the machine without its solids."""
-    yield write_views(*order)
+    """Writes the files into a folder, then the pictures, on a stage.
+
+    Args:
+        order: The machine without its solids, its meshes by part number, the build's folder, outline and cube.
+
+    Yields:
+        The pictures' files.
+    """
+    assembly, meshes, folder, stage = order
+    parts = folder / "parts"
+    parts.mkdir(exist_ok=True)
+    for part in assembly.parts:
+        if part.make:
+            mesh = meshes[part.number]
+            write_stl(mesh, parts / f"{part.number}.stl", part.number)
+            write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
+    write_glb(assembly, meshes, folder / "assembly.glb")
+    yield write_views(assembly, meshes, folder / "views", stage)
 
 
-def drawn(painter: Beside) -> None:
-    """Waits for the pictures of a process that was started from this module and given its order.
+def written(writer: Beside) -> None:
+    """Waits for the files of a process that was started from this module and given its order.
 
     Raises:
+        MeshError: A mesh cannot be written.
         PictureError: There is no OpenGL, or the other process ended early.
         OSError: It could not write them.
     """
     try:
-        painter.take()
+        writer.take()
     except BesideError as error:
         raise PictureError(str(error)) from error
