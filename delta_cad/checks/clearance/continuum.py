@@ -105,11 +105,15 @@ class BoxBounds:
         self.axes, self.half = np.array([x.axes for x in bodies]), np.array([x.half for x in bodies])
         self.deviation = np.array([x.mesh.deviation_mm for x in bodies])
         self._hulls: dict[int, np.ndarray] = {}
+        self._spanned: dict[str, np.ndarray] = {}
 
     def hull(self, k: int) -> np.ndarray:
         """(n, 3) vertices of a body's convex hull in its link's frame."""
         if k not in self._hulls:
-            self._hulls[k] = self.bodies[k].hull
+            b = self.bodies[k]
+            if b.key not in self._spanned:
+                self._spanned[b.key] = b.mesh.hull_points
+            self._hulls[k] = self._spanned[b.key] @ b.placement[:3, :3].T + b.placement[:3, 3]
         return self._hulls[k]
 
     def hulls_gap(

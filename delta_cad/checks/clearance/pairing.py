@@ -180,6 +180,7 @@ class _Moved:
 
     def __init__(self) -> None:
         self._made: dict[tuple[str, str, bytes], CollisionBody] = {}
+        self._turning: dict[tuple[str, bytes], CollisionBody] = {}
 
     def __call__(self, b: CollisionBody, link: str, frame: np.ndarray) -> CollisionBody:
         """The body on another link that holds its old one at `frame`."""
@@ -190,10 +191,10 @@ class _Moved:
 
     def turning(self, b: CollisionBody, tilt_rad: float) -> CollisionBody:
         """What holds a body of a rod while the rod turns about itself."""
-        key = (b.name, f"{b.link} turning", b"")
-        if key not in self._made:
-            self._made[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
-        return self._made[key]
+        key = (b.key, b.placement.tobytes())
+        if key not in self._turning:
+            self._turning[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
+        return replace(self._turning[key], name=b.name, link=b.link)
 
 
 def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:
