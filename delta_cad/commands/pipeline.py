@@ -29,7 +29,6 @@ from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_
 from delta_cad.export.folder import output_folder
 from delta_cad.export.manifest import write_manifest
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.export.mjcf import twin
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.structure.report import structure_record, structure_report
@@ -189,7 +188,9 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
             fingerprints: list[str] = []
 
             def meanwhile() -> None:
-                writer.give((bare, meshes, folder.path, _stage(machine, sweep)))
+                moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
+                moves += (design.requirements.gravity_m_s2,)
+                writer.give((bare, meshes, folder.path, _stage(machine, sweep), moves))
                 fingerprints.append(write_files(machine, folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
@@ -228,12 +229,10 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     write_holes(hole_list(assembly), folder / "holes.csv")
     d = machine.dimensions
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
-    gravity = d.design.requirements.gravity_m_s2
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
         "structure.json": json.dumps(bears | {"input_sha256": design_hash(d.design)}, indent=1) + "\n",
         "mass_properties.json": json.dumps(masses, indent=1) + "\n",
-        "twin.xml": twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -1,22 +1,26 @@
-"""What a build writes of meshes alone, by a second process while this one goes on: STL, 3MF, GLB and the pictures.
+"""What a build writes without the solids, by a second process while this one goes on: STL, 3MF, GLB, twin, pictures.
 
 Software rendering keeps a core busy for seconds; what all these need is loaded while the solids are still being made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.common.beside import Beside, BesideError
+from delta_cad.drive import DriveReport
 from delta_cad.export.glb import write_glb
 from delta_cad.export.meshes import write_3mf, write_stl
+from delta_cad.export.mjcf import twin
 from delta_cad.export.views.scene import PictureError
 from delta_cad.export.views.views import Stage, write_views
 
 LOADS = (
+    "scipy.spatial.transform",
     "trimesh.exchange.gltf",
     "trimesh.exchange.stl",
     "vtkmodules.util.numpy_support",
@@ -28,16 +32,21 @@ LOADS = (
 )
 
 
-def results(order: tuple[Assembly, Meshes, Path, Stage]) -> Iterator[list[Path]]:
-    """Writes the files into a folder, then the pictures, on a stage.
+Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float]]
+"""Masses, drive, stops and gravity, as `twin` takes them."""
+
+
+def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list[Path]]:
+    """Writes the files into a folder, then the pictures.
 
     Args:
-        order: The machine without its solids, its meshes by part number, the build's folder, outline and cube.
+        order: The machine without its solids, its meshes by part number, the build's folder, outline and cube, and
+            what the twin needs.
 
     Yields:
         The pictures' files.
     """
-    assembly, meshes, folder, stage = order
+    assembly, meshes, folder, stage, moves = order
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)
     for part in assembly.parts:
@@ -46,6 +55,7 @@ def results(order: tuple[Assembly, Meshes, Path, Stage]) -> Iterator[list[Path]]
             write_stl(mesh, parts / f"{part.number}.stl", part.number)
             write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
     write_glb(assembly, meshes, folder / "assembly.glb")
+    (folder / "twin.xml").write_text(twin(assembly, *moves), encoding="utf-8")
     yield write_views(assembly, meshes, folder / "views", stage)
 
 
