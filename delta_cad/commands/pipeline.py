@@ -180,7 +180,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
-    with Beside(swept.__name__) as sweeper, Beside(mesh_files.__name__) as writer:
+    with Beside(swept.__name__) as sweeper, Beside(mesh_files.__name__, behind=True) as writer:
         machine, sweep = make_machine(design, progress), Sweep(sweeper)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
