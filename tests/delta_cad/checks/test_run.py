@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
@@ -57,6 +58,11 @@ def test_another_process_sweeps_to_the_same_results() -> None:
     assert found.results == expected.results
     assert [(s.names, s.distance_mm) for s in found.closest] == [(s.names, s.distance_mm) for s in expected.closest]
     assert told.count(PROVING) == 2
+
+
+def test_a_sweep_that_was_not_begun_has_no_clearance() -> None:
+    with pytest.raises(RuntimeError, match="no sweep goes on"):
+        Sweep().clearance()
 
 
 def test_an_unreachable_cube_ends_the_checks() -> None:
