@@ -140,11 +140,11 @@ def test_every_space_bounds_the_fall_of_a_gap_of_hulls() -> None:
             assert (truth <= own + 1e-6).all(), space.name
             moving = fall > 0.1
             sharper[space.name] = float(np.median(np.minimum(own, fall)[moving] / fall[moving]))
-    assert len(sharper) == 5  # the swing, rods at both ends, as they are and turning
+    assert len(sharper) == 6  # the swing, rods at both ends, as they are and turning, the handle
     assert np.median(list(sharper.values())) < 0.95  # in boxes this large what bends a path counts most
 
 
-@pytest.mark.parametrize("kind", [Swing, RodAtJoint, TurningRodAtJoint])
+@pytest.mark.parametrize("kind", [Swing, RodAtJoint, TurningRodAtJoint, Handle])
 def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as_far(kind: type) -> None:
     assembly = with_fins()
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
