@@ -57,10 +57,13 @@ class Mesh:
 
     @cached_property
     def hull_points(self) -> np.ndarray:
-        """(k, 3) the vertices that span the convex hull, mm."""
-        from scipy.spatial import ConvexHull
+        """(k, 3) the vertices that span the convex hull, mm; all of them where they lie in a plane."""
+        from scipy.spatial import ConvexHull, QhullError
 
-        return self.vertices[ConvexHull(self.vertices).vertices]
+        try:
+            return self.vertices[ConvexHull(self.vertices).vertices]
+        except QhullError:
+            return self.vertices
 
     @cached_property
     def volume_mm3(self) -> float:
@@ -293,15 +296,26 @@ def _distance_to_triangles(point: np.ndarray, triangles: np.ndarray) -> np.ndarr
 
 def _merged(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Vertices within `MERGE_MM` made one, triangles that vanish by it dropped."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    close = cKDTree(points).query_pairs(MERGE_MM, output_type="ndarray")
-    n = len(points)
-    graph = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(n, n))
-    _, label = connected_components(graph, directed=False)
-    _, first = np.unique(label, return_index=True)
+    label, first = _same(points)
     faces = label[triangles]
     kept = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     return points[first], faces[kept]
+
+
+def _same(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) which of the distinct points each is, counted as they come, and the (k,) index of the first of each.
+
+    Groups are split at gaps wider than `MERGE_MM` along one axis after the other, until none is left: what ends up
+    apart is so along an axis, and points closer than that are together.
+    """
+    group = np.zeros(len(points), dtype=int)
+    count = 0
+    while count < (count := int(group.max()) + 1):
+        for axis in points.T:
+            order = np.lexsort((axis, group))
+            apart = (np.diff(axis[order]) > MERGE_MM) | (np.diff(group[order]) > 0)
+            group[order] = np.concatenate([[0], np.cumsum(apart)])
+    _, first = np.unique(group, return_index=True)
+    number = np.empty(len(first), dtype=int)
+    number[np.argsort(first)] = np.arange(len(first))
+    return number[group], np.sort(first)

@@ -56,14 +56,16 @@ def run_checks(
     progress("ranges of the mechanism")
     results = check_ranges(assembly.placement.geometry, limits)
     results.append(check_presence(assembly))
+    reachable = next(r.passed for r in results if r.name == "reach")
+    sweep = sweep or Sweep()
+    if reachable:
+        sweep.begin(assembly, limits, meshes, progress)
     progress("solids")
     results += check_solidity(assembly.parts, meshes)
-    reachable = next(r.passed for r in results if r.name == "reach")
     if not reachable or not all(r.passed for r in results if r.name.startswith("solid ") and r.value is None):
+        sweep.give_up()
         meanwhile()
         return results
-    sweep = sweep or Sweep()
-    sweep.begin(assembly, limits, meshes, progress)
     progress("joints")
     results.append(check_forward(assembly.placement.geometry, limits))
     results += check_joints(assembly, limits)

@@ -9,7 +9,14 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
-from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, mesh_clearance
+from delta_cad.checks.clearance.clearance import (
+    PROVING,
+    MeshClearance,
+    ProvenClearance,
+    joined,
+    proven_clearance,
+    running_gaps,
+)
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
@@ -21,10 +28,10 @@ Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
 def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
-    """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
+    """Computes the results of `check_envelope`, then those of `proven_clearance`."""
     progress("outline")
     yield check_envelope(*order)
-    yield mesh_clearance(*order, progress)
+    yield proven_clearance(*order, progress)
 
 
 class Sweep:
@@ -40,17 +47,22 @@ class Sweep:
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
         self._outline: Outlined | None = None
+        self._machine: tuple[Assembly, CheckLimits, MeshLibrary] | None = None
 
     def begin(
         self, assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
     ) -> None:
         """Begins with a machine."""
-        self._progress = progress
+        self._progress, self._machine = progress, (assembly, limits, meshes)
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
             self._beside.give((assembly.without_solids(), limits, made))
         else:
             self._here = results((assembly, limits, meshes), progress)
+
+    def give_up(self) -> None:
+        """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""
+        self._progress = None
 
     def outline(self) -> list[CheckResult]:
         """Gives the results of `check_envelope`."""
@@ -58,7 +70,7 @@ class Sweep:
 
     @property
     def reach_mm(self) -> np.ndarray | None:
-        """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep was begun."""
+        """(4,) bound on the outline along +x, -x, +y, -y, mm; None where it has none, or no sweep goes on."""
         return self._outlined()[1] if self._progress else None
 
     def _outlined(self) -> Outlined:
@@ -67,8 +79,16 @@ class Sweep:
         return outline
 
     def clearance(self) -> MeshClearance:
-        """Gives the results of `mesh_clearance`, after the outline."""
+        """Gives the results of `mesh_clearance`, after the outline; the running gaps are sampled in this process.
+
+        Raises:
+            RuntimeError: No sweep was begun.
+        """
+        if not self._machine or not self._progress:
+            raise RuntimeError("no sweep goes on")
         self._outlined()
-        if self._beside and self._progress:
+        if self._beside:
             self._progress(PROVING)
-        return self._beside.take() if self._beside else next(self._here)
+        gaps = running_gaps(*self._machine)
+        proven: ProvenClearance = self._beside.take() if self._beside else next(self._here)
+        return joined(*self._machine[:2], proven, gaps)

@@ -24,14 +24,11 @@ from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
+from delta_cad.export import mesh_files
 from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
 from delta_cad.export.folder import output_folder
-from delta_cad.export.glb import write_glb
 from delta_cad.export.manifest import write_manifest
 from delta_cad.export.mass_properties import mass_report
-from delta_cad.export.meshes import write_3mf, write_stl
-from delta_cad.export.mjcf import twin
-from delta_cad.export.views import gallery
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.structure.report import structure_record, structure_report
@@ -184,7 +181,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
-    with Beside(swept.__name__) as sweeper, Beside(gallery.__name__) as painter:
+    with Beside(swept.__name__) as sweeper, Beside(mesh_files.__name__, behind=True) as writer:
         machine, sweep = make_machine(design, progress), Sweep(sweeper)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
@@ -192,7 +189,9 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
             fingerprints: list[str] = []
 
             def meanwhile() -> None:
-                painter.give((bare, meshes, folder.path / "views", _stage(machine, sweep)))
+                moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
+                moves += (design.requirements.gravity_m_s2,)
+                writer.give((bare, meshes, folder.path, _stage(machine, sweep), moves))
                 fingerprints.append(write_files(machine, folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
@@ -200,8 +199,8 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
             landed = f"{design.name}.rejected" if folder.rejected else design.name
             outcome = Outcome(design, results, machine.masses, out / landed, _unverified(machine))
             (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
-            progress("pictures")
-            gallery.drawn(painter)
+            progress("meshes and pictures")
+            mesh_files.written(writer)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
             write_manifest(folder.path, input_hash=design_hash(design), status=status, fingerprint=fingerprints[0])
@@ -209,40 +208,32 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
 
 
 def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema: str) -> str:
-    """Writes what a machine comes to into a folder, all but its checks, pictures and manifest.
+    """Writes what a machine comes to into a folder, all but its checks, manifest and what meshes alone tell.
 
     Returns:
         The content fingerprint of `assembly.step`.
     """
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
-    assembly, meshes = machine.assembly, machine.meshes
+    assembly = machine.assembly
     progress("assembly.step")
     fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
     parts = folder / "parts"
-    parts.mkdir()
+    parts.mkdir(exist_ok=True)  # another process writes meshes there
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
             write_part_step(part, parts / f"{part.number}.step", schema)
-            write_stl(meshes[part.number], parts / f"{part.number}.stl", part.number)
-            write_3mf(
-                meshes[part.number], parts / f"{part.number}.3mf", part.number, part.description, part.material.name
-            )
-    progress("assembly.glb")
-    write_glb(assembly, meshes, folder / "assembly.glb")
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     write_bom(bill_of_materials(assembly, unit_mass), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
     d = machine.dimensions
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
-    gravity = d.design.requirements.gravity_m_s2
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
         "structure.json": json.dumps(bears | {"input_sha256": design_hash(d.design)}, indent=1) + "\n",
         "mass_properties.json": json.dumps(masses, indent=1) + "\n",
-        "twin.xml": twin(assembly, machine.masses, drive_torque(d.design), d.stops_rad, gravity),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

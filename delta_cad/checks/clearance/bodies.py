@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -17,6 +18,7 @@ REVOLUTION_SLABS = 64  # more steps along an axis than any pinion has
 ROUND = 0.97  # least by most reach off an axis: 0.985 for the 18 facets of a tube, 0.5 for a socket's ring
 ROUND_DIRECTIONS = 36  # in which the reach off an axis is compared: every 10 degrees
 TURN_STEPS = 12  # a step of 5 degrees: 0.1 % of the radius too large
+_TREES: WeakKeyDictionary[Mesh, Any] = WeakKeyDictionary()  # FCL's bounding volumes of each mesh that lives
 X_TO_Y = np.eye(4)[[2, 0, 1, 3]]  # rotation that takes the x axis to the y axis
 
 
@@ -224,10 +226,12 @@ class DistanceEngine:
         import fcl
 
         if key not in self._objects:
-            tree = fcl.BVHModel()
-            tree.beginModel(len(mesh.vertices), len(mesh.faces))
-            tree.addSubModel(mesh.vertices, mesh.faces)
-            tree.endModel()
+            tree = _TREES.get(mesh)
+            if tree is None:
+                tree = _TREES[mesh] = fcl.BVHModel()
+                tree.beginModel(len(mesh.vertices), len(mesh.faces))
+                tree.addSubModel(mesh.vertices, mesh.faces)
+                tree.endModel()
             self._objects[key] = (fcl.CollisionObject(tree), fcl.CollisionObject(tree))
         return self._objects[key]
 

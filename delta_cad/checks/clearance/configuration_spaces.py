@@ -26,15 +26,14 @@ import numpy as np
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
-from delta_cad.checks.links import turn_about_x, turn_about_z
+from delta_cad.checks.links import turn_about_z
 from delta_cad.mechanism.placement import frames
 
 X, Y, Z = np.eye(3)
 ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
-SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
-CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
 SLABS = 512  # directions of the slabs tried between what two arms sweep: 9 degrees apart
 GUARD_MM = 1e-6  # roundings of doubles (1e-10) and of equal placements taken as one (1e-7)
+Falls = Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -114,6 +113,21 @@ class ConfigurationSpace(ABC):
         motion, first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
         return lambda box, pair, _: np.min([m[box, first[pair]] + m[box, second[pair]] for m in motion], axis=0)
 
+    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls | None:  # noqa: ARG002
+        """How far each point of a body comes forward along directions while the variables stay in boxes, if known.
+
+        Args:
+            centres: (n, d) centres of the boxes.
+            halves: (n, d) half widths.
+
+        Returns:
+            A function of a body, boxes (k,), unit directions (k, 3) of the common frame, frames (k, 4, 4) of the
+            body's link at the boxes' centres and points (h, 3) of the link. It gives (k, h) bounds, mm, on how much
+            `direction . point` falls from its value at the box's centre, convex in the points, so that hulls go by
+            their corners; what the exact surface strays from the points is counted. None where only `along` is known.
+        """
+        return None
+
     def worth_cutting(
         self,
         centres: np.ndarray,  # noqa: ARG002
@@ -189,6 +203,18 @@ class Swing(ConfigurationSpace):
         """How much closer pairs come along directions: of a turn about y a direction sees what is square to y."""
         (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
         return lambda box, pair, n: (motion[box, first[pair]] + motion[box, second[pair]]) * sine(n, Y)
+
+    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:  # noqa: ARG002
+        """Each point by its own speed at the centre, `|n x y . v|`, and by half the turn's square times its radius."""
+
+        def fall(k: int, box: np.ndarray, direction: np.ndarray, frame: np.ndarray, points: np.ndarray) -> np.ndarray:
+            if not self._lever[k]:
+                return np.zeros((len(box), len(points)))
+            turn, stray = halves[box, :1], self.pairs.bodies[k].mesh.deviation_mm
+            speed = np.abs((np.cross(direction, Y)[:, None] @ frame[:, :3, :3])[:, 0] @ points.T)
+            return turn * (speed + stray) + turn**2 / 2.0 * (np.hypot(points[:, 0], points[:, 2]) + stray)
+
+        return fall
 
     def always_apart(self) -> np.ndarray:
         """Distance of the profiles about the shoulder axis, which no shoulder angle changes."""
@@ -272,151 +298,6 @@ class ParallelRods(ConfigurationSpace):
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
         return [self._width * halves * self._moves]
-
-
-class RodAtJoint(ConfigurationSpace):
-    """A rod against the link that holds one of its balls, in that link's frame turned to the chain.
-
-    The variables are the direction of the forearm: its angle in the chain's plane and its lean. A change of the angle
-    turns the rod about the shoulder's direction, a change of the lean about a line square to it.
-
-    Args:
-        name: For reports.
-        pairs: The pairs; bodies of the rods on links "rod_0" and "rod_1", the others on "holder".
-        centre_mm: (3,) middle of the two balls in the holder's frame, mm.
-        ball_mm: x of the held ball in the rod's frame: 0 for the elbow, L_B for the wrist.
-        width_mm: Distance of the two rods.
-        rasters: The directions that occur.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        pairs: Pairs,
-        centre_mm: np.ndarray,
-        ball_mm: float,
-        width_mm: float,
-        rasters: Sequence[Raster],
-    ) -> None:
-        super().__init__(name, pairs, ("holder", "rod_0", "rod_1"))
-        self._balls = [centre_mm + side * width_mm * Y for side in (-0.5, 0.5)]
-        self._ball, self._rasters = ball_mm, rasters
-        self._lever = np.array([0.0 if b.link == "holder" else b.lever(ball_mm * X) for b in pairs.bodies])
-
-    def root(self) -> tuple[np.ndarray, np.ndarray]:
-        """The whole range as one box."""
-        return bounds_of(self._rasters)
-
-    def frames(self, centres: np.ndarray) -> np.ndarray:
-        """Frames of the links at the variables."""
-        angle, lean = centres.T[..., None]
-        radial = np.cos(angle) * X + np.sin(angle) * Z
-        along, across = np.cos(lean) * radial + np.sin(lean) * Y, np.cos(lean) * Y - np.sin(lean) * radial
-        rods = [frames(along, across, ball - self._ball * along) for ball in self._balls]
-        return np.stack([np.broadcast_to(np.eye(4), rods[0].shape), *rods], axis=1)
-
-    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
-        """Travel of every body in the boxes."""
-        return [np.linalg.norm(halves, axis=1)[:, None] * self._lever]
-
-    def along(
-        self, centres: np.ndarray, halves: np.ndarray
-    ) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """How much closer pairs come along directions: of each turn a direction sees what is square to its axis."""
-        (motion,), first, second = self.motion(centres, halves), self.pairs.first, self.pairs.second
-
-        def travel(box: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
-            whole = motion[box, first[pair]] + motion[box, second[pair]]
-            return np.minimum(whole, self._turns(centres[box], halves[box], pair, normal).sum(axis=1))
-
-        return travel
-
-    def worth_cutting(
-        self, centres: np.ndarray, halves: np.ndarray, box: np.ndarray, pair: np.ndarray, normal: np.ndarray
-    ) -> np.ndarray:
-        """Which variables move a body along its direction by at least half as much as the one that moves it most.
-
-        What moves it much farther in other directions is cut, too: a distance that is measured sees all directions.
-        """
-        seen = self._turns(centres[box], halves[box], pair, np.where(np.isfinite(normal), normal, 0.0))
-        whole = self._turns(centres[box], halves[box], pair, np.zeros_like(normal))
-        wanted = seen >= CUT_SHARE * seen.max(axis=1, keepdims=True)
-        wanted |= whole >= SLENDER * np.where(wanted, whole, 0.0).max(axis=1, keepdims=True)
-        cut = np.zeros(centres.shape, dtype=bool)
-        np.logical_or.at(cut, box, wanted)
-        return cut
-
-    def _turns(self, centres: np.ndarray, halves: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(k, d) how far the change of each variable alone moves points of pairs (k,) along directions (k, 3).
-
-        From the centre of a box the lean changes first, about an axis square to the chain's plane at the centre's
-        angle, then the angle, about the shoulder's direction. A turn by `a` about the unit axis u moves a point at v
-        from the ball by `a n . (u x v) <= a |n x u| |v|` along n. A direction of no length stands for all.
-        """
-        angle = centres[:, :1]
-        lever = (self._lever[self.pairs.first[pair]] + self._lever[self.pairs.second[pair]])[:, None]
-        return (
-            halves[:, :2] * lever * np.stack([sine(normal, Y), sine(normal, np.cos(angle) * Z - np.sin(angle) * X)], 1)
-        )
-
-    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
-        """Whether the rasters have angles in the boxes."""
-        return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
-
-
-class TurningRodAtJoint(RodAtJoint):
-    """A rod that turns about itself against the link that holds one of its balls.
-
-    To the variables of `RodAtJoint` comes the turn of the rod about the line through its balls. The angle between the
-    axes of socket and stud has the cosine `cos(lean) cos(turn)`: it ends where the free tilt does.
-
-    Args:
-        name, pairs, centre_mm, ball_mm, width_mm, rasters: As `RodAtJoint` has them.
-        tilt_rad: Free tilt of the sockets.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        pairs: Pairs,
-        centre_mm: np.ndarray,
-        ball_mm: float,
-        width_mm: float,
-        rasters: Sequence[Raster],
-        tilt_rad: float,
-    ) -> None:
-        super().__init__(name, pairs, centre_mm, ball_mm, width_mm, rasters)
-        self._tilt = tilt_rad
-        self._off_axis = np.array([0.0 if b.link == "holder" else b.lever_about_x() for b in pairs.bodies])
-
-    def root(self) -> tuple[np.ndarray, np.ndarray]:
-        """The whole range as one box."""
-        centre, half = super().root()
-        return np.append(centre, [[0.0]], axis=1), np.append(half, [[self._tilt]], axis=1)
-
-    def frames(self, centres: np.ndarray) -> np.ndarray:
-        """Frames of the links at the variables."""
-        out = super().frames(centres[:, :2])
-        out[:, 1:] = out[:, 1:] @ turn_about_x(centres[:, 2])[:, None]
-        return out
-
-    def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
-        """Travel of every body in the boxes."""
-        (swing,) = super().motion(centres[:, :2], halves[:, :2])
-        return [swing + halves[:, 2:] * self._off_axis]
-
-    def _turns(self, centres: np.ndarray, halves: np.ndarray, pair: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """(k, 3) how far the change of each variable alone moves points along directions; the turn changes first."""
-        angle, lean = centres[:, :1], centres[:, 1:2]
-        axis = np.cos(lean) * (np.cos(angle) * X + np.sin(angle) * Z) + np.sin(lean) * Y
-        turn = halves[:, 2] * (self._off_axis[self.pairs.first[pair]] + self._off_axis[self.pairs.second[pair]])
-        return np.column_stack([super()._turns(centres, halves, pair, normal), turn * sine(normal, axis)])
-
-    def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
-        """Whether the rasters have angles in the boxes, and the sockets tilt enough for the least of lean and turn."""
-        least = np.maximum(np.abs(centres[:, 1:]) - halves[:, 1:], 0.0)
-        free = np.cos(least).prod(axis=1) >= np.cos(self._tilt) - ROUNDING
-        return free & super().reachable(centres[:, :2], halves[:, :2])
 
 
 def _directions(count: int) -> np.ndarray:

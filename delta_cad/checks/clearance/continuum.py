@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from delta_cad.checks.clearance.bodies import DistanceEngine, boxes_gap
-from delta_cad.checks.clearance.configuration_spaces import GUARD_MM, ConfigurationSpace
+from delta_cad.checks.clearance.configuration_spaces import GUARD_MM, ConfigurationSpace, Falls
 
 SMALLEST_TRAVEL_MM = 0.004  # a pair this close to its limit is for the designer to widen
 WORTH_MM = 2.0  # with more travel than this a distance call is left to the halves, unless the bounds give hope
@@ -105,15 +105,25 @@ class BoxBounds:
         self.axes, self.half = np.array([x.axes for x in bodies]), np.array([x.half for x in bodies])
         self.deviation = np.array([x.mesh.deviation_mm for x in bodies])
         self._hulls: dict[int, np.ndarray] = {}
+        self._spanned: dict[str, np.ndarray] = {}
 
     def hull(self, k: int) -> np.ndarray:
         """(n, 3) vertices of a body's convex hull in its link's frame."""
         if k not in self._hulls:
-            self._hulls[k] = self.bodies[k].hull
+            b = self.bodies[k]
+            if b.key not in self._spanned:
+                self._spanned[b.key] = b.mesh.hull_points
+            self._hulls[k] = self._spanned[b.key] @ b.placement[:3, :3].T + b.placement[:3, 3]
         return self._hulls[k]
 
     def hulls_gap(
-        self, a: np.ndarray, b: np.ndarray, normal: np.ndarray, frame_a: np.ndarray, frame_b: np.ndarray
+        self,
+        a: np.ndarray,
+        b: np.ndarray,
+        normal: np.ndarray,
+        frame_a: np.ndarray,
+        frame_b: np.ndarray,
+        falls: Falls | None = None,
     ) -> np.ndarray:
         """Gap of the convex hulls of two bodies' meshes along a direction: they are nowhere closer.
 
@@ -123,6 +133,8 @@ class BoxBounds:
             normal: (n, 3) unit directions from a to b in the common frame.
             frame_a: (n, 4, 4) frame of a's link in the common frame.
             frame_b: (n, 4, 4) frame of b's link in the common frame.
+            falls: What the hulls' corners travel against the directions, see `ConfigurationSpace.falls`, but that the
+                index of what is asked stands for its box; None: nothing moves.
 
         Returns:
             (n,) gaps, mm; negative where the hulls overlap along the direction.
@@ -136,7 +148,11 @@ class BoxBounds:
             order = np.argsort(bodies, kind="stable")
             names, starts = np.unique(bodies[order], return_index=True)
             for k, of in zip(names.tolist(), np.split(order, starts[1:]), strict=True):
-                gap[of] += np.einsum("ni,hi->nh", seen[of], self.hull(k)).min(axis=1)
+                points = self.hull(k)
+                height = seen[of] @ points.T
+                if falls:
+                    height -= falls(k, of, direction[of], frame[of], points)
+                gap[of] += height.min(axis=1)
         return gap
 
 
@@ -236,7 +252,7 @@ class _Slabs:
         pair: np.ndarray,
     ) -> None:
         self._bounds, self._frames, self._box, self._pair = bounds, frames, box, pair
-        self._along = bounds.space.along(centres, halves)
+        self._along, self._falls = bounds.space.along(centres, halves), bounds.space.falls(centres, halves)
         pairs = bounds.space.pairs
         self.travel = np.zeros(len(pair))
         self._a, self._b = pairs.first[pair], pairs.second[pair]
@@ -246,8 +262,18 @@ class _Slabs:
         """(n,) by how much the hulls of pairs k (n,) are farther apart along (n, 3) directions than needed, mm."""
         a, b, box = self._a[k], self._b[k], self._box[k]
         gap = self._bounds.hulls_gap(a, b, normal, self._frames[box, a], self._frames[box, b])
-        self.travel[k] = self._along(box, self._pair[k], normal)
-        return gap - self._least[k] - self.travel[k]
+        travel = self._along(box, self._pair[k], normal)
+        falls = self._falls
+        if falls and len(near := np.flatnonzero(~(gap - self._least[k] - travel >= 0.0))):
+            i, j, at = a[near], b[near], box[near]
+
+            def fall(body: int, of: np.ndarray, *where: np.ndarray) -> np.ndarray:
+                return falls(body, at[of], *where)
+
+            there = self._bounds.hulls_gap(i, j, normal[near], self._frames[at, i], self._frames[at, j], fall)
+            travel[near] = np.minimum(travel[near], gap[near] - there)
+        self.travel[k] = travel
+        return gap - self._least[k] - travel
 
     def best(self, k: np.ndarray, normal: np.ndarray, between: np.ndarray) -> np.ndarray:
         """(n,) what `spare` gives for pairs k (n,): not negative where they are certainly far enough apart, mm.

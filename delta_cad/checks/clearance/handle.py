@@ -27,7 +27,7 @@ from collections.abc import Callable
 import numpy as np
 
 from delta_cad.checks.clearance.bodies import CollisionBody
-from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Pairs
+from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Falls, Pairs
 from delta_cad.checks.clearance.motion import BoxMotion, box_motion
 from delta_cad.checks.links import chain_of, fixed_frame, swept_links
 from delta_cad.common.units import MM_PER_M
@@ -63,6 +63,7 @@ class Handle(ConfigurationSpace):
     ) -> None:
         super().__init__(name, pairs, sorted({b.link for b in pairs.bodies}))
         self._theta = theta
+        self._known: tuple[np.ndarray, np.ndarray, tuple[BoxMotion, np.ndarray, np.ndarray]] | None = None
         self._placement, self._centre, self._half = placement, centre_mm, half_mm
         g, count = placement.geometry, len(pairs.bodies)
         self._arm = g.upper_arm_length * MM_PER_M
@@ -98,6 +99,8 @@ class Handle(ConfigurationSpace):
         Returns:
             The bounds of `box_motion`, and the (n, 3) lowest and highest shoulder angles in the boxes, rad.
         """
+        if self._known and self._known[0] is centres and self._known[1] is halves:
+            return self._known[2]
         g, count = self._placement.geometry, max(int((PARTS / len(centres)) ** (1.0 / 3.0)), 1)
         step = (2.0 * np.arange(count) + 1.0) / count - 1.0
         steps = np.stack(np.meshgrid(step, step, step, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -106,7 +109,8 @@ class Handle(ConfigurationSpace):
         part = box_motion(g, inside.reshape(-1, 3), size.reshape(-1, 3))
         low = np.fmax(part.theta - part.theta_change, self._theta[:, 0]).reshape(len(centres), -1, 3).min(axis=1)
         high = np.fmin(part.theta + part.theta_change, self._theta[:, 1]).reshape(len(centres), -1, 3).max(axis=1)
-        return box_motion(g, centres, halves), low, high
+        self._known = (centres, halves, (box_motion(g, centres, halves), low, high))
+        return self._known[2]
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:
         """Travel of every body in the boxes, seen from the base and seen from the platform."""
@@ -134,13 +138,10 @@ class Handle(ConfigurationSpace):
             for k, n in ((self.pairs.first[pair], -normal), (self.pairs.second[pair], normal)):
                 i = self._chain[k]
                 at, lowest, highest = theta[box, i], low[box, i], high[box, i]
-                radial = (n * RADIAL[i]).sum(axis=1)
-                size, ahead = np.hypot(radial, n[:, 2]), np.arctan2(n[:, 2], radial)
-                back = (lowest - ahead - np.pi) % (2.0 * np.pi) + highest - lowest >= 2.0 * np.pi
-                least = np.where(back, -1.0, np.minimum(np.cos(lowest - ahead), np.cos(highest - ahead)))
+                size = np.hypot((n * RADIAL[i]).sum(axis=1), n[:, 2])
                 turn = np.maximum(highest - at, at - lowest)
                 own += self._lever[k] * size * turn + self._off_axis[k] * rotation[box, i]
-                elbow.append(self._rod[k] * self._arm * size * (np.cos(at - ahead) - least))
+                elbow.append(self._rod[k] * self._elbow_fall(i, n, at, lowest, highest))
                 share.append(self._share[k].T)
             handle = (np.abs(normal) * halves[box]).sum(axis=1)
             ends = [
@@ -151,6 +152,43 @@ class Handle(ConfigurationSpace):
             return own + np.max(ends, axis=0)
 
         return travel
+
+    def _elbow_fall(
+        self,
+        chain: np.ndarray | int,
+        direction: np.ndarray,
+        theta: np.ndarray,
+        lowest: np.ndarray,
+        highest: np.ndarray,
+    ) -> np.ndarray:
+        """(k,) how far elbows come down along directions (k, 3) from where they are, while theta stays in a range."""
+        radial = (direction * RADIAL[chain]).sum(axis=1)
+        size, ahead = np.hypot(radial, direction[:, 2]), np.arctan2(direction[:, 2], radial)
+        back = (lowest - ahead - np.pi) % (2.0 * np.pi) + highest - lowest >= 2.0 * np.pi
+        least = np.where(back, -1.0, np.minimum(np.cos(lowest - ahead), np.cos(highest - ahead)))
+        return self._arm * size * (np.cos(theta - ahead) - least)
+
+    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:
+        """Each point by its own share of the way, radius about its arm's axis and distance from its rod's."""
+        bounds, low, high = self.angles(centres, halves)
+        theta, rotation = bounds.theta, np.fmin(bounds.rotation, ROTATION_MAX)
+        turn = np.maximum(high - theta, theta - low)
+        forearm = self._placement.geometry.forearm_length * MM_PER_M
+
+        def fall(k: int, box: np.ndarray, direction: np.ndarray, _: np.ndarray, points: np.ndarray) -> np.ndarray:
+            i, stray = self._chain[k], self.pairs.bodies[k].mesh.deviation_mm
+            handle = (np.abs(direction) * halves[box]).sum(axis=1)[:, None]
+            if self._rod[k]:
+                elbow = self._elbow_fall(i, direction, theta[box, i], low[box, i], high[box, i])[:, None]
+                share, off = points[:, 0] / forearm, np.hypot(points[:, 1], points[:, 2])
+                spin = rotation[box, i][:, None] * (off + stray)
+                return np.abs(1.0 - share) * elbow + np.abs(share) * handle + spin + stray / forearm * (elbow + handle)
+            if self._lever[k]:
+                size = np.hypot((direction * RADIAL[i]).sum(axis=1), direction[:, 2])
+                return (size * turn[box, i])[:, None] * (np.hypot(points[:, 0], points[:, 2]) + stray)
+            return np.broadcast_to(handle * self._share[k, 0], (len(box), len(points)))
+
+        return fall
 
     def always_apart(self) -> np.ndarray:
         """Height of what the platform carries over what an arm or the base carries, whatever the position."""

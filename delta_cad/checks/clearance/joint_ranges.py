@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -118,7 +119,13 @@ def joint_ranges(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -
     Raises:
         FoldError: A chain may fold in the cube, at the finest subdivision.
     """
-    motion = box_motion(g, *_fine_boxes(g, centre_mm, half_side_mm))
+    x, y, z = centre_mm.tolist()
+    return _joint_ranges(g, (x, y, z), float(half_side_mm))
+
+
+@lru_cache(maxsize=4)  # outline, contacts and clearance ask for the same cube
+def _joint_ranges(g: DeltaGeometry, centre_mm: tuple[float, float, float], half_side_mm: float) -> JointRanges:
+    motion = box_motion(g, *_fine_boxes(g, np.array(centre_mm), half_side_mm))
     if not np.isfinite(motion.theta_change).all():
         finest = BOXES_PER_EDGE * 2**HALVINGS
         raise FoldError(f"a chain may fold in the cube: not excluded with {finest} boxes an edge")

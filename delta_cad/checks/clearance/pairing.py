@@ -17,16 +17,15 @@ from delta_cad.checks.clearance.configuration_spaces import (
     Fixed,
     Pairs,
     ParallelRods,
-    RodAtJoint,
     Swing,
-    TurningRodAtJoint,
     TwoSwings,
     X,
     Y,
 )
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
-from delta_cad.checks.clearance.segments import cut, near, segments_of
+from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, TurningRodAtJoint
+from delta_cad.checks.clearance.segments import cells_of, cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
 from delta_cad.common.units import MM_PER_M
@@ -34,7 +33,9 @@ from delta_cad.mechanism.placement import LinkPlacement
 
 REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
 SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
+CELLS = 4  # halvings of a socket's ring: 16 pieces need a third of the distances of the whole, 32 save no more
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
+CHAIN = np.eye(3)  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,8 @@ def spaces_of(
         if not turning.all():
             spaces.append(RodAtJoint(name, p.chosen(~turning), *joint, width, rasters))
         if turning.any():
-            spaces.append(TurningRodAtJoint(f"{name}, turning", p.chosen(turning), *joint, width, rasters, tilt_rad))
+            turned = _cut(p.chosen(turning), _socket_in_cells, lambda a, b: True)  # noqa: ARG005
+            spaces.append(TurningRodAtJoint(f"{name}, turning", turned, *joint, width, rasters, tilt_rad))
         return spaces
 
     made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {
@@ -178,6 +180,7 @@ class _Moved:
 
     def __init__(self) -> None:
         self._made: dict[tuple[str, str, bytes], CollisionBody] = {}
+        self._turning: dict[tuple[str, bytes], CollisionBody] = {}
 
     def __call__(self, b: CollisionBody, link: str, frame: np.ndarray) -> CollisionBody:
         """The body on another link that holds its old one at `frame`."""
@@ -188,10 +191,10 @@ class _Moved:
 
     def turning(self, b: CollisionBody, tilt_rad: float) -> CollisionBody:
         """What holds a body of a rod while the rod turns about itself."""
-        key = (b.name, f"{b.link} turning", b"")
-        if key not in self._made:
-            self._made[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
-        return self._made[key]
+        key = (b.key, b.placement.tobytes())
+        if key not in self._turning:
+            self._turning[key] = spun(b) if is_round(b) else turned_hull(b, tilt_rad)
+        return replace(self._turning[key], name=b.name, link=b.link)
 
 
 def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pairs:
@@ -240,7 +243,7 @@ def _in_segments(pairs: Pairs, centre_mm: np.ndarray, ball_mm: float, width_mm: 
             reach = segment.lever(ball_mm * X) + pairs.limit[k] + holder.mesh.deviation_mm + REACH_GUARD_MM
             key = (a, segment.link, reach)
             if key not in reached:
-                local = near(holder, centre_mm + side * width_mm * Y, reach)
+                local = near(holder, centre_mm + side * width_mm * Y, reach, CHAIN)
                 reached[key] = None if local is None else len(bodies)
                 bodies += [] if local is None else [local]
             if (b, j) not in index:
@@ -262,6 +265,11 @@ def _arms_in_segments(pairs: Pairs) -> Pairs:
     apart from the elbow's boss, which reaches over the cheek's plane elsewhere.
     """
     return _cut(pairs, lambda b: segments_of(b, 0.0) if b.link == "arm" else [b], lambda a, b: True)  # noqa: ARG005
+
+
+def _socket_in_cells(b: CollisionBody) -> list[CollisionBody]:
+    """A body of a rod in cells: a socket reaches round its stud, so that what it nearly touches lies in its hull."""
+    return cells_of(b, CELLS) if b.link.startswith("rod") else [b]
 
 
 def _slices(b: CollisionBody) -> list[CollisionBody]:

@@ -185,7 +185,7 @@ class Sampler:
             return None
         one, other = local
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
-        corners = pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T
+        corners = homogeneous(pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T)
         hull_a, hull_b = one.hull, other.hull
         result: PairSample | None = None
         while True:
@@ -200,13 +200,13 @@ class Sampler:
             best = min(best, d)
             if d <= 0.0:
                 return result  # of a part of the surface, so the whole touches too
-            low = np.maximum(
-                low, d - np.linalg.norm((relative - relative[k]) @ homogeneous(corners), axis=1).max(axis=1)
-            )
+            moved = (relative - relative[k])[:, :3] @ corners
+            low = np.maximum(low, d - np.sqrt((moved**2).sum(axis=1).max(axis=1)))
+            near = np.flatnonzero(low < best - TOLERANCE_MM)
             normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
-            # einsum, for a matrix product of this size wakes the threads of BLAS, which then spin for as long again
-            reach = np.einsum("ni,hi->nh", np.swapaxes(relative[:, :3, :3], 1, 2) @ normal, hull_b)
-            low = np.maximum(low, reach.min(axis=1) + relative[:, :3, 3] @ normal - (hull_a @ normal).max())
+            reach = (normal @ relative[near, :3, :3]) @ hull_b.T
+            apart = reach.min(axis=1) + relative[near, :3, 3] @ normal - (hull_a @ normal).max()
+            low[near] = np.maximum(low[near], apart)
             low[k] = np.inf
 
     def _uncut(self, sample: PairSample | None) -> PairSample | None:

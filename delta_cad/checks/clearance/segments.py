@@ -84,6 +84,33 @@ def near(
     return body(b.name, f"{b.key} at {turn} within {reach_mm:.6f} of {place_of} square to {faces}", b.link, mesh, place)
 
 
+def cells_of(b: CollisionBody, halvings: int) -> list[CollisionBody]:
+    """The pieces of a body that is halved again and again across the longest side of its bounding box.
+
+    A hollow body's convex hull is full; the hulls of its pieces leave the hollow free.
+
+    Args:
+        b: The body.
+        halvings: How many times.
+
+    Returns:
+        Bodies of the same name, `2^halvings` of them or fewer where a piece is empty.
+    """
+    cells = [b.mesh.triangles]
+    for _ in range(halvings):
+        halves = []
+        for triangles in cells:
+            low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+            normal = np.eye(3)[np.argmax(high - low)]
+            level = float(normal @ (low + high)) / 2.0
+            halves += [above(triangles, -normal, -level), above(triangles, normal, level)]
+        cells = [half for half in halves if len(half)]
+    return [
+        body(b.name, f"{b.key} cell {k} of {len(cells)}", b.link, _soup(t, b.mesh.deviation_mm), b.placement)
+        for k, t in enumerate(cells)
+    ]
+
+
 def cut(mesh: Mesh, normal: np.ndarray, levels: np.ndarray) -> list[Mesh]:
     """A mesh's surface cut at parallel planes.
 

@@ -18,6 +18,7 @@ from delta_cad.checks.solidity import ON_SURFACE_MM
 from delta_cad.solids.part import Occurrence
 
 SEAT_MM = 0.1  # above what is drawn between parts that hold one another: glue 0.05 of a diameter, threads 0.02
+CHUNK = 256  # vertices of one part held against all of the other's at once: 20 MB
 
 
 def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
@@ -81,11 +82,17 @@ def _floating(
 
 def _share_a_point(a: Mesh, b: Mesh, b_in_a: np.ndarray) -> bool:
     """Whether two vertices, which lie on the exact surfaces, are within `SEAT_MM`; `b_in_a` is a (4, 4) frame, mm."""
-    from scipy.spatial import KDTree
-
-    moved = b.vertices @ b_in_a[:3, :3].T + b_in_a[:3, 3]
-    apart, _ = KDTree(a.vertices).query(moved, distance_upper_bound=SEAT_MM)
-    return bool(apart.min() <= SEAT_MM - 2.0 * ON_SURFACE_MM)
+    near = SEAT_MM - 2.0 * ON_SURFACE_MM
+    points = [a.vertices, b.vertices @ b_in_a[:3, :3].T + b_in_a[:3, 3]]
+    for k in (0, 1):  # of each only what is within reach of the other's box
+        other = points[1 - k]
+        if not len(other):
+            return False
+        low, high = other.min(axis=0) - near, other.max(axis=0) + near
+        points[k] = points[k][((points[k] >= low) & (points[k] <= high)).all(axis=1)]
+    one, other = points
+    squares = (((one[k : k + CHUNK, None] - other) ** 2).sum(axis=2) for k in range(0, len(one), CHUNK))
+    return len(other) > 0 and any((square <= near**2).any() for square in squares)
 
 
 class _Neighbours:

@@ -114,6 +114,9 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> Sw
     sampler = _Sampled(assembly, limits.poses_mm())
     for d in range(len(DIRECTIONS)):
         floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-FLOOR_BODIES:])
+        for k in np.flatnonzero(reach[:, d] > floor):
+            if bodies[k].link.startswith("rod"):
+                reach[k, d] = rods.coarse(bodies[k], DIRECTIONS[d])
         for k in np.argsort(-reach[:, d]):
             if reach[k, d] > floor and bodies[k].link.startswith("rod"):
                 reach[k, d], floor = rods.refined(bodies[k], DIRECTIONS[d], floor)
@@ -127,7 +130,7 @@ def _reach(
 ) -> np.ndarray:
     """(4,) bound on a mesh's reach along the directions, mm."""
     if b.link.startswith("rod"):
-        return np.array([rods.coarse(b, d) for d in DIRECTIONS])
+        return np.array([rods.roughest(b, d) for d in DIRECTIONS])
     if b.link == "base" or b.link in swept_links(placement):
         frame = fixed_frame(b.link, placement)
         return (DIRECTIONS @ (frame[:3, :3] @ b.vertices.T + frame[:3, 3:])).max(axis=1)

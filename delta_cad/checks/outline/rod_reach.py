@@ -21,7 +21,7 @@ import numpy as np
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import free_turn
+from delta_cad.checks.links import chain_of, free_turn
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
@@ -45,6 +45,21 @@ class RodReach:
         self._tilt = tilt_rad
         self._placement, self._geometry, self._theta = placement, placement.geometry, theta
         self._start = _Boxes(placement, *cube_boxes(limits.centre_mm, limits.half_side_mm, BOXES))
+
+    def roughest(self, body: CollisionBody, direction: np.ndarray) -> float:
+        """Bounds the reach by how far the balls reach and how far from them the body does: most stay behind others.
+
+        Args:
+            body: A body on a rod.
+            direction: (3,) unit vector in the base plane.
+
+        Returns:
+            Bound on the reach of its mesh, mm.
+        """
+        elbow, wrist = self._balls(body, direction, self._start)
+        ends = zip((elbow, wrist), (0.0, self._geometry.forearm_length * MM_PER_M), strict=True)
+        points = body.vertices
+        return min(float(at[1].max() + np.linalg.norm(points - [x, 0, 0], axis=1).max()) for at, x in ends)
 
     def coarse(self, body: CollisionBody, direction: np.ndarray) -> float:
         """Bounds the reach from the first boxes alone.
@@ -89,18 +104,9 @@ class RodReach:
             at_centre: (n,) reach with the handle at the box's centre and the rod turned for it, mm.
         """
         boxes = self._start if centres is self._start.centres else _Boxes(self._placement, centres, halves)
-        d = direction
-        i, j = (int(word) for word in body.link.split("_")[1:])
+        d, i = direction, chain_of(body.link)
         g, motion = self._geometry, boxes.motion
-        low = np.maximum(motion.theta[:, i] - motion.theta_change[:, i], self._theta[i, 0])
-        high = np.minimum(motion.theta[:, i] + motion.theta_change[:, i], self._theta[i, 1])
-        outwards = float(d @ RADIAL[i])
-        side = (j - 0.5) * self._placement.parallelogram_width_mm * float(d @ TANGENTIAL[i])
-        swing = np.sort(outwards * g.upper_arm_length * MM_PER_M * np.stack(cosine_range(low, high)), axis=0)
-        elbow = outwards * g.base_radius * MM_PER_M + side + swing[..., None]
-        middle = boxes.centres @ d + outwards * g.platform_radius * MM_PER_M + side
-        wrist = (middle + np.stack([-1.0, 1.0])[:, None] * (boxes.halves @ np.abs(d)))[..., None]
-
+        elbow, wrist = self._balls(body, d, boxes)
         frame = boxes.links[body.link]
         axes, origin = d @ frame[:, :3, :3], frame[:, :3, 3] @ d
         points, length = body.hull, g.forearm_length * MM_PER_M
@@ -114,6 +120,20 @@ class RodReach:
             elbow[1] + _turned(axes, points, turn, phi), wrist[1] + _turned(axes, points - [length, 0, 0], turn, phi)
         )
         return np.minimum(bound, ends + _turned(axes, points * [0, 1, 1], turn, phi)).max(axis=1), at_centre
+
+    def _balls(self, body: CollisionBody, d: np.ndarray, boxes: _Boxes) -> tuple[np.ndarray, np.ndarray]:
+        """(2, n, 1) least and most reach along a direction of the elbow's and of the wrist's ball of a body's rod."""
+        i, j = (int(word) for word in body.link.split("_")[1:])
+        g, motion = self._geometry, boxes.motion
+        low = np.maximum(motion.theta[:, i] - motion.theta_change[:, i], self._theta[i, 0])
+        high = np.minimum(motion.theta[:, i] + motion.theta_change[:, i], self._theta[i, 1])
+        outwards = float(d @ RADIAL[i])
+        side = (j - 0.5) * self._placement.parallelogram_width_mm * float(d @ TANGENTIAL[i])
+        swing = np.sort(outwards * g.upper_arm_length * MM_PER_M * np.stack(cosine_range(low, high)), axis=0)
+        elbow = outwards * g.base_radius * MM_PER_M + side + swing[..., None]
+        middle = boxes.centres @ d + outwards * g.platform_radius * MM_PER_M + side
+        wrist = (middle + np.stack([-1.0, 1.0])[:, None] * (boxes.halves @ np.abs(d)))[..., None]
+        return elbow, wrist
 
 
 def _at_most(factor: np.ndarray, between: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckResult, Sweep, all_passed, run_checks, swept
@@ -59,6 +60,11 @@ def test_another_process_sweeps_to_the_same_results() -> None:
     assert told.count(PROVING) == 2
 
 
+def test_a_sweep_that_was_not_begun_has_no_clearance() -> None:
+    with pytest.raises(RuntimeError, match="no sweep goes on"):
+        Sweep().clearance()
+
+
 def test_an_unreachable_cube_ends_the_checks() -> None:
     done: list[str] = []
     meshes = MeshLibrary(MACHINE.parts, 0.3, 0.8)
@@ -73,7 +79,9 @@ def test_an_unsound_part_ends_the_checks() -> None:
     hollow = Part("screw", "screw", box((0, 0, 0), (1, 1, 1)).Shells()[0], STEEL, True)  # type: ignore[arg-type]
     screws = (replace(o, part=hollow) if o.part.number == "screw" else o for o in MACHINE.occurrences)
     bad = replace(MACHINE, occurrences=tuple(screws))
-    results = run_checks(bad, LIMITS, MeshLibrary(bad.parts, 0.3, 0.8))
+    sweep = Sweep()
+    results = run_checks(bad, LIMITS, MeshLibrary(bad.parts, 0.3, 0.8), sweep=sweep)
+    assert sweep.reach_mm is None  # it was begun before the solids were looked at
     assert [r.name for r in results if not r.passed] == ["solid screw"]
     assert not any(r.name.startswith("clearance") for r in results)
 

@@ -1,12 +1,16 @@
 """Meshes: closed, close to the solid by no more than they say, and never taken from a cache."""
 
+from itertools import product
+
 import cadquery as cq
 import numpy as np
 import pytest
 
-from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
+from delta_cad.assembly.tessellation import MERGE_MM, Mesh, MeshLibrary, _same, tessellate
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.machines import ball, box, part, parts, rod, solid
+
+RNG = np.random.default_rng(5)
 
 SHAPES = {
     "box": box((0, 0, 0), (1, 2, 3)),
@@ -100,3 +104,15 @@ def test_a_face_that_cannot_be_triangulated_is_refused() -> None:
     bare = cq.Face(cq.Face.makePlane(1, 1).wrapped.EmptyCopied())
     with pytest.raises(ValueError, match="could not be triangulated"):
         tessellate(bare, 0.1, 0.5)
+
+
+def test_copies_of_a_point_are_one_and_points_farther_apart_are_not() -> None:
+    """Against all distances: points on a lattice as fine as may be told apart, copied with what the kernel leaves."""
+    lattice = np.array(list(product(range(5), repeat=3))) * 3e-6
+    which = RNG.integers(len(lattice), size=900)
+    points = lattice[which] + RNG.uniform(-1e-7, 1e-7, (900, 3))
+    label, first = _same(points)
+    near = np.linalg.norm(points[:, None] - points[None], axis=2) <= MERGE_MM
+    assert ((label[:, None] == label[None]) == near).all()
+    assert (np.diff(first) > 0).all()
+    assert (label[first] == np.arange(len(first))).all()

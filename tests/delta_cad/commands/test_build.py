@@ -47,7 +47,7 @@ def machine(best_dimensions: Dimensions, best_assembly: Assembly) -> BuiltMachin
 class Idle:
     """In the place of a process that works beside: nothing is asked of it."""
 
-    def __init__(self, _: str) -> None:
+    def __init__(self, _: str, **__: object) -> None:
         pass
 
     def __enter__(self) -> Self:

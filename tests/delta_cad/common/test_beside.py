@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from delta_cad.common.beside import Beside, BesideError
+from delta_cad.common.beside import BEHIND, Beside, BesideError
 
 LOADS = ("json.tool",)
 
@@ -23,6 +23,10 @@ def results(order: list[str]) -> Iterator[object]:
         elif word == "print":
             print("a library speaks")
             yield os.getpid()
+        elif word == "rank":
+            yield os.nice(0)
+        elif word == "threads":
+            yield os.environ["OPENBLAS_NUM_THREADS"]
         elif word == "refuse":
             raise ValueError("field = 3: must be <= 2")
         elif word == "odd":
@@ -49,6 +53,14 @@ def test_results_come_in_their_order_and_what_is_printed_is_none() -> None:
         assert beside.take() == "x" * 1_000_000
         with pytest.raises(BesideError):
             beside.take()
+
+
+def test_it_keeps_to_one_thread_and_goes_behind_where_it_is_told_to() -> None:
+    for behind, rank in ((False, 0), (True, BEHIND)):
+        with Beside(__name__, behind=behind) as beside:
+            beside.give(["rank", "threads"])
+            assert beside.take() == min(os.nice(0) + rank, 19)
+            assert beside.take() == "1"
 
 
 def test_what_the_work_raises_is_raised_here() -> None:

@@ -15,7 +15,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.common.beside import Beside, BesideError
-from delta_cad.export.views import gallery
+from delta_cad.export import mesh_files
 from delta_cad.export.views import scene as scene_module
 from delta_cad.export.views.scene import PartScene, PictureError, placed, render_window
 from delta_cad.export.views.sheet import Sheet, box_actor
@@ -143,13 +143,13 @@ def test_no_opengl_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
         render_window((64, 64))
 
 
-def test_a_painter_that_ends_early_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_writer_that_ends_early_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def ended(_: Beside) -> None:
-        raise BesideError("gallery: Killed")
+        raise BesideError("mesh_files: Killed")
 
     monkeypatch.setattr(Beside, "take", ended)
-    with Beside(gallery.__name__) as painter, pytest.raises(PictureError, match=r"^gallery: Killed$"):
-        gallery.drawn(painter)
+    with Beside(mesh_files.__name__) as writer, pytest.raises(PictureError, match=r"^mesh_files: Killed$"):
+        mesh_files.written(writer)
 
 
 def test_a_display_is_the_last_resort(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary, tessellate
@@ -13,7 +14,7 @@ from delta_cad.checks.clearance.continuum import BoxBounds, prove
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import joint_ranges
 from delta_cad.checks.clearance.pairing import held_apart, spaces_of
-from delta_cad.checks.clearance.segments import above, cut, near, segments_of
+from delta_cad.checks.clearance.segments import above, cells_of, cut, near, segments_of
 from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, machine, part, rod
 
@@ -177,6 +178,26 @@ def test_what_is_near_a_point_keeps_every_distance_within_reach() -> None:
     assert near(b, frame[:3, :3] @ [20, 15, 10] + frame[:3, 3], 2.0) is None  # in the bore
 
 
+def test_cells_are_the_same_surface_and_leave_a_hollow_free() -> None:
+    ring = rod(8, (0, 0, 0), (0, 6, 0)).cut(rod(6, (0, -1, 0), (0, 7, 0))).Solids()[0]
+    whole = body("ring", "ring", "rod", tessellate(ring, 0.05, 0.3), random_frame(9.0))
+    cells = cells_of(whole, 4)
+    assert len({c.key for c in cells}) == 16
+    assert sum(c.mesh.area_mm2 for c in cells) == pytest.approx(whole.mesh.area_mm2, rel=1e-9)
+    hulls = [ConvexHull(b.hull).volume for b in (whole, *cells)]
+    assert sum(hulls[1:]) < 0.7 * hulls[0]  # the ring's own share of the full cylinder is 0.44
+    engine = DistanceEngine()
+    inside = body("probe", "probe", "", tessellate(ball(1), 0.05, 0.3), whole.placement @ at(1.0, 3.0, -1.5))
+    apart = [engine.distance(inside, c, inside.placement, c.placement) for c in (whole, *cells)]
+    assert min(apart[1:]) == pytest.approx(apart[0], abs=1e-9)
+    assert len(cells_of(whole, 0)) == 1
+
+
+def test_a_flat_mesh_spans_a_hull_of_all_its_vertices() -> None:
+    flat = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0.4, 0.3, 0]]), np.array([[0, 1, 2], [0, 1, 3]]), 0.0)
+    assert len(flat.hull_points) == 4
+
+
 def test_the_gap_of_hulls_is_never_above_the_distance_and_is_it_between_convex_bodies() -> None:
     shapes = [box((0, 0, 0), (4, 2, 9)), ball(3), box((0, 0, 0), (5, 5, 5)).cut(box((1, 1, 1), (4, 4, 6))).Solids()[0]]
     bodies = [body(f"{k}", f"{k}", "fixed", tessellate(s, 0.1, 0.5), random_frame(2.0)) for k, s in enumerate(shapes)]
@@ -220,5 +241,5 @@ def test_a_halved_bound_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> Non
         return bool(prove(wrist, DistanceEngine()).undecided)
 
     assert undecided()
-    monkeypatch.setattr(pairing, "near", lambda b, point, reach: near(b, point, reach / 2.0))
+    monkeypatch.setattr(pairing, "near", lambda b, point, reach, axes: near(b, point, reach / 2.0, axes))
     assert not undecided()

@@ -1,0 +1,73 @@
+"""What a build writes without the solids, by a second process while this one goes on: STL, 3MF, GLB, twin, pictures.
+
+Software rendering keeps a core busy for seconds; what all these need is loaded while the solids are still being made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes
+from delta_cad.common.beside import Beside, BesideError
+from delta_cad.drive import DriveReport
+from delta_cad.export.glb import write_glb
+from delta_cad.export.meshes import write_3mf, write_stl
+from delta_cad.export.mjcf import twin
+from delta_cad.export.views.scene import PictureError
+from delta_cad.export.views.views import Stage, write_views
+
+LOADS = (
+    "scipy.spatial.transform",
+    "trimesh.exchange.gltf",
+    "trimesh.exchange.stl",
+    "vtkmodules.util.numpy_support",
+    "vtkmodules.vtkFiltersHybrid",
+    "vtkmodules.vtkFiltersSources",
+    "vtkmodules.vtkIOImage",
+    "vtkmodules.vtkImagingCore",
+    "vtkmodules.vtkRenderingOpenGL2",
+)
+
+
+Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float]]
+"""Masses, drive, stops and gravity, as `twin` takes them."""
+
+
+def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list[Path]]:
+    """Writes the files into a folder, then the pictures.
+
+    Args:
+        order: The machine without its solids, its meshes by part number, the build's folder, outline and cube, and
+            what the twin needs.
+
+    Yields:
+        The pictures' files.
+    """
+    assembly, meshes, folder, stage, moves = order
+    parts = folder / "parts"
+    parts.mkdir(exist_ok=True)
+    for part in assembly.parts:
+        if part.make:
+            mesh = meshes[part.number]
+            write_stl(mesh, parts / f"{part.number}.stl", part.number)
+            write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
+    write_glb(assembly, meshes, folder / "assembly.glb")
+    (folder / "twin.xml").write_text(twin(assembly, *moves), encoding="utf-8")
+    yield write_views(assembly, meshes, folder / "views", stage)
+
+
+def written(writer: Beside) -> None:
+    """Waits for the files of a process that was started from this module and given its order.
+
+    Raises:
+        MeshError: A mesh cannot be written.
+        PictureError: There is no OpenGL, or the other process ended early.
+        OSError: It could not write them.
+    """
+    try:
+        writer.take()
+    except BesideError as error:
+        raise PictureError(str(error)) from error
