@@ -117,12 +117,11 @@ def _cable(bench: Bench, i: int) -> None:
     """Places the cable of a chain, in pieces: on the sector at either end, free, and on the pinion."""
     d, link, pinion = bench.d, f"upper_arm_{i}", f"pinion_{i}"
     name, shoulder = f"capstan_cable_{i}", chain_frame(i) @ at(d.bracket.shoulder_u_mm)
-    turns = bench.put(f"{name}_turns", bench.once("turns", lambda: capstan.make_turns(d)), pinion, np.eye(4))
-    bench.gap(turns, f"sector_{i}", 0.5, "turns beside the rim, 1 mm by design, and beside the lug")
-    bench.gap(turns, f"motor_cheek_{i}", BESIDE_MM, "turns beside the bracket")
-    bench.touch(turns, f"motor_{i}", "turns on the pinion around the motor's shaft", guides=False)
-    for n in range(d.motor.mount_count):
-        bench.gap(turns, f"motor_screw_{i}_{n}", BESIDE_MM, "turns beside the sunk heads")
+    made = bench.once("turns", lambda: capstan.make_turns(d))
+    u, z = d.bracket.motor_axis_mm
+    turns = bench.put(f"{name}_turns", made, "base", chain_frame(i) @ at(u, 0.0, z))
+    bench.touch(turns, pinion, "turns in the pinion's groove", guides=False)
+    bench.gap(f"sector_{i}", turns, 0.5, "turns beside the rim, 1 mm by design, and beside the lug")
     for end, side in enumerate(("inner", "outer")):
         on_rim = bench.put(
             f"{name}_{side}", bench.once(f"cable_{side}", lambda end=end: capstan.make_cable(d, end)), link, np.eye(4)

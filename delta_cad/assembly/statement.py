@@ -77,7 +77,7 @@ def _drive(d: Dimensions, i: int) -> list[Stated]:
             Stated(group, f"capstan_cable_{i}_{side}_end", 1, f"capstan_cable_{side}_end", link)
             for side in ("inner", "outer")
         ),
-        Stated(group, f"capstan_cable_{i}_turns", 1, "capstan_cable_turns", f"pinion_{i}"),
+        Stated(group, f"capstan_cable_{i}_turns", 1, "capstan_cable_turns", "base"),
         *(
             Stated(group, f"capstan_cable_{i}_strand_{side}", 1, f"capstan_cable_strand_{side}", "base")
             for side in ("inner", "outer")

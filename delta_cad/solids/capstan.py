@@ -53,7 +53,7 @@ BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest
 LIGHTENING_MM = 7.0
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
-ARC_RAD = 0.5  # longest arc of a cable drawn on a drum: off its helix by micrometres
+ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -300,10 +300,12 @@ def make_strand(d: Dimensions, end: int) -> Part:
 
 
 def make_turns(d: Dimensions) -> Part:
-    """Turns of the cable on the pinion in the exported position; the pinion's frame."""
+    """Turns of the cable on the pinion in the exported position; about the pinion's axis, axes of the chain.
+
+    As the pinion turns they stay where they are but for the groove's pitch, by which they walk along it.
+    """
     c, run = capstan_of(d), capstan_of(d).run
-    turned = -c.ratio * d.home_rad  # the pinion's frame seen from the chain's
-    start = c.direction_rad + pi + run.tangent_rad - turned
+    start = c.direction_rad + pi + run.tangent_rad
     y = _leaves_y(d, 1) + run.climb * run.free_mm
     turns = _arcs(run.pinion_mm, (0.0, 0.0), (start, start + run.wrap_rad), y, run.climb)
     return _piece(d, "capstan_cable_turns", turns)
