@@ -14,11 +14,43 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-from tests.committed import BEST, Built
+from tests.committed import BEST, ROOT, Built
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 console.TELL_S = 3600.0  # what else a command says is looked at, however slow the machine is
+
+LONGEST = (
+    "delta_cad/assembly/test_assemble_step.py",  # the one real build
+    "optimizer/globalopt/test_optimum.py",  # compiles most of what the optimizer's others need
+    "delta_cad/assembly/test_assemble.py",
+    "haptics/scenes/test_scenes.py",
+    "optimizer/commands/test_front.py",
+    "optimizer/globalopt/test_bound.py",
+    "haptics/commands/test_simulate.py",
+    "optimizer/front/test_front.py",
+    "delta_cad/checks/clearance/test_clearance.py",
+    "haptics/feel/test_sheet.py",
+    "optimizer/globalopt/test_cutting_points.py",
+    "delta_cad/common/test_jit.py",
+    "optimizer/atlas/test_atlas.py",
+    "delta_cad/mechanism/proof/test_tolerance.py",
+    "optimizer/globalopt/test_effective_mass.py",
+    "delta_cad/mechanism/limits/test_one_file.py",
+    "optimizer/commands/test_certify_tolerance.py",
+    "optimizer/paper/test_page.py",
+    "delta_cad/structure/test_solids.py",
+    "optimizer/front/test_trade.py",
+    "optimizer/commands/test_cli.py",
+    "delta_cad/commands/test_cli_process.py",
+)
+"""Files of 15 to 60 s, which begin first, so that no worker waits at the end for another's long file."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts the longest files first; all others keep their order."""
+    rank = {str(ROOT / "tests" / name): k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(str(item.path), len(rank)))
 
 
 @pytest.fixture(scope="session")
