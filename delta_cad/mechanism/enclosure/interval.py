@@ -14,6 +14,7 @@ import numpy as np
 
 UNIT = 2.0**-53 * (1.0 + 2.0**-52)  # relative error of rounding, and one double more
 LEAST = 2.0**-1074  # least double above 0
+MANY = 400  # numbers from which on sums are faster than calls of nextafter
 
 
 @dataclass(frozen=True)
@@ -76,11 +77,13 @@ class Interval:
 def _outward(lo: np.ndarray, hi: np.ndarray) -> Interval:
     """Moves both ends outwards to the next double, or, where they are below 1e-307, by two at most.
 
-    The processor makes several of these sums at a time, but not of `nextafter`.
+    Of many numbers at once the processor makes several sums at a time, but calls `nextafter` for each.
 
     Source: Rump, Zimmermann, Boldo, Melquiond, Computing predecessor and successor in rounding to nearest, BIT 49
         (2009), algorithm 1.
     """
+    if np.size(lo) < MANY:
+        return Interval(np.nextafter(lo, -np.inf), np.nextafter(hi, np.inf))
     return Interval(lo - (np.abs(lo) * UNIT + LEAST), hi + (np.abs(hi) * UNIT + LEAST))
 
 
