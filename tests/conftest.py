@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
-import json
 import signal
 import subprocess
 import sys
@@ -14,7 +12,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-from tests.committed import BEST, ROOT, Built
+from tests.committed import BEST, ROOT, Built, Shared
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -71,25 +69,19 @@ def best_assembly(best_dimensions: Dimensions) -> Assembly:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory, best: Design) -> Built:
-    """`python -m delta_cad build` on the committed design, run once even when several workers want it."""
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """The folder of all workers of this run."""
     here = tmp_path_factory.getbasetemp()
-    shared = here.parent if here.name.startswith("popen-gw") else here
-    with open(shared / "built.lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        told = shared / "built.json"
-        if not told.exists():
-            command = [
-                sys.executable,
-                "-m",
-                "delta_cad",
-                "build",
-                "--design",
-                str(BEST),
-                "--out",
-                str(shared / "built"),
-            ]
-            run = subprocess.run([*command, "--json"], capture_output=True, text=True)
-            told.write_text(json.dumps([run.returncode, run.stdout, run.stderr]))
-    code, stdout, stderr = json.loads(told.read_text())
-    return Built(code, stdout, stderr, shared / "built" / best.name)
+    return Shared(here.parent if here.name.startswith("popen-gw") else here)
+
+
+@pytest.fixture(scope="session")
+def built(shared: Shared, best: Design) -> Built:
+    """`python -m delta_cad build` on the committed design, run once even when several workers want it."""
+
+    def build() -> tuple[int, str, str]:
+        words = ["build", "--design", str(BEST), "--out", str(shared.folder / "built"), "--json"]
+        run = subprocess.run([sys.executable, "-m", "delta_cad", *words], capture_output=True, text=True)
+        return run.returncode, run.stdout, run.stderr
+
+    return Built(*shared.once("built", build), shared.folder / "built" / best.name)
