@@ -3,8 +3,9 @@ VENV ?= .venv
 BASE_PYTHON ?= python3
 PYTHON := $(VENV)/bin/python
 STAMP := $(VENV)/.installed
-# A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same.
-PYTEST := $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same. One thread
+# of linear algebra in each: a second would only wait, and in that take the core of the other worker.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: build test bench coverage mutants faults endurance lint clean
 

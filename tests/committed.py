@@ -1,13 +1,17 @@
-"""The committed design's file, the published optimum's, and what a build came to."""
+"""The committed design's file, the published optimum's, what a build came to, and what test workers share."""
 
 from __future__ import annotations
 
+import fcntl
 import json
+import pickle
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+Made = TypeVar("Made")
 ROOT = Path(__file__).parents[1]
 BEST = ROOT / "best.json"
 DATA: dict[str, Any] = json.loads(BEST.read_text())
@@ -40,3 +44,19 @@ class Built:
     @property
     def record(self) -> dict[str, Any]:
         return json.loads(self.stdout)
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What several test workers want, made by the first that asks for it while the others wait."""
+
+    folder: Path
+
+    def once(self, name: str, make: Callable[[], Made]) -> Made:
+        """Makes something that can be pickled, or takes what was made."""
+        kept = self.folder / f"{name}.pickle"
+        with open(self.folder / f"{name}.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not kept.exists():
+                kept.write_bytes(pickle.dumps(make()))
+        return pickle.loads(kept.read_bytes())

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
-import json
 import signal
 import subprocess
 import sys
@@ -14,11 +12,43 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-from tests.committed import BEST, Built
+from tests.committed import BEST, ROOT, Built, Shared
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 console.TELL_S = 3600.0  # what else a command says is looked at, however slow the machine is
+
+LONGEST = (
+    "delta_cad/assembly/test_assemble_step.py",  # the one real build
+    "optimizer/globalopt/test_optimum.py",  # compiles most of what the optimizer's others need
+    "delta_cad/assembly/test_assemble.py",
+    "haptics/scenes/test_scenes.py",
+    "optimizer/commands/test_front.py",
+    "optimizer/globalopt/test_bound.py",
+    "haptics/commands/test_simulate.py",
+    "optimizer/front/test_front.py",
+    "delta_cad/checks/clearance/test_clearance.py",
+    "haptics/feel/test_sheet.py",
+    "optimizer/globalopt/test_cutting_points.py",
+    "delta_cad/common/test_jit.py",
+    "optimizer/atlas/test_atlas.py",
+    "delta_cad/mechanism/proof/test_tolerance.py",
+    "optimizer/globalopt/test_effective_mass.py",
+    "delta_cad/mechanism/limits/test_one_file.py",
+    "optimizer/commands/test_certify_tolerance.py",
+    "optimizer/paper/test_page.py",
+    "delta_cad/structure/test_solids.py",
+    "optimizer/front/test_trade.py",
+    "optimizer/commands/test_cli.py",
+    "delta_cad/commands/test_cli_process.py",
+)
+"""Files of 15 to 60 s, which begin first, so that no worker waits at the end for another's long file."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts the longest files first; all others keep their order."""
+    rank = {str(ROOT / "tests" / name): k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(str(item.path), len(rank)))
 
 
 @pytest.fixture(scope="session")
@@ -39,25 +69,19 @@ def best_assembly(best_dimensions: Dimensions) -> Assembly:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory, best: Design) -> Built:
-    """`python -m delta_cad build` on the committed design, run once even when several workers want it."""
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """The folder of all workers of this run."""
     here = tmp_path_factory.getbasetemp()
-    shared = here.parent if here.name.startswith("popen-gw") else here
-    with open(shared / "built.lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        told = shared / "built.json"
-        if not told.exists():
-            command = [
-                sys.executable,
-                "-m",
-                "delta_cad",
-                "build",
-                "--design",
-                str(BEST),
-                "--out",
-                str(shared / "built"),
-            ]
-            run = subprocess.run([*command, "--json"], capture_output=True, text=True)
-            told.write_text(json.dumps([run.returncode, run.stdout, run.stderr]))
-    code, stdout, stderr = json.loads(told.read_text())
-    return Built(code, stdout, stderr, shared / "built" / best.name)
+    return Shared(here.parent if here.name.startswith("popen-gw") else here)
+
+
+@pytest.fixture(scope="session")
+def built(shared: Shared, best: Design) -> Built:
+    """`python -m delta_cad build` on the committed design, run once even when several workers want it."""
+
+    def build() -> tuple[int, str, str]:
+        words = ["build", "--design", str(BEST), "--out", str(shared.folder / "built"), "--json"]
+        run = subprocess.run([sys.executable, "-m", "delta_cad", *words], capture_output=True, text=True)
+        return run.returncode, run.stdout, run.stderr
+
+    return Built(*shared.once("built", build), shared.folder / "built" / best.name)

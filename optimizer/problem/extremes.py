@@ -12,9 +12,14 @@ from optimizer.problem.step import Problem
 
 # Halvings of the grid's step: down to 1e-5 of L, and where a figure is smooth its error goes with the square.
 REFINEMENTS = 20
-STEPS = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], dtype=float)
 # Axis and side of the faces that the mirror plane y = 0 leaves.
 FACES = ((0, -1.0), (0, 1.0), (1, 1.0), (2, -1.0), (2, 1.0))
+STEPS = np.array([[i, j, k] for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], dtype=float)
+# (rows, 3) steps of one search: nine within each face, then all of the one that goes anywhere; and whose they are.
+WITHIN = [np.where(np.arange(3) == axis, 0.0, STEPS[STEPS[:, axis] == -1.0]) for axis, _ in FACES]
+MOVES = np.concatenate([*WITHIN, STEPS])
+MOVER = np.repeat(np.arange(len(FACES) + 1), [len(steps) for steps in (*WITHIN, STEPS)])
+FIRST = np.arange(len(FACES)) * len(WITHIN[0])  # row of a face's first step
 
 Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 
@@ -50,29 +55,25 @@ def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict
     if not names:
         return {}
     starts = [int(np.argmin(np.where(face, values[name], np.inf))) for name in names for face in faces]
-    best = grid[starts]
-    cost = np.concatenate([values[name][starts[k * len(faces) :][: len(faces)]] for k, name in enumerate(names)])
-    owner = np.repeat(np.arange(len(names)), len(faces))
-    moves = np.ones((len(faces), 3))
-    for k, (axis, _) in enumerate(FACES):
-        moves[k, axis] = 0.0
-    moves = np.tile(moves, (len(names), 1))
+    best = grid[starts].reshape(len(names), len(faces), 3)
+    cost = np.stack([values[name][starts[k * len(faces) :][: len(faces)]] for k, name in enumerate(names)])
     step = 1.0 / (n - 1)  # half the grid's
-    rows = np.arange(len(best))
+    own, inner = np.arange(len(names)), len(MOVES) - len(STEPS)
     for _ in range(REFINEMENTS):
-        around = np.clip(best[:, None, :] + step * STEPS * moves[:, None, :], [-1.0, 0.0, -1.0], 1.0)
+        around = np.clip(best[:, MOVER] + step * MOVES, [-1.0, 0.0, -1.0], 1.0)
         found = margins(around.reshape(-1, 3))
-        table = np.stack([found[name].reshape(len(best), -1) for name in names])[owner, rows]
-        chosen = np.argmin(table, axis=1)
-        better = table[rows, chosen] < cost
-        best = np.where(better[:, None], around[rows, chosen], best)
-        cost = np.where(better, table[rows, chosen], cost)
+        table = np.stack([found[name].reshape(len(names), -1)[k] for k, name in enumerate(names)])
+        within, anywhere = table[:, :inner].reshape(len(names), len(FACES), -1), table[:, inner:]
+        chosen = np.column_stack([within.argmin(axis=2) + FIRST, anywhere.argmin(axis=1) + inner])
+        least = np.take_along_axis(table, chosen, axis=1)
+        better = least < cost
+        best = np.where(better[..., None], around[own[:, None], chosen], best)
+        cost = np.where(better, least, cost)
         step /= 1.6 if better.any() else 2.0  # slower while it moves on
     result = {}
     for k, name in enumerate(names):
-        mine = np.flatnonzero(owner == k)
-        order = mine[np.argsort(cost[mine], kind="stable")]
-        result[name] = Worst(best[order], cost[order])
+        order = np.argsort(cost[k], kind="stable")
+        result[name] = Worst(best[k, order], cost[k, order])
     return result
 
 

@@ -74,6 +74,27 @@ class Search:
     endings: list[Ending] = field(default_factory=list)
     evaluations: int = 0
     trail: list[tuple[int, float]] = field(default_factory=list)
+    _looked_at: tuple[Problem, bytes, int, dict[str, Worst]] | None = field(
+        default=None, init=False, repr=False, compare=False
+    )
+
+    def worst(self, problem: Problem, x: np.ndarray, n: int) -> dict[str, Worst]:
+        """Finds the worst points of a design; those of the last one again without a search.
+
+        A program begins where the one before it ended, and ends where it began if nothing better is near.
+
+        Args:
+            problem: The step.
+            x: (free variables) scaled.
+            n: Grid points along an edge.
+
+        Returns:
+            Name -> its worst points, `quality` among them where the step asks for it.
+        """
+        last = self._looked_at
+        if last is None or last[0] is not problem or last[1:3] != (x.tobytes(), n):
+            last = self._looked_at = (problem, x.tobytes(), n, design_worst(problem, problem.designs(x[None])[0], n))
+        return last[3]
 
     @property
     def best(self) -> Ending | None:
@@ -143,7 +164,7 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
         How it ended; `converged` says whether all that the program asks holds on the whole surface.
     """
     program, x = Program(problem, kind), np.asarray(start, dtype=float)
-    worst = _worst(program, x)
+    worst = _worst(program, x, count)
     program.add([Active(name, _key(p)) for name, w in worst.items() for p in w.points])
     level, history = _own_level(program, x, worst), []
     if kind == "feasibility" and level >= 0.0:
@@ -168,10 +189,10 @@ def exchange(problem: Problem, kind: str, start: np.ndarray, count: Search) -> E
             x = np.clip(answer.x[: len(x)], 0.0, 1.0)
             wanted = float(answer.x[-1])
             reason = SLSQP_ENDS.get(int(answer.status), str(answer.message))
-        worst = _worst(program, x)
+        worst = _worst(program, x, count)
         new = program.add(_violated(program, worst, wanted))
         if not new and kind != "feasibility":  # a narrow peak may stand between the points
-            worst = _worst(program, x, CONFIRMING_GRID)
+            worst = _worst(program, x, count, CONFIRMING_GRID)
             new = program.add(_violated(program, worst, wanted))
         level = _own_level(program, x, worst)
         history.append(level)
@@ -267,11 +288,9 @@ def _violated(program: Program, worst: dict[str, Worst], wanted: float) -> list[
     ]
 
 
-def _worst(program: Program, x: np.ndarray, n: int = EXCHANGE_GRID) -> dict[str, Worst]:
-    worst = design_worst(program.problem, program.problem.designs(x[None])[0], n)
-    if program.kind != "quality":
-        worst.pop("quality", None)
-    return worst
+def _worst(program: Program, x: np.ndarray, count: Search, n: int = EXCHANGE_GRID) -> dict[str, Worst]:
+    found = count.worst(program.problem, x, n)
+    return {name: worst for name, worst in found.items() if name != "quality" or program.kind == "quality"}
 
 
 def _own_level(program: Program, x: np.ndarray, worst: dict[str, Worst]) -> float:

@@ -63,13 +63,14 @@ def of_other(name: str) -> Assembly:
     return assemble(dimensions(design_from_dict(changed(**OTHERS[name]))))
 
 
-def faults(numbers: Collection[str] = ()) -> Iterator[Fault]:
-    """Yields all faults, part by part, or those of the parts with some numbers."""
+def faults(numbers: Collection[str] = (), others: bool = True) -> Iterator[Fault]:
+    """Yields all faults, part by part, or those of the parts with some numbers; parts of other designs if asked."""
     for part in (p for p in sound().parts if not numbers or p.number in numbers):
         yield from _of_occurrences(part)
         for kind, solid in made_wrong(part.solid):
             yield Fault(part.number, kind, _with_part(part.number, replace(part, solid=solid)))
-        yield from _of_other_designs(part)
+        if others:
+            yield from _of_other_designs(part)
 
 
 def _of_occurrences(part: Part) -> Iterator[Fault]:

@@ -33,8 +33,9 @@ def drawn(rng: np.random.Generator) -> tuple[tuple[float, ...], DeltaGeometry, C
             np.round(rng.uniform([20, 10, 40, 40, 1, 3], [60, 60, 100, 160, 120, 25]), 1).tolist()
         )
         g, cube = DeltaGeometry(*(x / 1000.0 for x in link)), Cube(bottom / 1000.0, half / 1000.0)
-        if closure_margin(g, cube_corners(cube)).min() > 0.0:
-            return lengths, g, cube, float(direct_margin(g, cube_corners(cube).mean(axis=0)))
+        corners = cube_corners(cube)
+        if closure_margin(g, corners).min() > 0.0:
+            return lengths, g, cube, float(direct_margin(g, corners.mean(axis=0)))
 
 
 def test_certificates_and_proven_optima_never_contradict_each_other() -> None:

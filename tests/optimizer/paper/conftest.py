@@ -6,6 +6,7 @@ import pytest
 
 from optimizer.paper.published import published_runs
 from optimizer.paper.reproduction import ReproducedRun, Reproduction
+from tests.committed import Shared
 
 
 @pytest.fixture(scope="session")
@@ -14,5 +15,5 @@ def made() -> Reproduction:
 
 
 @pytest.fixture(scope="session")
-def runs(made: Reproduction) -> list[ReproducedRun]:
-    return made.recompute(published_runs())
+def runs(made: Reproduction, shared: Shared) -> list[ReproducedRun]:
+    return shared.once("paper", lambda: made.recompute(published_runs()))

@@ -36,6 +36,23 @@ def test_intervals(a, b, c, d, u, v):
     assert Fraction(float(root.lo)) ** 2 <= p + 9 <= Fraction(float(root.hi)) ** 2
 
 
+def test_results_are_moved_to_the_very_next_double():
+    """By one, and by two at most where doubles end; adding 0 is exact, so that nothing else moves them."""
+    rng = np.random.default_rng(0)
+    powers = np.ldexp(1.0, np.arange(-1074, 1023))
+    any_size = np.ldexp(rng.uniform(1.0, 2.0, 20_000), rng.integers(-1074, 1023, 20_000))
+    x = np.concatenate([[0.0], powers, np.nextafter(powers, np.inf), np.nextafter(powers, 0.0), any_size])
+    for signed in (x, -x):
+        found = exactly(signed) + exactly(np.zeros_like(x))
+        low, high = np.nextafter(signed, -np.inf), np.nextafter(signed, np.inf)
+        usual = np.abs(signed) > 1e-307
+        assert usual.sum() > 10_000
+        np.testing.assert_array_equal(found.lo[usual], low[usual])
+        np.testing.assert_array_equal(found.hi[usual], high[usual])
+        assert ((np.nextafter(low, -np.inf) <= found.lo) & (found.lo <= low)).all()
+        assert ((high <= found.hi) & (found.hi <= np.nextafter(high, np.inf))).all()
+
+
 def test_no_root_and_no_inverse_of_what_may_not_be_positive():
     for x in (Interval(np.float64(0.0), np.float64(1.0)), Interval(np.float64(-1.0), np.float64(-0.5))):
         assert np.isnan(x.inverse().lo)
