@@ -156,9 +156,9 @@ def _rods(bench: Bench, i: int) -> None:
         bench.put(f"rod_cup_{i}_{j}_wrist", cup, link, at(f.length_mm) @ (ABOUT_Y if j else HALF_TURN))
         for k, x in enumerate(f.eyes_x_mm):
             bench.put(f"rod_eye_{i}_{j}_{k}", eye, link, at(x) @ EYE_FRAMES[j][k])
-            bench.gap(
-                f"rod_eye_{i}_{j}_{k}", f"upper_arm_{i}", BESIDE_ARM_MM, "folds beside the arm, held by its spring"
-            )
+            if f.eye_room_mm < d.design.requirements.clearance_min_mm + BESIDE_ARM_MM:
+                reason = "folds beside the arm, held by its spring"
+                bench.gap(f"rod_eye_{i}_{j}_{k}", f"upper_arm_{i}", BESIDE_ARM_MM, reason)
         for end in ("elbow", "wrist"):
             own = f"rod_cup_{i}_{j}_{end}"
             bench.touch(f"joint_ball_{i}_{j}_{end}", own, "ball in its cup")

@@ -11,26 +11,17 @@ from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids import capstan, fasteners, shaft, upper_arm
 from delta_cad.solids.bought.bearing import make_bearing, make_wave_spring
 
-BESIDE = (  # what of an arm passes what of its own bracket that closely
-    *((f"{moving}_{{}}", "motor_cheek_{}") for moving in ("tension_screw", "tension_carriage")),
+BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
     ("capstan_cable_{}_inner", "motor_cheek_{}"),
     ("capstan_cable_{}_inner_end", "motor_cheek_{}"),
-    *((f"shoulder_{what}_{{}}", "motor_cheek_{}") for what in ("screw", "washer")),
+    ("shoulder_washer_{}", "motor_cheek_{}"),
     ("shoulder_shaft_{}", "encoder_cheek_{}"),
     ("shoulder_shaft_{}", "wave_spring_{}"),
-    *((f"sector_dowel_{{}}_{k}", f"{side}_cheek_{{}}") for k in range(2) for side in ("encoder", "motor")),
+    *((f"sector_dowel_{{}}_{k}", "encoder_cheek_{}") for k in range(2)),
     ("encoder_magnet_{}", "bearing_{}_e"),
 )
-
-BESIDE_HEADS = (  # what passes the heads of the motor's screws
-    "sector_{}",
-    "tension_screw_{}",
-    "crimp_sleeve_{}_0",
-    "capstan_cable_{}_inner",
-    "capstan_cable_{}_inner_end",
-    "pinion_{}",
-)
+BESIDE_HEADS = ("sector_{}", "pinion_{}")  # what passes the heads of the motor's screws
 
 
 def place_direct(bench: Bench, i: int) -> None:

@@ -63,6 +63,7 @@ class ForearmDimensions:
         eyes_x_mm: Along the rod, from the elbow's ball to the eyes of its two springs.
         eye_y_mm: From the rod's axis inwards to the eyes.
         eye_z_mm: From the rod's axis aside: of the first away from the arm (-z), of the second towards it (+z).
+        eye_room_mm: Least distance of the eyes' lugs from the arm that folds beside them, the rods not turned.
         shoulder_mm: Along the rod, from the ball's centre to the tube.
         tilt_limit_rad: Tilt that the joint is made for, clear of everything; springs hold the rods' turn within it.
         contact_tilt_rad: Tilt at which the rod meets the bar, or the lip the neck.
@@ -87,6 +88,7 @@ class ForearmDimensions:
     eye_y_mm: float
     eye_z_mm: float
     eye_diameter_mm: float
+    eye_room_mm: float
     shoulder_mm: float
     spigot_diameter_mm: float
     spigot_length_mm: float
@@ -155,6 +157,20 @@ def eyes_mm(
     needed, rise = arm.boss_radius_mm + beside_mm, max(sin(turn), FOLD_LEAST) * cos(lean_rad)
     first = max(end_mm, (needed - EYE_Z_MM * cos(turn)) / rise)
     return first, max(length_mm - first, (needed + EYE_Z_MM * cos(turn)) / rise)
+
+
+def eye_room_mm(arm: ArmDimensions, fold_rad: float, lean_rad: float, along_mm: float, around_mm: float) -> float:
+    """Computes how far what stands around a rod stays off the arm that folds beside it, see `eyes_mm`, mm.
+
+    Args:
+        arm: The upper arm.
+        fold_rad: Least angle between upper arm and rod, at the elbow.
+        lean_rad: Largest lean.
+        along_mm: From the elbow along the rod.
+        around_mm: Reach from the rod's axis, in any direction.
+    """
+    turn = min(fold_rad - asin((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm), pi / 2)
+    return along_mm * sin(turn) * cos(lean_rad) - arm.boss_radius_mm - around_mm
 
 
 def _ball(diameter_mm: float) -> catalogue.Ball:
@@ -259,6 +275,7 @@ def forearm_dimensions(
         eye_y_mm=EYE_MM,
         eye_z_mm=EYE_Z_MM,
         eye_diameter_mm=eye,
+        eye_room_mm=eye_room_mm(arm, fold_rad, lean, min(first, second), EYE_Z_MM + eye / 2 + EYE_WALL_MM),
         shoulder_mm=shoulder,
         spigot_diameter_mm=spigot,
         spigot_length_mm=held,

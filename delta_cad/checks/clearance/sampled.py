@@ -29,6 +29,7 @@ from delta_cad.mechanism.placement import CHAINS, LinkPlacement
 
 TOLERANCE_MM = 0.01  # a fifth of a mesh deviation; lets a pair at constant distance stop early
 SPREAD = 49  # shoulder angles at which a pair is measured that depends on one of them: every 2 degrees
+CORNERS = 8  # of the cube: the first positions
 CHUNK = 64  # positions whose sphere distances are held in memory at once
 SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
@@ -91,18 +92,32 @@ class Sampler:
         return arms[0] if len(arms) == 1 and (others[0] == "base" or others[0] in swept) else None
 
     def positions(self, pair: HeldApart) -> np.ndarray:
-        """Indices of the positions at which a pair is measured: few where one shoulder angle decides all."""
+        """Indices of the positions at which a pair is measured.
+
+        Few where one shoulder angle decides all. A rod beside what it hangs on leans most in the cube's corners, which
+        come first: elsewhere its running gap is left to the proof.
+        """
         arm = self._arm_of(pair)
+        if pair.running_gap and self._of_rods(pair):
+            turns = range(len(self.poses_mm) // self._still)
+            return np.concatenate([k * self._still + np.arange(CORNERS) for k in turns])
         count = len(self.poses_mm) if self._turns(pair) else self._still
         return np.arange(count) if arm is None else self._spread[chain_of(arm)]
 
     def _turns(self, pair: HeldApart) -> bool:
         """Whether a rod of the pair is also measured turned about itself."""
-        return len(self.poses_mm) > self._still and any(b.link.startswith("rod") for b in (pair.a, pair.b))
+        return len(self.poses_mm) > self._still and self._of_rods(pair)
+
+    @staticmethod
+    def _of_rods(pair: HeldApart) -> bool:
+        """Whether a body of the pair is of a rod."""
+        return any(b.link.startswith("rod") for b in (pair.a, pair.b))
 
     def described(self, pair: HeldApart) -> str:
         """At how many positions a pair is measured, as text."""
         count, total = len(self.positions(pair)), self._still
+        if pair.running_gap and self._of_rods(pair):
+            return "the cube's corners, the rods as they are and turned about themselves as far as they go either way"
         if self._arm_of(pair) is None:
             turned = ", the rods as they are and turned about themselves as far as they go either way"
             return f"{total} positions{turned if self._turns(pair) else ''}"
