@@ -165,8 +165,8 @@ def check(design: Design, progress: Progress = quiet) -> Outcome:
 
 
 def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
-    bought = (*machine.assembly.parts, *machine.assembly.supplies)
-    return tuple(p.number for p in bought if p.source and "verified: yes" not in p.source)
+    whole = (part for part in machine.assembly.parts if not part.piece_of)
+    return tuple(p.number for p in (*whole, *machine.assembly.supplies) if p.source and "verified: yes" not in p.source)
 
 
 def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "AP242") -> Outcome:

@@ -54,6 +54,8 @@ class HoleRow:
 def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[BomRow]:
     """Lists parts and supplies, one row each: made parts first, then bought ones, then what has no place of its own.
 
+    A part that is drawn in pieces, as a cable on two drums, is one row with the mass of all of them.
+
     Args:
         assembly: The machine.
         unit_mass_kg: Mass of one of each part by its number, kg.
@@ -62,10 +64,13 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
         The rows.
     """
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
-    parts = sorted(assembly.parts, key=lambda part: not part.make)
+    whole = [part for part in assembly.parts if not part.piece_of]
+    parts = sorted(whole, key=lambda part: not part.make)
     rows = []
     for item, part in enumerate(parts, start=1):
-        unit, count = round(unit_mass_kg[part.number] * G_PER_KG, MASS_DECIMALS), quantity[part.number]
+        pieces = [part, *(piece for piece in assembly.parts if piece.piece_of == part.number)]
+        mass = sum(unit_mass_kg[piece.number] for piece in pieces)
+        unit, count = round(mass * G_PER_KG, MASS_DECIMALS), quantity[part.number]
         rows.append(
             BomRow(
                 item=item,

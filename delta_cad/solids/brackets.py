@@ -39,6 +39,7 @@ BOARD_SCREW = "M2.5"
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
+ROUNDING_MM = 1e-9
 KEY_SLOT_MM = 3.4  # for the key of the pinion's set screws
 
 
@@ -95,7 +96,8 @@ def motor_screw_mm(d: Dimensions) -> tuple[float, float]:
     """Length of the motor's screws and how deep their heads are sunk: so deep that they fill the motor's threads."""
     row, thread = catalogue.screw(d.motor.mount_thread), motor_thread_mm(d.motor)
     inside, face = d.layers.motor_cheek_mm
-    length = max(long for long in row.lengths_mm if long <= face - inside - row.counterbore_depth_mm + thread)
+    room = face - inside - row.counterbore_depth_mm + thread + ROUNDING_MM
+    length = max(long for long in row.lengths_mm if long <= room)
     return length, face - inside + thread - length
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
-from tests.delta_cad.measured import placed
+from tests.delta_cad.solids.measured import placed
 
-BESIDE = ("upper_arm_{}", "cross_bar_{}_elbow", "cross_bar_{}_wrist", "sector_{}", "motor_cheek_{}", "elbow_clamp_{}")
+BESIDE = ("upper_arm_{}", "cross_bar_{}_elbow", "cross_bar_{}_wrist", "sector_{}", "motor_cheek_{}")
 
 
 def eyes(d: Dimensions, links: dict[str, np.ndarray], i: int, k: int) -> list[np.ndarray]:
@@ -60,7 +60,7 @@ def test_springs_are_longer_when_the_rods_lean_but_within_their_length(
 
 
 def test_eyes_are_where_the_springs_are_hung(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
-    from tests.delta_cad.measured import one_axis
+    from tests.delta_cad.solids.measured import one_axis
 
     d = best_dimensions
     links = dict(best_assembly.placement(best_assembly.home_mm))

@@ -37,7 +37,9 @@ def verdicts(d: Dimensions) -> dict[str, bool]:
 
 
 def test_what_is_not_asked_is_told() -> None:
-    results = {r.name: r for r in check_structure(structure_report(committed(), {}), None)}
+    asks_nothing = committed().design.requirements.model_copy(update={"peak_force_N": None})
+    d = replace(committed(), design=committed().design.model_copy(update={"requirements": asks_nothing}))
+    results = {r.name: r for r in check_structure(structure_report(d, {}), None)}
     knob = results["structure stiffness at the knob"]
     assert (knob.passed, knob.limit) == (True, None)
     assert knob.value == pytest.approx(float(stiffness(committed()).softest.stiffness_N_mm.min()))
@@ -55,10 +57,10 @@ def test_a_stiffness_that_is_asked_is_judged() -> None:
 
 
 def test_a_peak_is_judged_beside_what_holds_for_ever() -> None:
-    found = verdicts(asked(peak_force_N=9.0))
+    found = verdicts(asked(peak_force_N=12.0))
     failing = [name for name, passed in found.items() if not passed]
-    # the study's finding: the ball stud's root is what 9 N break first
-    assert "structure stud root, peak" in failing
+    # the cable is tensioned for the torque that the controller allows: the first of which a larger force asks too much
+    assert "structure cable's slip, peak" in failing
     assert all(name.endswith(", peak") for name in failing)
     assert "structure shoulder bearing life, peak" not in found
 

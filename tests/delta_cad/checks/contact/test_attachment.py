@@ -179,4 +179,4 @@ def test_the_committed_machine_is_screwed_together_and_its_spoiled_copies_are_re
     )
     assert failed(without("cheek_screw_0_"))["holes filled"] == ("foot_block_0",)
     assert failed(without("base_screw_0"))["holes filled"] == ("foot_block_0",)
-    assert "screws engaged" in failed(shifted(best_assembly, "tension_screw_1_0", z=30.0))
+    assert "screws engaged" in failed(shifted(best_assembly, "tension_screw_1", z=30.0))
