@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -39,12 +38,6 @@ def first() -> Requirements:
 def solved(given: Requirements) -> list[Result]:
     """The steps by SQP alone: another way to the same optimum, in a second."""
     return Run(given, "sqp", seed=1).results()
-
-
-def committed_mm() -> tuple[float, ...]:
-    data = json.loads(BEST.read_text())
-    lengths = data["mechanism"] | data["cube"]
-    return tuple(lengths[f"{name}_mm"] for name in VARIABLES)
 
 
 def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requirements(
