@@ -18,7 +18,7 @@ FIXED: dict[str, Any] = {"gravity_torque_N_m": 0.11, "shoulder_deg": None}
 def joystick(
     half_side_mm: float | None = None, half_side: tuple[float, float] | None = None, **limits: Any
 ) -> Requirements:
-    """The committed requirements, some of them replaced."""
+    """The former task, some of it replaced."""
     given = load_requirements(JOYSTICK)
     changed: dict[str, Any] = {"limits": given.limits.model_copy(update=FIXED | limits)}
     if half_side_mm is not None:

@@ -53,7 +53,7 @@ def task(
 
 
 INERTIA = {"carried_mass_kg": 0.08, "elbow_mass_kg": 0.02, "cross_mass_kg": 0.004, "joint_inertia_kg_m2": 2.1e-4}
-"""About that of the machine that is built, with 4.3 turns of the pinion a turn of the arm."""
+"""About that of a machine built for the former task, with 4.3 turns of the pinion a turn of the arm."""
 
 
 class Memory:

@@ -21,8 +21,7 @@ ACCESS: dict[str, Callable[[str], CatalogueRow]] = {
     "bearing": catalogue.bearing,
     "encoder": catalogue.encoder,
     "screw": catalogue.screw,
-    "hex_screw": catalogue.hex_screw,
-    "hex_nut": catalogue.hex_nut,
+    "set_screw": catalogue.set_screw,
     "dowel": catalogue.dowel,
     "tube": catalogue.tube,
     "knob": catalogue.knob,
@@ -224,13 +223,15 @@ def test_screw_sizes_are_those_of_the_standard() -> None:
     assert m3.lengths_mm[:3] == (5.0, 6.0, 8.0)
 
 
-@pytest.mark.parametrize("family", ["hex_screw", "hex_nut"])
-def test_hexagon_screws_and_nuts_go_with_the_cap_screws(family: str) -> None:
-    for key, row in catalogue.family(family).items():
-        cap = catalogue.screw(key)
-        assert isinstance(row, catalogue.HexScrew | catalogue.HexNut)
-        assert (row.diameter_mm, row.tap_drill_mm) == (cap.diameter_mm, cap.tap_drill_mm)
-        assert row.across_flats_mm > 1.5 * row.diameter_mm  # the spanner turns the head, not the thread
+def test_set_screws_go_with_the_cap_screws() -> None:
+    assert set(catalogue.family("set_screw")) <= set(catalogue.family("screw"))
+    for key in catalogue.family("set_screw"):
+        s, cap = catalogue.set_screw(key), catalogue.screw(key)
+        assert (s.diameter_mm, s.pitch_mm, s.tap_drill_mm) == (cap.diameter_mm, cap.pitch_mm, cap.tap_drill_mm)
+        assert s.socket_mm * 2.0 / math.sqrt(3.0) < s.tap_drill_mm  # the key goes into the core of the thread
+        assert s.socket_mm < cap.socket_mm
+        assert s.lengths_mm == tuple(sorted(set(s.lengths_mm)))
+        assert s.lengths_mm[0] > s.diameter_mm - 1e-9  # as long as thick at the least, or it would tilt
 
 
 def test_dowels_come_in_three_sizes() -> None:
@@ -343,15 +344,31 @@ def test_tension_springs_keep_the_law_of_their_wire() -> None:
     assert pair.force_N(45.0) == pytest.approx(10.4, abs=0.1)  # what holds a pair of rods 54 mm apart
 
 
-def test_wave_springs_preload_a_16_mm_bearing_softly() -> None:
+def test_wave_springs_preload_a_bearing_softly() -> None:
     for key in catalogue.family("wave_spring"):
         w = catalogue.wave_spring(key)
-        assert (w.housing_mm, w.work_height_mm < 1.5) == (16.0, True)
-        assert w.inner_mm >= 12.0  # off the inner ring and its shield
+        outer, inner, thickness = (float(part) for part in key.split("-")[0].split("x"))
+        assert (inner, thickness) == (w.inner_mm, w.thickness_mm)
+        assert 0.2 < w.housing_mm - outer < 0.5  # it grows when it is pressed flat
+        assert w.work_height_mm < 1.5
         assert w.rate_N_mm is not None
         assert w.rate_N_mm <= 15.0
-        assert w.force_N == pytest.approx(w.rate_N_mm * (w.free_height_mm - w.work_height_mm), abs=0.06)
-        assert w.force_N == pytest.approx(10.0, abs=1.0)
+        stroke = w.free_height_mm - w.work_height_mm
+        assert w.force_N == pytest.approx(w.rate_N_mm * stroke, abs=0.06)
+        assert w.waves is not None
+        mean, width = (outer + inner) / 2.0, (outer - inner) / 2.0
+        force = 193e3 * width * thickness**3 * w.waves**4 * stroke * outer / (3.88 * mean**3 * inner)
+        assert w.force_N == pytest.approx(force, rel=0.01)  # written with two or three digits
+        assert w.force_N == pytest.approx(10.0, abs=1.0 if w.housing_mm == 16.0 else 1.5)  # 0.18 mm strip at 19 mm
+
+
+def test_each_bearing_has_a_wave_spring_that_presses_on_its_outer_ring_alone() -> None:
+    springs = [catalogue.wave_spring(key) for key in catalogue.family("wave_spring")]
+    for key in catalogue.family("bearing"):
+        b = catalogue.bearing(key)
+        fitting = [w for w in springs if w.housing_mm == b.outer_mm]
+        assert fitting, key
+        assert all(b.inner_ring_outer_mm + 1.0 < w.inner_mm < b.outer_mm for w in fitting)  # off the inner ring, shield
 
 
 def test_adhesives_are_weaker_than_what_they_join() -> None:

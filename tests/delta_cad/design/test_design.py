@@ -48,13 +48,18 @@ def test_the_published_optimum_is_kept_beside_the_committed_design() -> None:
 
 def test_the_committed_design_has_the_hardware_spelled_out_and_lengths_in_whole_micrometres() -> None:
     raw = json.loads(BEST.read_text(encoding="utf-8"))
-    assert raw["hardware"] == design_to_dict(design_from_dict(minimal()))["hardware"]
+    stated = {"capstan_ratio": 4.8, "sector_radius_mm": 38.7, "ball_diameter_mm": 6.0, "arm_thickness_mm": 6.0}
+    assert raw["hardware"] == design_to_dict(design_from_dict(minimal()))["hardware"] | stated
     lengths = [*raw["mechanism"].values(), *raw["cube"].values()]
     assert lengths == [round(v, 3) for v in lengths]
-    assert raw["cube"]["half_side_mm"] >= 42.0  # a cube of 84 mm; the published one has 75 mm at the same kappa
-    assert raw["requirements"]["kappa_max"] == 2.27
+    assert raw["cube"]["half_side_mm"] >= 43.0  # a cube of 86 mm; the published one has 75 mm at the same kappa
+    asked = raw["requirements"]
+    assert asked["kappa_max"] == 2.27
+    assert asked["couple_index_min"] == 0.4
     assert raw["mechanism"]["base_radius_mm"] + raw["mechanism"]["upper_arm_length_mm"] <= 122.0
-    assert raw["requirements"]["lean_max_deg"] == 28.0
+    assert asked["lean_max_deg"] == 28.0
+    assert (asked["joint_torque_N_m"], asked["peak_torque_N_m"]) == (0.39, 0.8)
+    assert (asked["force_N"], asked["peak_force_N"], asked["stiffness_min_N_mm"]) == (3.0, 6.0, 15.0)
 
 
 def test_what_may_be_missing_has_the_promised_defaults() -> None:

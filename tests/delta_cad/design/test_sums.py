@@ -111,9 +111,10 @@ def test_the_shoulder_range_must_not_be_empty() -> None:
     assert caught.value.field == "requirements.shoulder_max_deg"
 
 
-def test_a_peak_is_no_less_than_what_holds_for_ever() -> None:
-    force = minimal()["requirements"]["force_N"]
-    assert design_from_dict(changed("requirements.peak_force_N", force)).requirements.peak_force_N == force
-    with pytest.raises(DesignError) as caught:
-        design_from_dict(changed("requirements.peak_force_N", force / 2))
-    assert caught.value.field == "requirements.peak_force_N"
+@pytest.mark.parametrize(("peak", "lasting"), [("peak_force_N", "force_N"), ("peak_torque_N_m", "joint_torque_N_m")])
+def test_a_peak_is_no_less_than_what_holds_for_ever(peak: str, lasting: str) -> None:
+    least = minimal()["requirements"][lasting]
+    assert getattr(design_from_dict(changed(f"requirements.{peak}", least)).requirements, peak) == least
+    with pytest.raises(DesignError, match=f">= {lasting} = {least:g}") as caught:
+        design_from_dict(changed(f"requirements.{peak}", math.nextafter(least, 0.0)))
+    assert caught.value.field == f"requirements.{peak}"

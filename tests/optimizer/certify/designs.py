@@ -10,7 +10,7 @@ from typing import Any
 from delta_cad.design import Design, design_to_dict, load_design
 from optimizer.certify.gravity import KNOWN
 from optimizer.commands import cli
-from tests.committed import BEST
+from tests.committed import PUBLISHED
 
 
 def call(*arguments: str | Path) -> int:
@@ -18,15 +18,14 @@ def call(*arguments: str | Path) -> int:
 
 
 def changed(tmp_path: Path, cube: dict[str, float] | None = None, **requirements: Any) -> Path:
-    data = design_to_dict(load_design(BEST))
+    data = design_to_dict(load_design(PUBLISHED))
     data["requirements"] = {
         "envelope_width_mm": 270.0,
         "envelope_depth_mm": 220.0,
         "force_N": 3.0,
         "joint_torque_N_m": 0.8,
     } | requirements
-    data["mechanism"] |= {"base_radius_mm": 40.0, "platform_radius_mm": 30.0, "forearm_length_mm": 112.079}
-    data["cube"] = {"bottom_height_mm": 57.112, "half_side_mm": 37.5} | (cube or {})
+    data["cube"] |= cube or {}
     path = tmp_path / "design.json"
     path.write_text(json.dumps(data))
     return path

@@ -37,7 +37,7 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert call("verify", out, "--design", BEST, "--without-gravity") == 0
     told, err = capsys.readouterr()
     assert err == ""
-    proved = "reach, assembly_mode, torque, kappa, lean, shoulder"  # all that best.json asks
+    proved = "reach, assembly_mode, torque, kappa, lean, shoulder, couple_index"  # all that best.json asks
     assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
     assert "covers all that best.json asks" in told
     torque = load_design(BEST).requirements.joint_torque_N_m

@@ -51,6 +51,7 @@ def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_
 def test_the_committed_design_is_at_its_limits_and_is_told_what_gives_room(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Its lean is 4 deg and its torque a tenth off their limits; the three others decide the size of its cube."""
     out = tmp_path / "c.json"
     assert call("certify", "--design", BEST, "--out", out, "--tolerance", "0.05", "--json") == 1
     told, err = capsys.readouterr()
@@ -59,16 +60,16 @@ def test_the_committed_design_is_at_its_limits_and_is_told_what_gives_room(
     assert 1e-5 < told["largest_mm"] < 1e-3
     assert told["needs_for_mm"] == 0.05
     needs = {need["figure"]: need["limit"] for need in told["needs"]}
-    assert needs.keys() == {"kappa", "lean", "shoulder, smallest"}
+    assert needs.keys() == {"kappa", "shoulder, smallest", "couple index"}
     assert "0.05 mm would need kappa <= 2." in err
     assert err.count("\n") == 1
     assert call("verify", out, "--design", BEST, "--without-gravity") == 1
-    assert "kappa is undecided; lean is undecided; shoulder is undecided" in capsys.readouterr().err
+    assert "kappa is undecided; shoulder is undecided; couple_index is undecided" in capsys.readouterr().err
     data = json.loads(BEST.read_text())
     data["requirements"] |= {
         "kappa_max": needs["kappa"] + 1e-9,
-        "lean_max_deg": needs["lean"] + 1e-9,
         "shoulder_min_deg": needs["shoulder, smallest"] - 1e-9,
+        "couple_index_min": needs["couple index"] - 1e-9,
     }
     (tmp_path / "roomy.json").write_text(json.dumps(data))
     assert call("certify", "--design", tmp_path / "roomy.json", "--out", out, "--tolerance", "0.05") == 0

@@ -32,7 +32,7 @@ SMALL = ["--population", "12", "--generations", "4"]
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """The committed requirements solved once, as a user would, with a small GA."""
+    """The former task solved once, as a user would, with a small GA."""
     out = tmp_path_factory.mktemp("synthesis") / "new" / "best.json"
     command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--seed", "1", "--json", *SMALL]
     run = subprocess.run([*command, "--out", str(out)], capture_output=True, text=True)

@@ -34,7 +34,7 @@ SMALL = ["--points", "4", "--seeds", "1"]
 
 @pytest.fixture(scope="module")
 def task(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The committed requirements between 36 and 40 mm: little to trace."""
+    """The former task between 36 and 40 mm: little to trace."""
     return requirements(tmp_path_factory.mktemp("task"), half_side="[36, 40]")
 
 

@@ -39,7 +39,7 @@ DESIGNS = 4_000
 
 
 def given(index_min: float, half_side_mm: float | None = None) -> Requirements:
-    """The committed task with a couple index."""
+    """The former task (references/joystick.toml) with a couple index."""
     return task(*WIDE, limits=LIMITS | {"couple_index_min": index_min}, half_side_mm=half_side_mm)
 
 

@@ -31,7 +31,7 @@ INERTIA = {
     "cross_mass_kg": 0.00081772,
     "joint_inertia_kg_m2": 1.462451e-4 + 6.157170e-5,
 }
-"""Of the machine that is built of best.json: platform and rods, upper arm, its rotor at 4.3 turns a turn of the arm."""
+"""Of a machine built for the former task: platform and rods, upper arm, its rotor at 4.3 turns a turn of the arm."""
 MASSES = HandleInertia(*INERTIA.values())
 LIMITS: dict[str, Any] = {
     "outline_radius_max_mm": 122.0,
@@ -51,7 +51,7 @@ NARROW = ((110, 120), (40, 40), (50, 60))  # where little has to be searched to 
 
 
 def given(mass_max: float, half_side_mm: float | None = None, bounds: Any = WIDE) -> Requirements:
-    """The committed task with a mass limit."""
+    """The former task (references/joystick.toml) with a mass limit."""
     limits = LIMITS | {"effective_mass_max_kg": mass_max}
     return task(*bounds, limits=limits, inertia=INERTIA, half_side_mm=half_side_mm)
 

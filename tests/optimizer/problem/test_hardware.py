@@ -73,7 +73,7 @@ def test_a_folder_given_by_hand_takes_the_place_of_the_named_one(tmp_path: Path,
 
 
 def test_a_task_without_hardware_stays_the_task_that_it_was() -> None:
-    """Checkpoints and committed designs are known by this hash."""
+    """Checkpoints and designs are known by this hash."""
     given = load_requirements(ROOT / "tests/references/joystick.toml")
     assert given.hardware_from(Path()) == {}
     assert requirements_hash(given) == "3ccdceaa83bffeed207260aa487bb017fc8efd37980fb282e7b92eff62ea33aa"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -39,12 +38,6 @@ def first() -> Requirements:
 def solved(given: Requirements) -> list[Result]:
     """The steps by SQP alone: another way to the same optimum, in a second."""
     return Run(given, "sqp", seed=1).results()
-
-
-def committed_mm() -> tuple[float, ...]:
-    data = json.loads(BEST.read_text())
-    lengths = data["mechanism"] | data["cube"]
-    return tuple(lengths[f"{name}_mm"] for name in VARIABLES)
 
 
 def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requirements(
@@ -91,7 +84,8 @@ def test_the_committed_design_meets_its_limits_by_the_mechanism_s_own_figures() 
     index = np.linalg.svd(np.cross(TANGENTIAL, rods), compute_uv=False)[:, -1].min()
     assert asked.couple_index_min <= index < 1.0001 * asked.couple_index_min  # binds, in corners
     assert lean < asked.lean_max_deg
-    assert asked.shoulder_min_deg < theta.min() < theta.max() < asked.shoulder_max_deg
+    assert asked.shoulder_min_deg < theta.min() < asked.shoulder_min_deg + 0.01  # binds, on an edge between grid points
+    assert theta.max() < asked.shoulder_max_deg
     assert worst_joint_torque(g, p, asked.force_N).max() < asked.joint_torque_N_m
 
 

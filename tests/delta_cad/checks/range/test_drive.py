@@ -1,0 +1,68 @@
+"""Both torques of a drive against what is required of them, by hand and at their borders."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from delta_cad.checks.range.drive import check_drive
+from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.design import Design
+from delta_cad.drive import DriveReport, drive_torque
+
+
+@pytest.fixture
+def drive(best: Design) -> DriveReport:
+    """0.392 N m for ever and 1.175 N m for a moment; 0.39 and 0.8 N m are asked."""
+    return drive_torque(best)
+
+
+def by_name(drive: DriveReport) -> dict[str, CheckResult]:
+    checks = check_drive(drive)
+    found = {check.name: check for check in checks}
+    assert len(found) == len(checks)
+    return found
+
+
+def test_the_committed_design_is_held_against_both(drive: DriveReport) -> None:
+    found = by_name(drive)
+    assert list(found) == ["drive torque", "drive peak torque"]
+    assert all_passed(found.values())
+    for_ever, peak = found.values()
+    assert (for_ever.value, for_ever.limit) == (pytest.approx(0.39168, rel=1e-12), 0.39)
+    assert (peak.value, peak.limit) == (pytest.approx(1.17504, rel=1e-12), 0.8)
+    assert {check.unit for check in found.values()} == {"N m"}
+    for number in ("0.392 N m", "1.175 N m", "2 s", "4.8:1", "14.8 N", "0.800 N m"):
+        assert number in for_ever.detail
+
+
+def test_each_fails_alone_and_at_its_own_limit(drive: DriveReport) -> None:
+    at = replace(drive, required_torque_N_m=drive.continuous_torque_N_m, required_peak_N_m=drive.peak_torque_N_m)
+    assert all_passed(check_drive(at))
+    more = replace(at, required_torque_N_m=math.nextafter(at.required_torque_N_m, 9.0))
+    assert {name: check.passed for name, check in by_name(more).items()} == {
+        "drive torque": False,
+        "drive peak torque": True,
+    }
+    more = replace(at, required_peak_N_m=math.nextafter(at.required_peak_N_m, 9.0))
+    assert {name: check.passed for name, check in by_name(more).items()} == {
+        "drive torque": True,
+        "drive peak torque": False,
+    }
+
+
+def test_without_a_peak_there_is_one_check(drive: DriveReport) -> None:
+    """What is given for a moment alone is not enough for what is asked for ever."""
+    same = replace(drive, required_peak_N_m=drive.required_torque_N_m)
+    assert list(by_name(same)) == ["drive torque"]
+    between = replace(drive, required_torque_N_m=0.8, required_peak_N_m=0.8)
+    (only,) = check_drive(between)
+    assert (only.passed, only.value, only.limit) == (False, drive.continuous_torque_N_m, 0.8)
+
+
+def test_a_direct_drive_tells_of_no_cable(drive: DriveReport) -> None:
+    direct = replace(drive, drive="direct", ratio=1.0, cable=None, cable_pretension_N=None)
+    assert all("cable" in check.detail for check in check_drive(drive))
+    assert not any("cable" in check.detail for check in check_drive(direct))
