@@ -85,14 +85,7 @@ def place_capstan(bench: Bench, i: int) -> None:
         bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
     bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
     for k in range(d.motor.mount_count):
-        for moving in (
-            "sector_{}",
-            "tension_screw_{}",
-            "crimp_sleeve_{}_0",
-            "capstan_cable_{}_inner",
-            "capstan_cable_{}_inner_end",
-            "pinion_{}",
-        ):
+        for moving in BESIDE_HEADS:
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
     bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")

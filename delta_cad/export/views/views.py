@@ -25,6 +25,7 @@ EXPLODED = np.array([0.80, -0.55, 0.38])
 # Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower.
 NEAR_MM = 0.5
 PULL = 2.2  # How much further from the middle a part of the pulled-apart view sits, as a share of its distance.
+BONDED = ("joint_ball",)  # what an exploded view leaves where it is
 VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 
@@ -183,14 +184,15 @@ class _Studio:
         return [(self.scene.renderer, sheet.finish())]
 
     def _drive(self) -> list[tuple[Any, Any]]:
-        return self._alone(DRIVE, self._chain(), "drive of chain 0", self._where())
+        parts = [part for _, part in self._chain()]
+        return self._alone(DRIVE, parts, "drive of chain 0", self._where())
 
     def _exploded(self) -> list[tuple[Any, Any]]:
-        """The drive pulled apart along the shoulder axis, the base frame's y for chain 0."""
+        """The drive pulled apart along the shoulder axis, the base frame's y for chain 0; balls stay on their bar."""
         pulled = []
-        for part in self._chain():
-            apart = part.points + np.array([0.0, PULL * part.points[:, 1].mean(), 0.0])
-            pulled.append(replace(part, points=apart))
+        for number, part in self._chain():
+            pull = 0.0 if number in BONDED else PULL * part.points[:, 1].mean()
+            pulled.append(replace(part, points=part.points + np.array([0.0, pull, 0.0])))
         return self._alone(EXPLODED, pulled, "drive of chain 0, exploded", "pulled apart along the shoulder axis")
 
     def _alone(self, towards: np.ndarray, parts: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
@@ -200,8 +202,8 @@ class _Studio:
         sheet.caption(f"{self.assembly.name}, {title}", subtitle)
         return [(scene.renderer, sheet.finish())]
 
-    def _chain(self) -> list[Placed]:
-        """Chain 0 without its rods, and of the base only what hangs together with it."""
+    def _chain(self) -> list[tuple[str, Placed]]:
+        """Chain 0 without its rods, and of the base only what hangs together with it, by part number."""
         links = ("base", "upper_arm_0", "pinion_0")
         chain = [o for o in self.assembly.occurrences if o.link in links and chain_of(o.name) == 0]
         parts = self._placed(self.at, chain)
@@ -211,7 +213,7 @@ class _Studio:
         touching &= touching.T
         for _ in chain:
             joined = joined | (touching & joined).any(axis=1)
-        return [part for part, keep in zip(parts, joined, strict=True) if keep]
+        return [(o.part.number, part) for o, part, keep in zip(chain, parts, joined, strict=True) if keep]
 
     def _poses(self) -> list[tuple[Any, Any]]:
         low, high = self.stage.cube()
