@@ -11,7 +11,7 @@ design = load_design("best.json")
 cube = Cube(design.cube.bottom_height_mm / 1000, design.cube.half_side_mm / 1000)  # metres
 
 # Expect all conditions proved: the worst condition number is 2.26999..., just below 2.27.
-limits = Limits.of(AssemblyMode(), Torque(force=3.0, torque_max=0.8), Kappa(2.27), Lean(radians(28.0)))
+limits = Limits.of(AssemblyMode(), Torque(force=3.0, torque_max=0.39), Kappa(2.27), Lean(radians(28.0)))
 proof = prove(design.geometry, cube, limits)
 for finding in proof.findings:
     print(f"{finding.condition:12s} {finding.verdict} in {proof.boxes} boxes")

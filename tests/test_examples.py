@@ -23,6 +23,7 @@ from delta_cad.mechanism import (
     inverse_kinematics,
     worst_joint_torque,
 )
+from haptics.feel.field import mass_matrix
 from haptics.gravity import potential_energy
 from tests.committed import BEST, ROOT, Built
 
@@ -115,11 +116,13 @@ def test_gravity(monkeypatch: pytest.MonkeyPatch, built: Built) -> None:
 def test_wall(monkeypatch: pytest.MonkeyPatch, built: Built) -> None:
     ran = example("wall", monkeypatch, built.folder / "mass_properties.json")
     depth = ran["depth"]
-    assert depth[-1] == pytest.approx(2.0, abs=1e-3)  # mm; what is left swings with exp(-18 t)
-    touch = np.argmax(depth > 0) * ran["device"].period
-    assert touch == pytest.approx(
-        np.sqrt(2.0 * 0.005 * 0.26 / 2.0), rel=0.05
-    )  # 2 N on the 0.26 kg that the README tells
+    machine, centre = ran["machine"], ran["centre"]
+    mass = mass_matrix(machine.geometry, machine.masses, centre)[2, 2]  # symmetry leaves no other entry beside it
+    assert mass == pytest.approx(0.178, abs=0.001)  # kg
+    assert depth[-1] == pytest.approx(2.0, abs=1e-3)  # mm; what is left swings with exp(-28 t)
+    period = ran["device"].period
+    touch = (np.argmax(depth > 0) - 1) * period  # the path begins with the centre, before the first tick
+    assert touch == pytest.approx(np.sqrt(2.0 * 0.005 * mass / 2.0), abs=period)  # 2 N over 5 mm
     undamped = 2.0 + np.sqrt(2.0**2 + 2.0 * 2.0 * 5.0)  # mm: the push's work over the way goes into the spring
     assert 4.0 < depth.max() < undamped
 
@@ -136,8 +139,9 @@ def test_own_parts(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     ran = example("own_parts", monkeypatch)
     after = ran["after"]
     assert (after.motor, after.cable) == ("example-30", "example-rope")
-    assert after.continuous_torque_N_m == pytest.approx(9.85 * 0.96 * 0.07)  # ratio, efficiency, the row's torque
-    assert after.reflected_inertia_kg_m2 == pytest.approx(9.85**2 * 3e-6)
+    ratio = ran["design"].hardware.capstan_ratio
+    assert after.continuous_torque_N_m == pytest.approx(ratio * 0.96 * 0.07)  # ratio, efficiency, the row's torque
+    assert after.reflected_inertia_kg_m2 == pytest.approx(ratio**2 * 3e-6)
     capsys.readouterr()
     for rest in ([], ["--catalogue", str(ROOT / "examples" / "my-parts")]):
         assert delta_cad_main(["inspect", "--design", "own.json", "--json", *rest]) in (

@@ -4,7 +4,7 @@ A rod that keeps its two ends' velocities u (elbow) and v (wrist) has the kineti
 `(m_uu |u|^2 + 2 m_uv u.v + m_vv |v|^2) / 2`, whatever its distribution along its length: with c the place of its
 centre between 0 at the elbow and 1 at the wrist and I its transverse inertia about the centre,
 `m_uu = m (1 - c)^2 + I / L_B^2`, `m_uv = m c (1 - c) - I / L_B^2`, `m_vv = m c^2 + I / L_B^2`. Both rods of a chain
-move alike. What a rod's turning about itself adds (1.6e-8 kg m^2) is left out.
+move alike. What a rod's turning about itself adds (2.3e-8 kg m^2) is left out.
 """
 
 from __future__ import annotations

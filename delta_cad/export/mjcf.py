@@ -1,10 +1,11 @@
 """The machine as an MJCF file for the MuJoCo engine: closed chains, inertias from the solids, at its home position.
 
 Bodies carry the names of the links. Each upper arm turns on a hinge with the rotor's and pinion's inertia as its
-armature; each rod hangs on its elbow by a ball joint and is connected to the platform, which slides without turning, as
-the parallelograms have it. At `qpos = 0` every chain is closed, so the file loads without a solve. Shapes are for the
-eye only: nothing collides. Joint
-angles count from home, whose angles a comment of the file gives.
+armature; each rod swings about its stud and leans square to it, and is connected to the platform, which slides without
+turning, as the parallelograms have it. The springs across a pair hold its rods from turning about themselves, which the
+ball joints alone would let them: with their centres beside their axes they would hang down. At `qpos = 0` every chain
+is closed, so the file loads without a solve. Shapes are for the eye only: nothing collides. Joint angles count from
+home, whose angles a comment of the file gives.
 
 Source:
     MuJoCo XML reference: body, joint (armature), equality/connect. The engine's connect is a stiff constraint; the
@@ -84,7 +85,9 @@ def twin(
         for j in SIDES:
             name = f"rod_{i}_{j}"
             rod = _body(arm, name, frames[name], frames[f"upper_arm_{i}"])
-            ET.SubElement(rod, "joint", type="ball", name=f"elbow_{i}_{j}")
+            stud = frames[name][:3, :3].T @ frames[f"upper_arm_{i}"][:3, 1]
+            for turn, axis in (("swing", stud), ("lean", np.array([0.0, 0.0, 1.0]))):
+                ET.SubElement(rod, "joint", type="hinge", name=f"elbow_{i}_{j}_{turn}", axis=_text(axis))
             _inertial(rod, bodies[name])
             _capsule(rod, f"0 0 0 {_text(g.forearm_length)} 0 0", 0.0025, "0.1 0.1 0.1 1")
             ET.SubElement(rod, "site", name=f"wrist_{i}_{j}", pos=f"{_text(g.forearm_length)} 0 0", size="0.004")

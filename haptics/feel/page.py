@@ -216,9 +216,10 @@ def feel_markdown(sheet: Feel) -> str:
 
 def _stops(sheet: Feel) -> str:
     """States the force that the controller gives, and what the motors by themselves could."""
-    stop = sheet.machine.drive.controlled_torque_N_m
+    stop = sheet.machine.drive.required_peak_N_m
     if sheet.drive.motor <= stop:
-        return f"The motors' own limit, {sheet.drive.motor:.2f} N m at a joint, is below the design's {stop:g} N m."
+        own = f"{sheet.drive.motor:.2f} N m at a joint"
+        return f"The motors' own limit, {own}, is no more than the {stop:g} N m that the design asks for."
     given, own = (sheet.summaries[name].worst[0] for name in ("force_peak", "force_motor"))
     return (
         f"The controller stops at the design's {stop:g} N m at a joint, so that this device gives {given:.1f} N in "

@@ -157,8 +157,8 @@ class Feel:
 def joint_drive(machine: MachineModel) -> Drive:
     """What the joints of a device do, friction nominal.
 
-    Both torques are those of the drive as far as the design's limit, at which the controller stops, lets them; the
-    drive's own peak stands beside them.
+    Both torques are those of the drive as far as the peak that the design asks for, at which the controller stops, lets
+    them; the drive's own peak stands beside them.
     """
     drive = machine.drive
     return Drive(

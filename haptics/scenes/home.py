@@ -173,6 +173,8 @@ def _released(
     buzz = buzzing(machine, recording, limit, _until(distance, time, setting.dead_radius))
     direction = (start - middle) / np.linalg.norm(start - middle)
     settles = last < len(outside)
+    found = supervised(recording, READY)
+    runs_on = not found["supervisor_fault"]  # after a fault the motors only brake: what moves is no property of the law
     driven = buzz.force > 2.0 * friction_force(machine, direction)  # else the force cannot shake the handle loose
     moves = math.isfinite(buzz.swing) and buzz.counts >= RINGS
     facts: dict[str, Any] = {
@@ -182,16 +184,16 @@ def _released(
         "settling_s": PERIOD * last if settles else None,
         "overshoot_mm": MM_PER_M * max(0.0, float(beyond) - setting.dead_radius),
         "distance_at_end_mm": MM_PER_M * float(distance[-round(WINDOW / PERIOD) :].mean()),
-        "limit_cycle": driven and buzz.kind in ("sustained", "grows"),
-        "chatters": driven and buzz.kind == "settles",
+        "limit_cycle": runs_on and driven and buzz.kind in ("sustained", "grows"),
+        "chatters": runs_on and driven and buzz.kind == "settles",
         "swing_um": 1e6 * buzz.swing,
         "force_swing_N": buzz.force,
         "frequency_Hz": buzz.frequency,
         "oscillation": buzz.kind,
-        "rings": moves and not driven,
+        "rings": runs_on and moves and not driven,
         "swing_against_half_a_second_before": buzz.ratio,
         "share_of_time_at_force_limit": buzz.saturated,
-    } | supervised(recording, READY)
+    } | found
     facts["verdict"] = _verdict(facts)
     columns = series(recording, READY, motors_force(machine, recording), distance_mm=MM_PER_M * distance)
     name = f"b{applied:.3g}" + ("" if capped else "_uncapped")

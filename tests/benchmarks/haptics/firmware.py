@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from delta_cad.design import load_design
-from delta_cad.drive import drive_torque
 from delta_cad.mechanism import inverse_kinematics
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.timing import ROOT
@@ -76,23 +75,19 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     Raises:
         RuntimeError: There is no C compiler.
     """
-    from delta_cad.drive.masses import Masses
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
-    from haptics.model.machine import MachineModel
     from haptics.rendering import law_table
     from haptics.rendering.laws.operating_resistance import OperatingResistance
     from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.simulation.assumptions import default_controller
+    from tests.haptics.scene_machine import scene_machine
 
     compiler = shutil.which("cc")
     if compiler is None:
         raise RuntimeError("no C compiler (cc) on this machine")
     design = load_design(ROOT / "best.json")
-    masses = Masses(
-        0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4
-    )  # of its size; no time depends on it
-    controller = default_controller(MachineModel(design, masses, drive_torque(design)))
+    controller = default_controller(scene_machine(design))
     half = design.cube.half_side_mm / 1000.0
     middle = np.array([0.0, 0.0, design.cube.bottom_height_mm / 1000.0 + half])
     turn = np.linspace(0.0, 2.0 * math.pi, 4000, endpoint=False)

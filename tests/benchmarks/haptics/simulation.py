@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.figure import Figure, of_repeats
-from tests.benchmarks.haptics.wall import MASSES
 from tests.benchmarks.timing import ROOT, interleaved, python, ratios, slope, succeeded
 
 SUBJECT = "haptics"
@@ -124,12 +123,9 @@ def _told(grown: tuple[list[int], list[float]]) -> str:
 
 def _machine() -> Any:
     from delta_cad.design import load_design
-    from delta_cad.drive import drive_torque
-    from delta_cad.drive.masses import Masses
-    from haptics.model.machine import MachineModel
+    from tests.haptics.scene_machine import scene_machine
 
-    design = load_design(ROOT / "best.json")
-    return MachineModel(design, Masses(*MASSES), drive_torque(design))
+    return scene_machine(load_design(ROOT / "best.json"))
 
 
 def measured() -> None:

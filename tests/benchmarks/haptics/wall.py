@@ -14,9 +14,6 @@ from tests.benchmarks.timing import ROOT, python, slope, succeeded
 SUBJECT = "haptics"
 SEARCH_S = 5.0
 ROUNDS = 3
-MASSES = (0.0742, 0.00131, -0.00032, 1.459e-4, 0.00199, 0.00075, 0.00199, 3.249e-4)
-"""Of the committed design's solids, rounded, so that no build is needed: platform, arm along, across, inertia, rods'
-m_uu, m_uv, m_vv, rotor; SI."""
 CHILD = (
     "import os; os.environ['OPENBLAS_NUM_THREADS'] = '1'; "
     "from tests.benchmarks.haptics.wall import measured; measured()"
@@ -52,15 +49,12 @@ def _told(grown: tuple[list[int], list[float]]) -> str:
 def measured() -> None:
     """Measures in this process and prints the times as JSON."""
     from delta_cad.design import load_design
-    from delta_cad.drive import drive_torque
-    from delta_cad.drive.masses import Masses
     from haptics.model.hands import HANDS
-    from haptics.model.machine import MachineModel
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
     from haptics.stability.wall_trial import WallBench
+    from tests.haptics.scene_machine import scene_machine
 
-    design = load_design(ROOT / "best.json")
-    machine = MachineModel(design, Masses(*MASSES), drive_torque(design))
+    machine = scene_machine(load_design(ROOT / "best.json"))
     stands = WallBench(machine, "x", HANDS["medium"], substeps=SUBSTEPS).stands
     largest_walls(machine, axes=("x",))  # compiles what is not in the cache
 

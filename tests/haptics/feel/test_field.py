@@ -7,8 +7,6 @@ import pytest
 from scipy.optimize import linprog
 
 from delta_cad.design import Design
-from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import (
     DeltaGeometry,
     forward_kinematics,
@@ -22,15 +20,15 @@ from haptics.model.ball_joints import ball_friction_N
 from haptics.model.machine import MachineModel
 from haptics.model.plant import energy, plant
 from haptics.stability.linear import linearise
+from tests.haptics.scene_machine import MASSES, scene_machine
 
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 DRIVE = Drive(continuous=0.8, peak=1.6, motor=2.4, coulomb=0.025, count=3.8e-4, step=1.2e-3)
 GRAVITY = (0.0, 0.0, -9.81)
 
 
 @pytest.fixture(scope="module")
 def machine(best: Design) -> MachineModel:
-    return MachineModel(best, MASSES, drive_torque(best))
+    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -16,8 +16,6 @@ from numba import float64, int64, typeof
 
 from delta_cad.common import jit
 from delta_cad.design import Design
-from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import Controller, fresh, tick
@@ -41,8 +39,8 @@ from haptics.rendering.registry import COLUMNS, layout
 from haptics.rendering.registry import LAWS as REGISTRY
 from haptics.simulation.assumptions import default_controller
 from tests.committed import BEST, Built
+from tests.haptics.scene_machine import scene_machine
 
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(
     replace(PAPER_SETTINGS["k0.4"], origin=HOME, damping=20.0),
@@ -56,7 +54,7 @@ LAWS = law_table(
 
 @pytest.fixture(scope="module")
 def machine(best: Design) -> MachineModel:
-    return MachineModel(best, MASSES, drive_torque(best))
+    return scene_machine(best)
 
 
 def compiled(controller: Controller, folder: Path, *macros: str) -> Any:

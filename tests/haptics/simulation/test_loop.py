@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
-from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import FACTOR, FORCE, VELOCITY, Controller, fresh, tick
 from haptics.control.filters import backward_difference
@@ -35,15 +33,15 @@ from haptics.simulation.loop import simulate, timing
 from haptics.stability.discrete import Timing as LinearTiming
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
+from tests.haptics.scene_machine import MASSES, scene_machine
 
 HOME = np.array([0.0, 0.0, 0.0946])
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 
 
 @pytest.fixture(scope="module")
 def machine(best: Design) -> MachineModel:
-    return MachineModel(best, MASSES, drive_torque(best))
+    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
-from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import Masses
 from haptics.control.filters import foaw
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
@@ -42,8 +40,8 @@ from haptics.stability.stiffness import (
 )
 from haptics.stability.wall_limit import START, STEP, Predicate
 from haptics.stability.wall_trial import WallBench
+from tests.haptics.scene_machine import scene_machine
 
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 T = 1e-3
 DELAYS = (0.0, 0.5e-3, 1e-3)
 SOME = Corner("medium", "nominal", 0.5e-3)
@@ -51,7 +49,7 @@ SOME = Corner("medium", "nominal", 0.5e-3)
 
 @pytest.fixture(scope="module")
 def machine(best: Design) -> MachineModel:
-    return MachineModel(best, MASSES, drive_torque(best))
+    return scene_machine(best)
 
 
 @pytest.fixture(scope="module")

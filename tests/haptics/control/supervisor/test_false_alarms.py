@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
-from delta_cad.drive import drive_torque
-from delta_cad.drive.masses import Masses
 from haptics.control.supervisor.faults import LATCHING, FaultCode
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
@@ -15,15 +13,15 @@ from haptics.rendering import law_table
 from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.simulation.assumptions import default_controller, encoder_count, joint_friction, nominal_plant
 from haptics.simulation.loop import simulate, timing
+from tests.haptics.scene_machine import scene_machine
 
-MASSES = Masses(0.074, 0.0013, -0.0003, 1.5e-4, 0.002, 0.00075, 0.002, 3.25e-4)
 NOTHING = law_table(ConstantForce([0.0, 0.0, 0.0]))
 PERIOD = 1e-3
 
 
 @pytest.fixture(scope="module")
 def machine(best: Design) -> MachineModel:
-    return MachineModel(best, MASSES, drive_torque(best))
+    return scene_machine(best)
 
 
 def latched(machine: MachineModel, anchor: np.ndarray, hand: str, place: int, seed: int, **limits: float) -> int:
