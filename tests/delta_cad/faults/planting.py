@@ -18,21 +18,21 @@ from tests.committed import changed
 from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 
 OTHERS: dict[str, dict[str, object]] = {
-    "a smaller pinion": {"hardware__capstan_ratio": 10.8, "hardware__motor": "maxon-re25-118752"},
-    "a larger pinion": {"hardware__capstan_ratio": 8.0},
-    "a larger sector": {"hardware__sector_radius_mm": 44.0},
+    "a smaller pinion": {"hardware__capstan_ratio": 6.0},
+    "a larger pinion": {"hardware__capstan_ratio": 4.2},
+    "a larger sector": {"hardware__sector_radius_mm": 42.0},
     "another cable": {"hardware__cable": "steel-0.45-7x7"},
     "another bearing": {"hardware__bearing": "608"},
-    "another ball": {"hardware__ball_diameter_mm": 6.0},
+    "another ball": {"hardware__ball_diameter_mm": 5.0},
     "another knob": {"hardware__knob": "din319-32"},
     "another foot": {"hardware__foot": "foot-m4-hole-16x8"},
     "a thicker arm": {"hardware__arm_thickness_mm": 12.0},
     "a thicker base": {"hardware__base_plate_thickness_mm": 12.0},
     "another cube": {"cube__half_side_mm": 28.0, "cube__bottom_height_mm": 80.0},
-    "longer arms": {"mechanism__upper_arm_length_mm": 84.0},
-    "longer forearms": {"mechanism__forearm_length_mm": 124.0},
+    "longer arms": {"mechanism__upper_arm_length_mm": 93.0},
+    "longer forearms": {"mechanism__forearm_length_mm": 145.0},
     "a wider parallelogram": {"mechanism__parallelogram_width_mm": 56.0},
-    "a wider platform": {"mechanism__platform_radius_mm": 32.0},
+    "a wider platform": {"mechanism__platform_radius_mm": 26.0},
 }
 """Designs whose parts are put in the place of those of the same name: wrong drawings, wrong orders."""
 
