@@ -21,8 +21,10 @@ BEAM_LEAST_MM = 30.0  # of arm between its ends
 END_SCREWS = ("M4", "M3", "M2.5")  # in the shaft's end, the largest that its wall allows
 END_WALL_MM = 1.5
 END_THREAD_DIAMETERS, END_DRILL_MM = 2.0, 2.0  # thread, and the drill's way beyond it
-WASHER_MM = 1.5
-INSIDE_RING_MM = 0.3  # the shaft ends so far before its bearing's face: the washer clamps the ring
+WASHER_MM = 3.0  # it bears on a narrow ring: strength goes with the square
+INSIDE_RING_MM = (
+    0.6  # the shaft ends so far before its bearing's face: more than bearings and parts are shorter together
+)
 
 
 @dataclass(frozen=True)

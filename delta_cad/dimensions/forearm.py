@@ -36,6 +36,7 @@ STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
 STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
+EYE_PLAY_MM = 0.9  # beside the spring's wire: a cord of 0.5 mm, and room
 LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
 RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
 BOND_N_MM2 = 2.0  # epoxy on sanded PEEK, unprimed: a tenth of what it bears on metal
@@ -233,7 +234,7 @@ def forearm_dimensions(
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM)
     seat = ball_mm + 2 * CLEARANCE_MM
     coil = spring.mean_diameter_mm + spring.wire_mm
-    eye = spring.wire_mm + 0.4
+    eye = spring.wire_mm + EYE_PLAY_MM
     shoulder = stem + 5.0
     beside = coil / 2 + ROOM_MM + EYE_MM * sin(lean)  # eyes inside the axes turn the spring a little as the rods lean
     end = max(shoulder + RING_MM[1], CROSS_BAR_MM / 2 + BAR_WALL_MM + beside + EYE_Z_MM)

@@ -247,8 +247,8 @@ def make_pinion(d: Dimensions) -> Part:
     solid = feature(number, "bore", "motor shaft", lambda: cut(body, tools))
     run, d_c = c.run, c.cable_diameter_mm
     description = (
-        f"capstan pinion, helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.2f}, pitch {run.pitch_mm:g}, "
-        f"{run.grooved_mm:.1f} long, hard anodised"
+        f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.2f}, "
+        f"pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, hard anodised"
     )
     holes = (
         Hole(c.pinion_bore_mm, 1, f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, on the motor's shaft"),

@@ -26,6 +26,8 @@ SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key,
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
 MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
 MOTOR_SHAFT_MM = 6.0
+MOTOR_LOAD_MM = 5.0
+MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory
 LIFE_HOURS = 10_000.0  # five years of eight hours a working day
 STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place under the whole force
 
@@ -193,7 +195,14 @@ def holds(d: Dimensions) -> Holds:
 
 
 def _motor_N(d: Dimensions) -> float:
-    """What the motor's shaft may bear across: of its row, else the RE 30's by the shaft's area."""
-    if d.motor.max_radial_load_N is not None:
-        return d.motor.max_radial_load_N
-    return MOTOR_RADIAL_N * (d.motor.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2
+    """What the motor's shaft may bear across at the pinion: as much as loads its front bearing as its rated load does.
+
+    Of its row, stated at a distance from the flange; else the RE 30's by the shaft's area.
+    """
+    m = d.motor
+    rated, at = m.max_radial_load_N, m.radial_load_distance_mm
+    if rated is None or at is None:
+        rated, at = MOTOR_RADIAL_N * (m.shaft_diameter_mm / MOTOR_SHAFT_MM) ** 2, MOTOR_LOAD_MM
+    span = MOTOR_SPAN * m.length_mm
+    lever = d.layers.motor_cheek_mm[1] - (0.0 if d.capstan is None else d.capstan.middle_y_mm)
+    return rated * (span + at) / (span + lever)

@@ -117,6 +117,16 @@ def test_the_tension_screw_pulls_the_carriage_towards_its_wall(
     assert best_dimensions.cable.diameter_mm / 2 < 5.0 - bore  # the cable passes beside the screw
 
 
+def test_the_groove_s_hand_is_that_of_the_drawn_turns(best_assembly: Assembly) -> None:
+    """Seen along the axis the turns go on as they turn: with the fingers of the right hand along them, or not."""
+    turns = part(best_assembly, "capstan_cable_turns").solid
+    rings = [np.array(face.Center().toTuple()) for face in turns.Faces() if face.geomType() == "TORUS"]
+    order = np.argsort([ring[1] for ring in rings])
+    angles = np.unwrap([np.arctan2(rings[k][2], rings[k][0]) for k in order])
+    turned = float(angles[-1] - angles[0])  # from x to z as y grows; x, z, y is a left-handed frame
+    assert ("left-hand" in part(best_assembly, "pinion").description) == (turned > 0.0)
+
+
 def test_the_stem_has_flats_for_a_spanner(best_assembly: Assembly) -> None:
     """8 mm across and 6 mm high from z = 2: a gauge of that width goes over it there, and nowhere else."""
     stem = part(best_assembly, "handle_stem").solid

@@ -91,7 +91,7 @@ def shoulder_shaft(d: Dimensions) -> float:
 
 
 def shoulder_washer(d: Dimensions) -> float:
-    return cyl(d.shaft.washer_diameter_mm, 1.5) - cyl(catalogue.screw("M4").clearance_hole_mm, 1.5)
+    return cyl(d.shaft.washer_diameter_mm, 3.0) - cyl(catalogue.screw("M4").clearance_hole_mm, 3.0)
 
 
 def wave_spring(d: Dimensions) -> float:
