@@ -1,4 +1,4 @@
-"""`python -m tests.delta_cad.catalogue.offered [WORD ...]`: every row that is offered for a drive, in a machine that passes.
+"""`python -m tests.delta_cad.catalogue.offered [WORD ...]`: every row offered for a drive, in a machine that passes.
 
 Each is the committed design with the row in it and what goes with it, and all checks are run. Exit code 1 if one fails.
 """
