@@ -114,7 +114,7 @@ def test_the_rim_covers_both_take_offs_and_the_lug_stays_off_the_pinion_up_to_th
 def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_the_rim(
     best_dimensions: Dimensions,
 ) -> None:
-    """Cable, anchor's wall and sleeve there, laid off by hand along the nose; the cable bends as on the pinion."""
+    """Cable, anchor's wall and sleeve there, laid off by hand along the nose."""
     c = capstan(best_dimensions)
     low, line = c.rim_angles_rad[0], c.nose_radius_mm + c.cable_diameter_mm / 2
     out, aside = np.array([cos(low), sin(low)]), np.array([sin(low), -cos(low)])
