@@ -159,16 +159,17 @@ def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as
         assert falls is not None
         corners = [centres + np.array(way) * halves for way in product((-1.0, 1.0), repeat=half.shape[1])]
         tried = [centres, *corners, *(inside(centres, halves) for _ in range(40))]
+        frames = [space.frames(variables) for variables in tried]
         for k in np.unique(np.concatenate([space.pairs.first, space.pairs.second])).tolist():
             points = bounds.hull(k)
             stray = RNG.normal(size=points.shape)
             stray *= space.pairs.bodies[k].mesh.deviation_mm / np.linalg.norm(stray, axis=1)[:, None]
             heights = []
-            for variables in tried:
-                frame = space.frames(variables)[:, bounds.link[k]]
-                seen = (points + stray) @ np.swapaxes(frame[:, :3, :3], 1, 2) + frame[:, None, :3, 3]
-                heights.append(np.einsum("nhi,ni->nh", seen, normal))
-            frame = space.frames(centres)[:, bounds.link[k]]
+            for placed in frames:
+                frame = placed[:, bounds.link[k]]
+                along = np.einsum("nji,nj->ni", frame[:, :3, :3], normal)  # the direction in the body's own frame
+                heights.append(along @ (points + stray).T + (frame[:, :3, 3] * normal).sum(axis=1)[:, None])
+            frame = frames[0][:, bounds.link[k]]
             told, gone = falls(k, each, normal, frame, points), heights[0] - np.min(heights, axis=0)
             assert (gone <= told + 1e-9).all()
             if gone.max() > 0.1:

@@ -150,10 +150,11 @@ def check_pair(space, k, a, b, pair: HeldApart, assembly) -> None:
     """Relative pose and travel of one pair in its space, against the placement."""
     centres, halves = random_boxes(4)
     inside = centres + RNG.uniform(-1, 1, (6, 4, 3)) * halves
+    positions = np.concatenate([centres, *inside])
     originals = {pair.a.name: pair.a, pair.b.name: pair.b}
     ordered = [originals[name] for name in space.pairs.names[k]]
-    relative = [relative_pose(*ordered, p, assembly.placement) for p in (centres, *inside)]
-    variables = np.stack([variables_of(space.name, p, originals) for p in (centres, *inside)])
+    relative = relative_pose(*ordered, positions, assembly.placement).reshape(7, 4, 4, 4)
+    variables = variables_of(space.name, positions, originals).reshape(7, 4, -1)
     frames = space.frames(variables[0])
     la, lb = space.links.index(a.link), space.links.index(b.link)
     ours = np.linalg.inv(frames[:, la] @ a.placement) @ (frames[:, lb] @ b.placement)
