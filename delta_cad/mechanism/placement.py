@@ -20,6 +20,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics
 from delta_cad.mechanism.geometry import AZIMUTHS
 
+NEXT, AFTER = [1, 2, 0], [2, 0, 1]
 CHAINS = range(3)
 SIDES = range(2)
 LINKS = (
@@ -43,7 +44,8 @@ def frames(x: np.ndarray, y: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """(..., 4, 4) frames with the given unit x and y axes (..., 3), z = x cross y, at `origin` (..., 3)."""
     x, y, origin = np.broadcast_arrays(x, y, origin)
     out = np.zeros((*x.shape[:-1], 4, 4))
-    out[..., :3, 0], out[..., :3, 1], out[..., :3, 2], out[..., :3, 3] = x, y, np.cross(x, y), origin
+    z = x[..., NEXT] * y[..., AFTER] - x[..., AFTER] * y[..., NEXT]  # np.cross of few vectors takes five times as long
+    out[..., :3, 0], out[..., :3, 1], out[..., :3, 2], out[..., :3, 3] = x, y, z, origin
     out[..., 3, 3] = 1.0
     return out
 

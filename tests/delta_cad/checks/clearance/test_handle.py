@@ -185,9 +185,9 @@ def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
     """Whether a rod is proven clear of a ball on the base that is so far from it at one corner, farther elsewhere."""
     m = machine()
     seen = m.placement(inside(*[np.repeat(x, 3000, axis=0) for x in CUBE]))["rod_0_1"]
-    tried = product(LIMITS.corners_mm, (0.5, 0.7, 0.85), np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False))
-    for corner, where, angle in tried:  # round the rod until the corner is the closest
-        frame = m.placement(corner)["rod_0_1"]
+    in_corners = m.placement(LIMITS.corners_mm)["rod_0_1"]
+    tried = product(in_corners, (0.5, 0.7, 0.85), np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False))
+    for frame, where, angle in tried:  # round the rod until the corner is the closest
         across = np.cos(angle) * frame[:3, 1] + np.sin(angle) * frame[:3, 2]
         middle = frame[:3, 3] + frame[:3, 0] * L_B * where + across * (5.5 + distance_mm)
         away = middle - seen[:, :3, 3]
