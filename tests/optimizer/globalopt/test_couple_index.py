@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,22 +19,11 @@ from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.synthesis.infeasible import InfeasibleError
 from optimizer.synthesis.three_step import Run
+from tests.optimizer.globalopt.wide import LIMITS, NARROW, ROUNDING, WIDE, mechanism, random_designs
 from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import task
 
-LIMITS: dict[str, Any] = {
-    "outline_radius_max_mm": 122.0,
-    "kappa_max": 2.27,
-    "lean_max_deg": 28.0,
-    "shoulder_deg": [-65.5, 70.0],
-    "gravity_torque_N_m": 0.08,
-}
 WITHOUT = frozenset({"couple_index"})
-WIDE = ((80, 180), (30, 45), (20, 150))
-NARROW = ((110, 120), (40, 40), (50, 60))  # where little has to be searched to prove that there is nothing
-ROUNDING = 1e-9
-"""A margin this little below 0 is met, as in `search.active_set`."""
-DESIGNS = 4_000
 
 
 def given(index_min: float, half_side_mm: float | None = None) -> Requirements:
@@ -46,11 +34,6 @@ def given(index_min: float, half_side_mm: float | None = None) -> Requirements:
 @cache
 def solved(index_min: float) -> Proven:
     return prove_optimum(step_problem(given(index_min), 2), gap=1e-4)
-
-
-def mechanism(design: np.ndarray) -> tuple[DeltaGeometry, Cube]:
-    L_A, L_B, R, r, H, L = design
-    return DeltaGeometry(R, r, L_A, L_B), Cube(H, L)
 
 
 def least(g: DeltaGeometry, cube: Cube, n: int) -> float:
@@ -85,16 +68,6 @@ def test_more_hold_makes_a_smaller_cube_and_what_is_there_already_costs_nothing(
     assert solved(0.1).objective == pytest.approx(free.objective, rel=1e-4)
 
 
-def random_designs(problem: Problem, found: Proven, count: int) -> np.ndarray:
-    """(count, 6) designs within the bounds, m; half of them near the optimum at widths from 1e-6 to 0.3."""
-    rng = np.random.default_rng(5)
-    x = rng.random((count, len(problem.free)))
-    width = 10.0 ** rng.uniform(-6.0, -0.5, (count // 2, 1))
-    near = problem.scaled(np.array(found.design_mm))
-    x[: count // 2] = np.clip(near + width * rng.normal(size=(count // 2, len(near))), 0.0, 1.0)
-    return problem.designs(x)
-
-
 def beaten(problem: Problem, designs: np.ndarray) -> bool:
     """Whether one of the designs meets everything: all else on grids and at the folds, the index by singular values."""
     others = step_problem(problem.requirements, problem.step, without=WITHOUT)
@@ -112,7 +85,7 @@ def beaten(problem: Problem, designs: np.ndarray) -> bool:
 def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong() -> None:
     """A cube that is feasible contains every smaller one on its bottom: that of the bound is enough."""
     problem, found = step_problem(given(0.4), 2), solved(0.4)
-    designs = random_designs(problem, found, DESIGNS)
+    designs = random_designs(problem, found)
     for share, wrong in ((1.0, False), (0.997, True)):
         designs[:, SIDE] = share * found.bound / MM_PER_M
         assert beaten(problem, designs) == wrong

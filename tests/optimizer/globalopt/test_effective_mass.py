@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from delta_cad.mechanism.proof.prove import prove
@@ -22,6 +21,7 @@ from optimizer.problem.step import SIDE, Problem, step_problem
 from optimizer.search.result import Result
 from optimizer.synthesis.infeasible import InfeasibleError
 from optimizer.synthesis.three_step import Run
+from tests.optimizer.globalopt.wide import LIMITS, NARROW, ROUNDING, WIDE, mechanism, random_designs
 from tests.optimizer.messages import refuses
 from tests.optimizer.tasks import task
 
@@ -33,21 +33,7 @@ INERTIA = {
 }
 """Of a machine built for the former task: platform and rods, upper arm, its rotor at 4.3 turns a turn of the arm."""
 MASSES = HandleInertia(*INERTIA.values())
-LIMITS: dict[str, Any] = {
-    "outline_radius_max_mm": 122.0,
-    "kappa_max": 2.27,
-    "lean_max_deg": 28.0,
-    "shoulder_deg": [-65.5, 70.0],
-    "gravity_torque_N_m": 0.08,
-}
 WITHOUT = frozenset({"effective_mass"})
-DESIGNS = 4_000
-ROUNDING = 1e-9
-"""A margin this little below 0 is met, as in `search.active_set`."""
-
-
-WIDE = ((80, 180), (30, 45), (20, 150))
-NARROW = ((110, 120), (40, 40), (50, 60))  # where little has to be searched to prove that there is nothing
 
 
 def given(mass_max: float, half_side_mm: float | None = None, bounds: Any = WIDE) -> Requirements:
@@ -65,11 +51,6 @@ def solved(mass_max: float, gap: float = 1e-4) -> Proven:
 def solved_step_3() -> Proven:
     """At a half side at which the mass decides how small kappa can be."""
     return prove_optimum(step_problem(given(0.25, 37.5), 3), gap=1e-3)
-
-
-def mechanism(design: np.ndarray) -> tuple[DeltaGeometry, Cube]:
-    L_A, L_B, R, r, H, L = design
-    return DeltaGeometry(R, r, L_A, L_B), Cube(H, L)
 
 
 def heaviest(design_mm: tuple[float, ...], n: int = 61) -> float:
@@ -109,16 +90,6 @@ def test_the_side_is_that_of_another_program() -> None:
     assert 2.0 * solved(0.4, 1e-5).objective == pytest.approx(80.638, abs=2e-3)
 
 
-def random_designs(problem: Problem, found: Proven, count: int) -> np.ndarray:
-    """(count, 6) designs within the bounds, m; half of them near the optimum at widths from 1e-6 to 0.3."""
-    rng = np.random.default_rng(5)
-    x = rng.random((count, len(problem.free)))
-    width = 10.0 ** rng.uniform(-6.0, -0.5, (count // 2, 1))
-    near = problem.scaled(np.array(found.design_mm))
-    x[: count // 2] = np.clip(near + width * rng.normal(size=(count // 2, len(near))), 0.0, 1.0)
-    return problem.designs(x)
-
-
 def beaten(problem: Problem, designs: np.ndarray, kappa: float) -> bool:
     """Whether one of the designs meets everything: all else on grids and at the folds, the mass by another search."""
     others = step_problem(problem.requirements, problem.step, without=WITHOUT)
@@ -150,7 +121,7 @@ def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong() -> N
     Designs enough that a bound wrong by 0.3 % is beaten; more of them would find no smaller error, only more of them.
     """
     problem, found = step_problem(given(0.4), 2), solved(0.4)
-    designs = random_designs(problem, found, DESIGNS)
+    designs = random_designs(problem, found)
     for share, wrong in ((1.0, False), (0.997, True)):
         designs[:, SIDE] = share * found.bound / MM_PER_M
         assert beaten(problem, designs, np.inf) == wrong
@@ -162,7 +133,7 @@ def test_step_3_with_a_mass_limit() -> None:
     free = prove_optimum(step_problem(given(0.25, 37.5), 3, without=WITHOUT), gap=1e-3)
     assert found.bound > free.objective  # the mass costs kappa
     assert 0.25 * (1.0 - 1e-3) < heaviest(found.design_mm) <= 0.25 * (1.0 + ROUNDING)
-    designs = random_designs(problem, found, DESIGNS)
+    designs = random_designs(problem, found)
     assert not beaten(problem, designs, found.bound)
     assert beaten(problem, designs, found.bound * 1.005)
 

@@ -22,19 +22,19 @@ from delta_cad.mechanism import (
 )
 from delta_cad.mechanism.enclosure.interval import exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
-from delta_cad.mechanism.enclosure.table import HIGH, LOW
 from delta_cad.mechanism.geometry import RADIAL
 from delta_cad.mechanism.inverse import elbow_arm, require_closed
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.limits.effective_mass import effective_mass, handle_inertia
-from delta_cad.mechanism.proof.margins import BITS, FIRST, margins, numbers, room
+from delta_cad.mechanism.proof.margins import FIRST
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
 from haptics.feel.field import mass_matrix
 from haptics.model.plant import STATES, motion, plant
 from optimizer.certify.replay import breaks, replay
+from tests.delta_cad.mechanism.limits.proving import bounds, exact, leaves, poses, verdict
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PROPERTY, PUBLISHED, mechanisms, paper_h, points
-from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
+from tests.delta_cad.mechanism.proof.exact_oracle import samples
 
 ROW = FIRST[EffectiveMass]
 CUBE = Cube(BOTTOM, HALF)
@@ -138,28 +138,6 @@ def random_inertia(rng):
     wrist, elbow = rod * centre**2 + turning, rod * (1.0 - centre) ** 2 + turning
     cross = rod * centre * (1.0 - centre) - turning
     return HandleInertia(rng.uniform(0.01, 0.5) + 3.0 * wrist, elbow, cross, 10.0 ** rng.uniform(-6.0, -2.5))
-
-
-def bounds(g, limit, box):
-    pose, work, out = room()
-    margins(box, numbers(g, Limits.of(limit)), BITS[EffectiveMass], pose, work, out)
-    return out[ROW, LOW], out[ROW, HIGH]
-
-
-def exact(g, limit, point):
-    """The margin in 50 digits; None where a chain is open."""
-    (value,) = exact_margins(g, Limits.of(limit), tuple(map(float, point)))[EffectiveMass]
-    return value
-
-
-def poses(rng, n, least_w2=1e-5):
-    """Mechanisms and positions at which all chains are closed by a margin, m^2."""
-    while n:
-        g = DeltaGeometry(*rng.uniform([0.01, 0.01, 0.04, 0.05], [0.08, 0.08, 0.1, 0.2]))
-        p = rng.uniform([-0.05, -0.05, 0.01], [0.05, 0.05, 0.2])
-        if (closure_margin(g, p) > least_w2).all():
-            n -= 1
-            yield g, p
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-6, 1e-4, 1e-3])
@@ -273,11 +251,6 @@ def designs():
     return found
 
 
-def verdict(g, cube, limit):
-    (finding,) = (f for f in prove(g, cube, Limits.of(limit)).findings if f.condition == limit.name)
-    return finding
-
-
 @pytest.mark.parametrize("n", range(40))
 def test_random_designs_are_proved_just_above_and_refuted_just_below(n):
     g, cube, inertia, heaviest = designs()[n]
@@ -298,15 +271,6 @@ def test_random_designs_are_proved_just_above_and_refuted_just_below(n):
 
 
 # the second arithmetic
-
-
-def leaves(cube, cells):
-    """Corners of the boxes that cover half the cube."""
-    origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
-    edges = np.array([2.0 * cube.half_side, cube.half_side, 2.0 * cube.half_side])
-    size = edges / 2.0 ** cells[:, ::2]
-    low = origin + cells[:, 1::2] * size
-    return low, np.minimum(low + size, cube.upper)
 
 
 @pytest.mark.parametrize("n", range(5))
