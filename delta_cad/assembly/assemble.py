@@ -18,6 +18,7 @@ from delta_cad.assembly.bench import (
 )
 from delta_cad.assembly.contacts import contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
+from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
@@ -233,4 +234,6 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         stated=statement(d),
         stops=stops(d),
         supplies=supplies(d),
+        reached=reached(d),
+        removals=removals(d),
     )

@@ -32,7 +32,7 @@ def place_direct(bench: Bench, i: int) -> None:
     bench.put(f"shoulder_clamp_{i}", clamp, f"upper_arm_{i}", seat)
     bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
     bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
-    for k in range(bench.d.motor.mount_count):
+    for k in range(len(bench.d.bracket.motor_screws_rad)):
         bench.gap(f"upper_arm_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
     for k in range(len(bench.d.bracket.stop_pins_mm)):
         bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
@@ -84,7 +84,7 @@ def place_capstan(bench: Bench, i: int) -> None:
     for moving, fixed in BESIDE:
         bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
     bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
-    for k in range(d.motor.mount_count):
+    for k in range(len(d.bracket.motor_screws_rad)):
         for moving in BESIDE_HEADS:
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
     bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
@@ -93,7 +93,7 @@ def place_capstan(bench: Bench, i: int) -> None:
     for k in range(2):
         bench.touch(f"set_screw_{i}_{k}", f"motor_{i}", "set screw on the motor's shaft", guides=False)
         bench.gap(f"set_screw_{i}_{k}", f"motor_cheek_{i}", 0.25, "set screw below the collar's surface")
-        for n in range(d.motor.mount_count):
+        for n in range(len(d.bracket.motor_screws_rad)):
             bench.gap(f"set_screw_{i}_{k}", f"motor_screw_{i}_{n}", 0.4, "set screw below the collar's surface")
 
 

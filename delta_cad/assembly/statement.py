@@ -52,7 +52,7 @@ def _drive(d: Dimensions, i: int) -> list[Stated]:
     group, link = f"drive_{i}", f"upper_arm_{i}"
     of_both = [
         Stated(group, f"motor_{i}", 1, "motor", "base"),
-        Stated(group, f"motor_screw_{i}_?", d.motor.mount_count, f"screw_{d.motor.mount_thread}x*", "base"),
+        Stated(group, f"motor_screw_{i}_?", len(d.bracket.motor_screws_rad), f"screw_{d.motor.mount_thread}x*", "base"),
     ]
     if d.capstan is None:  # the arm is clamped on the motor's shaft and turns in the motor's bearings
         return [

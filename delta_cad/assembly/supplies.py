@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from delta_cad import catalogue
+from delta_cad.assembly.exchange import CUT, KEYS_MM
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.making import ordered
@@ -73,4 +74,14 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             "silicone or PAO grease with PTFE",
             f"as makers of plastic bearings advise; {UNVERIFIED}",
         ),
+        *_motor_key(d),
     )
+
+
+def _motor_key(d: Dimensions) -> tuple[Supply, ...]:
+    """The key that turns between the cheeks, where the motor's screws are; a direct drive's are reached otherwise."""
+    flats = catalogue.screw(d.motor.mount_thread).socket_mm
+    if d.capstan is None or flats not in KEYS_MM:
+        return ()
+    text = f"hexagon key {flats:g}, short leg cut to {CUT * KEYS_MM[flats][1]:.0f} mm, for the motors' screws"
+    return (Supply("motor_key", text, 1, "", 0.0, "ISO 2936", f"hexagon key {flats:g}", "cut from a stock key"),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, hypot, inf, pi, radians, sin, sqrt
+from math import acos, cos, hypot, inf, pi, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
@@ -23,6 +23,7 @@ PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
 HALVINGS = 50  # of the range in which the base lies: to rounding
 ROUNDING_MM = 1e-9
+LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,8 @@ class BracketDimensions:
     passage_mm: float
     motor_axis_mm: tuple[float, float]
     motor_pad_radius_mm: float
-    motor_screw_angles_rad: tuple[float, ...]
+    motor_holes_rad: tuple[float, ...]
+    motor_screws_rad: tuple[float, ...]
     foot_u_mm: tuple[float, float]
     foot_height_mm: float
     base_top_mm: float
@@ -114,6 +116,30 @@ def _beside_mm(
         edge = 2 * (SIN_60 * leg_mm + CLEAR_MM / 2 - axis_mm[0] + wide)
         found = max(found, inner_mm + (edge - inner_mm) * base_top_mm / height)
     return found
+
+
+def motor_pattern_rad(count: int, direction_rad: float | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Turns a motor's mounting holes so that a key reaches its screws past a sector.
+
+    Of four holes or more one lies towards the shoulder, on the line of centres, where the sector's rim is in front of
+    it at every angle of the arm: it gets no screw. Of three one lies away from the shoulder, of two both lie
+    aside, and all get theirs.
+
+    Args:
+        count: Number of the motor's holes, equally spaced.
+        direction_rad: From the shoulder to the motor's axis in the chain's plane; None where there is no sector.
+
+    Returns:
+        Angles about the motor's axis of all holes, and of those that get a screw.
+    """
+    step = tau / count
+    if direction_rad is None:
+        holes = tuple(pi / 2 + step * (k + 0.5) for k in range(count))
+        return holes, holes
+    hidden = count > LEAST_MOTOR_SCREWS
+    first = pi if hidden else pi / 2 if count == 2 else 0.0
+    holes = tuple(direction_rad + first + step * k for k in range(count))
+    return holes, holes[1:] if hidden else holes
 
 
 def bracket_dimensions(
@@ -200,14 +226,15 @@ def bracket_dimensions(
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
         f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
     )
-    count = motor.mount_count
+    holes, screws = motor_pattern_rad(motor.mount_count, None if capstan is None else capstan.direction_rad)
     return BracketDimensions(
         shoulder_u_mm=u,
         head_radius_mm=head,
         passage_mm=bearing.housing_shoulder_max_mm - 0.6,
         motor_axis_mm=(u + du, dz),
         motor_pad_radius_mm=body + PAD_MARGIN_MM,
-        motor_screw_angles_rad=tuple(radians(90.0 + 360.0 / count * (k + 0.5)) for k in range(count)),
+        motor_holes_rad=holes,
+        motor_screws_rad=screws,
         foot_u_mm=foot,
         foot_height_mm=FOOT_HEIGHT_MM,
         base_top_mm=base_top,

@@ -6,7 +6,7 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import asin, cos, degrees, remainder, sin, tau
 
 import cadquery as cq
 
@@ -40,14 +40,15 @@ STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
 ROUNDING_MM = 1e-9
-KEY_SLOT_MM = 3.4  # for the key of the pinion's set screws
+KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.4, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
+ROUNDING_RAD = 1e-9
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     """(x, z) of the motor's mounting screws in the shoulder's frame."""
     b, radius = d.bracket, d.motor.mount_circle_mm / 2
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
-    return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screw_angles_rad]
+    return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screws_rad]
 
 
 def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -158,10 +159,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
     tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
     holes = [
         Hole(d.motor.pilot_diameter_mm, 1, f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot"),
-        Hole(screw.clearance_hole_mm, d.motor.mount_count, f"{screw.clearance_hole_mm:g} through, motor screws"),
-        Hole(
-            screw.counterbore_diameter_mm, d.motor.mount_count, f"counterbore {seat_depth:g} deep from the arm's side"
-        ),
+        Hole(screw.clearance_hole_mm, len(motor_screws), f"{screw.clearance_hole_mm:g} through, motor screws"),
+        Hole(screw.counterbore_diameter_mm, len(motor_screws), f"counterbore {seat_depth:g} deep from the arm's side"),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
         *([Hole(block.counterbore_diameter_mm, 2, f"counterbore {sink:g} deep from the motor's side")] if sink else []),
@@ -172,18 +171,47 @@ def make_motor_cheek(d: Dimensions) -> Part:
             *_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0),
             _set_screw_slot(d, d.capstan, (x, z), outline),
         ]
+        deep, angle = key_slot_floor_mm(d, d.capstan), degrees(key_slot_rad(d))
+        slot = f"slot {KEY_SLOT_MM:g} wide, {deep:.2f} deep from the arm's side, from the pilot's bore out to the edge"
+        holes.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
         holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
     description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
+def key_slot_floor_mm(d: Dimensions, c: CapstanDimensions) -> float:
+    """Depth of the key's slot from the cheek's inner face, mm: its floor passes the set screws by half its width."""
+    return sum(c.collar_y_mm) / 2 + KEY_SLOT_MM / 2 - d.layers.motor_cheek_mm[0]
+
+
+def key_slot_rad(d: Dimensions) -> float:
+    """Chooses the slot's direction from the motor's axis: as nearly outwards as the motor's screws leave it room."""
+    counterbore = catalogue.screw(d.motor.mount_thread).counterbore_diameter_mm
+    off = asin(
+        min((KEY_SLOT_MM + counterbore) / 2 + KEY_SLOT_WALL_MM, d.motor.mount_circle_mm / 2)
+        / (d.motor.mount_circle_mm / 2)
+    )
+    edges = [angle + side * off for angle in d.bracket.motor_screws_rad for side in (-1.0, 1.0)]
+    free = [
+        e
+        for e in (0.0, *edges)
+        if all(abs(remainder(e - a, tau)) >= off - ROUNDING_RAD for a in d.bracket.motor_screws_rad)
+    ]
+    return min((remainder(e, tau) for e in free), key=abs)
+
+
 def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
-    """Slot from the pilot's bore to the cheek's inner edge, through which a key reaches the pinion's set screws."""
-    inside, half = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2
-    deep = sum(c.collar_y_mm) / 2 + half
-    edge = min(x - r for x, _, r in outline) - THROUGH_MM
-    return box((edge, inside - THROUGH_MM, at[1] - half), (at[0], deep, at[1] + half))
+    """Slot from the pilot's bore out to the cheek's edge, through which a straight key reaches the set screws."""
+    inside, half, angle = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2, key_slot_rad(d)
+    along, aside = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
+    edge = max((x - at[0]) * along[0] + (z - at[1]) * along[1] + r for x, z, r in outline) + THROUGH_MM
+    corners = [
+        (at[0] + s * along[0] + t * aside[0], at[1] + s * along[1] + t * aside[1], 0.0)
+        for s in (0.0, edge)
+        for t in (-half, half)
+    ]
+    return hull_along_y(corners, (inside - THROUGH_MM, inside + key_slot_floor_mm(d, c)))
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:

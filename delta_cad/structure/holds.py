@@ -6,7 +6,7 @@ A redesigned part changes its lines here, as it does in `table.py`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians, sqrt, tau
+from math import cos, hypot, pi, radians, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
@@ -24,6 +24,7 @@ RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: 
 SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
 SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
+FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
 MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
 MOTOR_SHAFT_MM = 6.0
 MOTOR_LOAD_MM = 5.0
@@ -65,6 +66,11 @@ class Holds:
         foot_pin_N: What one of them may bear.
         foot_edge_mm: From the screws of a cheek to the edge of the block that it would tilt over.
         foot_screw_N: Clamping force of one of these screws.
+        motor_mm: From the motor's face to the strands on its pinion.
+        motor_edge_mm: From the middle of its screws to the edge that it would tilt over.
+        motor_slip: Clamping force of a screw that keeps the motor from turning, for a force of 1 N at the cable.
+        motor_screws: How many hold it.
+        motor_screw_N: Clamping force of one of them.
         base_mm: Height of the shoulder over the base plate.
         base_edge_mm: From the middle of the foot block to the edge that it would tilt over.
         base_screw_N: Clamping force of one of the screws from below.
@@ -98,6 +104,11 @@ class Holds:
     foot_pin_N: float
     foot_edge_mm: float
     foot_screw_N: float
+    motor_mm: float
+    motor_edge_mm: float
+    motor_slip: float
+    motor_screws: int
+    motor_screw_N: float
     base_mm: float
     base_edge_mm: float
     base_screw_N: float
@@ -188,10 +199,27 @@ def holds(d: Dimensions) -> Holds:
         foot_pin_N=PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
         foot_edge_mm=b.foot_height_mm / 2,
         foot_screw_N=screw_N("M3"),
+        motor_mm=layers.motor_cheek_mm[1] - (0.0 if capstan is None else capstan.middle_y_mm),
+        motor_edge_mm=d.motor.diameter_mm / 2 - _off_mm(d),
+        motor_slip=0.0 if capstan is None else _slip(d, capstan.run.pinion_mm),
+        motor_screws=len(b.motor_screws_rad),
+        motor_screw_N=screw_N(d.motor.mount_thread),
         base_mm=-b.base_top_mm,
         base_edge_mm=(b.foot_u_mm[1] - b.foot_u_mm[0]) / 2,
         base_screw_N=screw_N("M4"),
     )
+
+
+def _slip(d: Dimensions, pinion_mm: float) -> float:
+    """Computes the clamping force of each screw whose friction holds a motor against 1 N at the cable."""
+    return pinion_mm / (FACE_FRICTION * d.motor.mount_circle_mm / 2 * len(d.bracket.motor_screws_rad))
+
+
+def _off_mm(d: Dimensions) -> float:
+    """Distance of the middle of a motor's screws from its axis: 0 unless one of its holes is left empty."""
+    angles = d.bracket.motor_screws_rad
+    across = hypot(sum(map(cos, angles)), sum(map(sin, angles)))
+    return d.motor.mount_circle_mm / 2 * across / len(angles)
 
 
 def _motor_N(d: Dimensions) -> float:

@@ -199,6 +199,9 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
             "N",
             "both strands; its row's limit, or RE 30's 28 N by the area",
         )
+        tilt = across * h.motor_mm / (h.motor_screws * h.motor_edge_mm)
+        how = "tilt over the motor's edge by the strands, and slip by its torque; clamping force, VDI 2230"
+        add("motor screw", tilt + given.cable * h.motor_slip, h.motor_screw_N, "N", how)
         tension = h.pretension_N + given.cable / 2.0
         add("cable", tension, h.cable_N, "N", f"pretension and half the difference; breaking load over {ROPE_FACTOR}")
         add("cable's slack strand", given.cable / 2.0, h.pretension_N, "N", "half the difference; the pretension")

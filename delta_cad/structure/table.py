@@ -1,7 +1,8 @@
 """The one table that all of this room takes: what of a design bears load, made from its dimensions.
 
 A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the base
-plate and its feet, the preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
+plate and its feet, the key's slot across a motor's cheek (5 % of what the cheek gives along the axis), the preloaded
+faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
 """
 
 from __future__ import annotations

@@ -133,6 +133,7 @@ WEAK = {
     "shoulder seat": {"hub_N_mm": 100.0},
     "cross-bar bond": {"bar_N_mm2": 0.1},
     "motor shaft": {"motor_N": 5.0},
+    "motor screw": {"motor_screw_N": 1.0},
     "cable": {"cable_N": 15.0},
     "cable's slip": {"turns": 0.3},
     "sector dowel": {"sector_N": 5.0},
