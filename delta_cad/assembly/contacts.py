@@ -11,6 +11,7 @@ from math import pi, sqrt
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import (
+    CARRIAGE_CHAMFER_MM,
     CARRIAGE_MM,
     CRIMP_MM,
     POCKET_PLAY_MM,
@@ -22,7 +23,7 @@ from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, POCKET_MM, R
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids import brackets, capstan, fasteners, platform
+from delta_cad.solids import brackets, fasteners, platform
 from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
 from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
 from delta_cad.solids.part import Contact, Stop
@@ -193,7 +194,7 @@ def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> N
     _cable(bench, d, c, i)
     carriage, tension = f"tension_carriage_{i}", f"tension_screw_{i}"
     bench.cylinder(tension, carriage, 3.0, THREAD_MM, "tension screw in its carriage, a diameter")
-    guided = 2 * SHARE * CARRIAGE_MM[0] * CARRIAGE_MM[1]
+    guided = 2 * SHARE * (CARRIAGE_MM[0] - 2 * CARRIAGE_CHAMFER_MM) * CARRIAGE_MM[1]
     bench.plane(carriage, sector, guided, "carriage guided in its pocket", POCKET_PLAY_MM + SEATED_MM)
     screw = catalogue.screw(TENSION_SCREW)
     seat = SHARE * _ring(screw.head_diameter_mm, screw.clearance_hole_mm)
@@ -213,7 +214,8 @@ def _cable(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> Non
     bench.cable(
         f"{name}_turns", f"pinion_{i}", 0.97 * run.wrap_rad * run.pinion_mm, CABLE_OFF_MM, "turns in the groove"
     )
-    area = SHARE * _ring(CRIMP_MM[0], c.cable_diameter_mm + capstan.CABLE_BORE_MM)
+    open_side = (CRIMP_MM[0] - c.cable_slot_mm) / 2 * c.cable_slot_mm
+    area = SHARE * (_ring(CRIMP_MM[0], c.cable_slot_mm) - open_side)
     bench.plane(f"crimp_sleeve_{i}_0", sector, area, "sleeve behind the anchor's wall")
     bench.plane(f"crimp_sleeve_{i}_1", f"tension_carriage_{i}", area, "sleeve in its carriage")
 

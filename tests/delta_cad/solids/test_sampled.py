@@ -70,13 +70,13 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     c, a, (y0, y1) = d.capstan, d.arm, d.layers.sector_mm
     assert c is not None
     low, high = c.rim_angles_rad
-    screw, bore = catalogue.screw("M3"), c.cable_diameter_mm + 0.3
+    screw = catalogue.screw("M3")
     radius, middle = np.hypot(x, z), (low + high) / 2
     angle = (np.arctan2(z, x) - middle + np.pi) % (2 * np.pi) - np.pi  # from the sector's middle
     half, inner = (high - low) / 2, a.flange_radius_mm - 4
     web0, web1 = (y0 + y1) / 2 - 1.5, (y0 + y1) / 2 + 1.5
     web, rim = (y >= web0) & (y <= web1), (y >= y0) & (y <= y1)
-    length, pitch = 13.0, c.pitch_radius_mm  # gap 0.5, carriage 6, its travel 3.5, wall 3
+    length, pitch = 13.7, c.pitch_radius_mm  # gap 1.2, carriage 6, its travel 3.5, wall 3
     under = length / c.rim_radius_mm
     solid = web & (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
     solid |= rim & (radius >= c.rim_radius_mm - 3.5) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
@@ -93,13 +93,19 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     solid |= web & round_cone(out, aside, (share * top, 0), bar, (top, 0), bar)
     beside, beyond = aside - cable, top - out
     solid |= (y >= web0) & (y <= y1) & (np.abs(beside) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
-    empty |= (np.hypot(beside, y - c.end_y_mm[0]) < bore / 2) & (beyond > -0.5) & (beyond < 6.5)
+    slit = (np.hypot(beside, y - c.end_y_mm[0]) < 0.5) | (np.abs(beside) < 0.5) & (y > c.end_y_mm[0])
+    empty |= slit & (beyond > -0.5) & (beyond < 6.5)
     # the other end: the cable runs on along the rim's tangent into the carriage's pocket
     out, along = x * np.cos(high) + z * np.sin(high) - pitch, -x * np.sin(high) + z * np.cos(high)
     floor, roof = c.end_y_mm[1] - 2.5, c.end_y_mm[1] + 2.6  # the pocket is open to the arm's side
     solid |= (out >= -9.2) & (out <= 4.2) & (along >= 0) & (along <= length) & (y >= floor) & (y <= y1)
-    empty |= (out > -7.6) & (out < 2.6) & (along > 0.3) & (along < length - 3.0) & (y < roof)
-    empty |= (np.hypot(out, y - c.end_y_mm[1]) < bore / 2) & (along > -0.5) & (along < 1.0)
+    off = (
+        np.maximum(np.abs(out + 2.5) - 3.5, 0.0),
+        np.maximum(np.abs(along - (length - 2.0) / 2) - (length - 7.2) / 2, 0.0),
+    )
+    empty |= (np.hypot(*off) < 1.6) & (y < roof)  # walls of 1 and 3 mm along the cable, corners of 1.6
+    slit = (np.hypot(out, y - c.end_y_mm[1]) < 0.5) | (np.abs(out) < 0.5) & (y < c.end_y_mm[1])
+    empty |= slit & (along > -0.5) & (along < 1.5)
     empty |= (np.hypot(out + 5.0, y - c.end_y_mm[1]) < screw.clearance_hole_mm / 2) & (along > length - 3.5)
     for at in ((0.0, a.dowel_circle_mm / 2), (0.0, -a.dowel_circle_mm / 2)):
         empty |= within(x, z, at, 3.0)
@@ -252,9 +258,10 @@ def encoder_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np
     return material & ~empty
 
 
-def tension_carriage(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
-    bore, aside = d.cable.diameter_mm + 0.3, np.hypot(x, y)
-    empty = (aside < bore / 2) | (aside < 1.0) & (z > 3.0)  # cable; its sleeve
+def tension_carriage(_: Dimensions, __: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    aside = np.where(y < 0.0, np.abs(x), np.hypot(x, y))  # slots with round bottoms, open to -y
+    empty = (aside < 0.5) | (aside < 1.0) & (z > 3.0)  # cable; its sleeve
+    empty |= np.abs(x + 2.5) + np.abs(z - 3.0) > 5.0 + 3.0 - 1.5  # chamfers of its edges along y
     empty |= np.hypot(x + 5.0, y) < catalogue.screw("M3").tap_drill_mm / 2
     return (x >= -7.5) & (x <= 2.5) & (np.abs(y) <= 2.5) & (z >= 0) & (z <= 6.0) & ~empty
 
