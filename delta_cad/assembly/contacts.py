@@ -11,9 +11,9 @@ from math import pi, sqrt
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import (
-    CARRIAGE_CHAMFER_MM,
     CARRIAGE_MM,
     CRIMP_MM,
+    POCKET_CORNER_MM,
     POCKET_PLAY_MM,
     SHAFT_ENGAGEMENT_MM,
     TENSION_SCREW,
@@ -194,7 +194,7 @@ def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> N
     _cable(bench, d, c, i)
     carriage, tension = f"tension_carriage_{i}", f"tension_screw_{i}"
     bench.cylinder(tension, carriage, 3.0, THREAD_MM, "tension screw in its carriage, a diameter")
-    guided = 2 * SHARE * (CARRIAGE_MM[0] - 2 * CARRIAGE_CHAMFER_MM) * CARRIAGE_MM[1]
+    guided = 2 * SHARE * (CARRIAGE_MM[0] - 2 * POCKET_CORNER_MM) * CARRIAGE_MM[1]
     bench.plane(carriage, sector, guided, "carriage guided in its pocket", POCKET_PLAY_MM + SEATED_MM)
     screw = catalogue.screw(TENSION_SCREW)
     seat = SHARE * _ring(screw.head_diameter_mm, screw.clearance_hole_mm)

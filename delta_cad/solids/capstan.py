@@ -14,7 +14,6 @@ from delta_cad.dimensions.arm import DOWEL_MM
 from delta_cad.dimensions.capstan import (
     ANCHOR_MM,
     ANCHOR_SIDE_MM,
-    CARRIAGE_CHAMFER_MM,
     CARRIAGE_FROM_MM,
     CARRIAGE_MM,
     CARRIAGE_RADII_MM,
@@ -227,9 +226,8 @@ def make_carriage(d: Dimensions) -> Part:
     (low, high), (length, thick) = CARRIAGE_RADII_MM, CARRIAGE_MM
     screw, slot = catalogue.screw(TENSION_SCREW), c.cable_slot_mm
     seat, into, open_y = CRIMP_MM[0] + 0.2, length - CRIMP_MM[1], -thick / 2 - THROUGH_MM
-    bevel = CARRIAGE_CHAMFER_MM
-    corners = [(x, z, 0.0) for x in (low, high) for z in (bevel, length - bevel)]
-    corners += [(x, z, 0.0) for x in (low + bevel, high - bevel) for z in (0.0, length)]
+    r = POCKET_CORNER_MM
+    corners = [(x, z, r) for x in (low + r, high - r) for z in (r, length - r)]
     body = hull_along_y(corners, (-thick / 2, thick / 2))
     tools = [
         bore_z(slot, (0.0, 0.0), (-THROUGH_MM, length)),

@@ -261,7 +261,8 @@ def encoder_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np
 def tension_carriage(_: Dimensions, __: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     aside = np.where(y < 0.0, np.abs(x), np.hypot(x, y))  # slots with round bottoms, open to -y
     empty = (aside < 0.5) | (aside < 1.0) & (z > 3.0)  # cable; its sleeve
-    empty |= np.abs(x + 2.5) + np.abs(z - 3.0) > 5.0 + 3.0 - 1.5  # chamfers of its edges along y
+    off = np.maximum(np.abs(x + 2.5) - 3.4, 0.0), np.maximum(np.abs(z - 3.0) - 1.4, 0.0)
+    empty |= np.hypot(*off) > 1.6  # its edges along y are round
     empty |= np.hypot(x + 5.0, y) < catalogue.screw("M3").tap_drill_mm / 2
     return (x >= -7.5) & (x <= 2.5) & (np.abs(y) <= 2.5) & (z >= 0) & (z <= 6.0) & ~empty
 
