@@ -109,8 +109,9 @@ def _bracket(bench: Bench, i: int) -> None:
     fixing_row = catalogue.screw(brackets.BOARD_SCREW)
     gap = layers.encoder_head_mm[0] - front
     spacer = bench.once("board_spacer", lambda: fasteners.make_spacer(fixing_row.clearance_hole_mm, gap))
-    cheek = encoder_side[1] - layers.encoder_head_mm[0]
-    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + cheek - 2.0))
+    thread, drilled = brackets.board_thread_mm(d)
+    into = thread if drilled else thread - 2.0
+    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + into))
     for k, (x, height) in enumerate(brackets.board_screw_positions(d)):
         bench.put(f"board_spacer_{i}_{k}", spacer, "base", shoulder @ pointing((0, 1, 0), x, front, height))
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))

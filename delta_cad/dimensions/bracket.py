@@ -18,6 +18,7 @@ PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
 CLEAR_MM = 2.0  # between parts that nothing brings closer
 FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
 LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
+FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
 FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
@@ -238,11 +239,11 @@ def bracket_dimensions(
         foot_u_mm=foot,
         foot_height_mm=FOOT_HEIGHT_MM,
         base_top_mm=base_top,
-        cheek_screw_u_mm=(foot[0] + 4.5, foot[1] - 4.5),
-        cheek_dowel_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
+        cheek_screw_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
+        cheek_dowel_u_mm=(foot[0] + FOOT_EDGE_MM, foot[1] - FOOT_EDGE_MM),
         cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
         base_screw_u_mm=(foot[0] + 16.5, foot[1] - 16.5),
-        base_dowel_u_mm=(foot[0] + 9.5, foot[1] - 9.5),
+        base_dowel_u_mm=(foot[0] + FOOT_EDGE_MM, foot[1] - FOOT_EDGE_MM),
         stop_pin_mm=STOP_PIN_MM,
         stop_pins_mm=pins,
     )

@@ -16,6 +16,7 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.tolerances import LENGTH_MM, minutes, seat_tilt_rad
 from delta_cad.solids.making import hull_y, made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
@@ -36,6 +37,7 @@ BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
+BOARD_THREAD_MM, BOARD_DRILL_MM = 8.0, 2.0  # thread, and the drill's way beyond it
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
@@ -121,6 +123,13 @@ def stop_pin_length_mm(d: Dimensions) -> float:
     return min(length for length in stock if length >= needed)
 
 
+def board_thread_mm(d: Dimensions) -> tuple[float, float | None]:
+    """Depth of the encoder board's threads, and where their drill ends along the shoulder's axis; None: through."""
+    face, inside = d.layers.encoder_head_mm[0], d.layers.encoder_cheek_mm[1]
+    deep = face + BOARD_THREAD_MM + BOARD_DRILL_MM
+    return (BOARD_THREAD_MM, deep) if deep < inside - BOARD_DRILL_MM else (inside - face, None)
+
+
 def _foot(d: Dimensions) -> list[Circle]:
     b = d.bracket
     low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
@@ -176,7 +185,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
         holes.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
         holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
-    description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
+    description = f"motor cheek, plate {outside - inside:g}{_reamed(d)}"
+    extent = hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
@@ -229,11 +239,13 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         upper = edge_break(number, hull_along_y(head, (face, inside)), "<Y or >Y", 0.5)
         body = fuse(body, upper)
     screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
-    tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, through) for at in board]
+    thread, drilled = board_thread_mm(d)
+    tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, (through[0], drilled or through[1])) for at in board]
     tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
     tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
+    callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"
     holes = [
-        Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} through, encoder board"),
+        Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} {callout}, encoder board"),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
     ]
@@ -246,8 +258,16 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
     extent = hull_y([*leg, *head], (face, inside))
-    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:g}"
+    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:.2f}{_reamed(d)}"
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+
+
+def _reamed(d: Dimensions) -> str:
+    """How a cheek's dowel holes are made, so that both bearings' seats are in line."""
+    if d.capstan is None:
+        return ""
+    tilt = minutes(seat_tilt_rad(d.bracket))
+    return f", dowel holes reamed on the foot block with a mandrel through both seats: they tilt by {tilt:.0f}' at most"
 
 
 def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -> list[cq.Shape]:
@@ -264,7 +284,7 @@ def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -
 def _bearing_holes(d: Dimensions, depth: float, fit: str, what: str) -> list[Hole]:
     outer = d.bearing.outer_mm
     return [
-        Hole(outer, 1, f"{outer:g} {fit} x {depth:g} from the arm's side, {what}"),
+        Hole(outer, 1, f"{outer:g} {fit} x {depth:.3f} +-{LENGTH_MM:g} from the arm's side, {what}"),
         Hole(d.bracket.passage_mm, 1, f"{d.bracket.passage_mm:g} through, shaft passage and lip"),
     ]
 
@@ -305,4 +325,5 @@ def make_foot_block(d: Dimensions) -> Part:
         ),
     )
     extent = (low, high), y, z
-    return made_part(number, "foot block between the cheeks", solid, material("aluminium-6082"), extent, holes)
+    description = f"foot block between the cheeks, {y[1] - y[0]:.3f} +-{LENGTH_MM:g} wide"
+    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)

@@ -29,6 +29,7 @@ from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     lug_length_mm,
 )
+from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
@@ -214,7 +215,8 @@ def make_sector(d: Dimensions) -> Part:
     )
     lead = c.run.pitch_mm * c.ratio
     description = (
-        f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1"
+        f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
+        f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
     )
     extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
     return made_part(number, description, solid, material("aluminium-7075"), extent, holes)

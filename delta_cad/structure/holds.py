@@ -13,6 +13,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
 from delta_cad.dimensions.capstan import WEB_MM
 from delta_cad.dimensions.forearm import BOND_N_MM2, LEAN_RAD, ForearmDimensions
+from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
 from delta_cad.structure.bearing import BallBearing, ball_bearing
 from delta_cad.structure.section import ring
@@ -40,7 +41,7 @@ class Holds:
     Attributes:
         bearing: Of the shoulder.
         stroke_rad: From the smallest to the largest shoulder angle over the cube.
-        preload_N: Axial, of the shoulder's bearings.
+        preload_N: Axial, of the shoulder's bearings, the least over the tolerances.
         motor_N: What the motor's shaft may bear across.
         stub_mm: Diameter of the motor's shaft where it carries the arm.
         stub_lever_mm: From the motor's face to the arm's middle.
@@ -173,7 +174,7 @@ def holds(d: Dimensions) -> Holds:
     return Holds(
         bearing=None if capstan is None else ball_bearing(d.bearing),
         stroke_rad=max(shoulder, radians(1.0)),
-        preload_N=0.0 if d.preload is None else d.preload.force_N,
+        preload_N=0.0 if d.preload is None else preload_range_N(d.preload)[0],
         motor_N=_motor_N(d),
         stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
         stub_lever_mm=layers.motor_cheek_mm[1],

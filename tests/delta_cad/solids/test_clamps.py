@@ -147,8 +147,7 @@ def test_a_cutter_goes_round_the_pocket_and_leaves_its_walls(
         "bottom": ((-7.0, 2.65, 1.5), (2.0, y1 - d.capstan.end_y_mm[1] - 0.05, 8.0)),  # type: ignore[union-attr]
     }
     for name, (low, high) in walls.items():
-        size = np.subtract(high, low)
-        wall = placed(cq.Solid.makeBox(*size, cq.Vector(*low)), carriage.placement)
+        wall = placed(box(low, high), carriage.placement)
         assert sector.intersect(wall).Volume() == pytest.approx(wall.Volume(), rel=1e-6), name
 
 

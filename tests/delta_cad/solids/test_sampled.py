@@ -253,7 +253,7 @@ def encoder_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np
     material |= plate(x, y, z, [(0, 0, radius), *((*at, 4.0) for at in pads)], (face, y1))
     empty = block_bores(d, x, z) | within(x, z, (0, 0), b.passage_mm)
     for at in pads:
-        empty |= within(x, z, at, catalogue.screw("M2.5").tap_drill_mm)
+        empty |= within(x, z, at, catalogue.screw("M2.5").tap_drill_mm) & (y < face + 10.0)  # thread of 8, drill 2 on
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y > face + 1.0)  # lip
     return material & ~empty
 

@@ -87,6 +87,9 @@ def shoulder_shaft(d: Dimensions) -> float:
     s, thread = d.shaft, catalogue.screw("M4")
     head = cyl(s.head_diameter_mm, s.head_to_y_mm - s.y_mm[0]) - broken(s.head_diameter_mm, 0.3)
     bar = cyl(s.diameter_mm, s.y_mm[1] - s.head_to_y_mm) - broken(s.diameter_mm, 0.3)
+    flat, reach = s.flats_mm / 2, s.head_diameter_mm / 2  # two flats of 2.5 mm, the first 0.3 mm on the broken edge
+    first = float(quad(lambda y: segment(reach - 0.3 + y, flat), 0.0, 0.3)[0])
+    head -= 2 * (first + 2.2 * segment(reach, flat))
     return head + bar - cyl(d.magnet.diameter_mm + 0.1, d.magnet.thickness_mm) - cyl(thread.tap_drill_mm, 8.0 + 2.0)
 
 
@@ -250,7 +253,7 @@ CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "pinion": (pinion, CROSSED),
     "capstan_cable": (lambda d: wound(d, on_rim(d, 1)), ARCS),
     "capstan_cable_inner": (lambda d: wound(d, on_rim(d, 0)), ARCS),
-    "capstan_cable_outer_end": (lambda d: wound(d, 0.5 + 6.0), KERNEL),
+    "capstan_cable_outer_end": (lambda d: wound(d, 1.2 + 6.0), KERNEL),
     "capstan_cable_inner_end": (inner_end, KERNEL),
     "capstan_cable_strand_inner": (strand, KERNEL),
     "capstan_cable_strand_outer": (strand, KERNEL),
