@@ -152,7 +152,7 @@ def check_machine(
     gravity = np.array(required.gravity_m_s2)
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
     results += check_drive(drive_torque(d.design))
-    results += check_cable(d)
+    results += check_cable(machine.assembly)
     progress("loads and stiffness")
     results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)
     return results
