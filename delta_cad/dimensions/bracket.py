@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, hypot, inf, pi, sin, sqrt, tau
+from math import acos, asin, cos, hypot, inf, pi, remainder, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
@@ -24,6 +24,7 @@ PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
 HALVINGS = 50  # of the range in which the base lies: to rounding
 ROUNDING_MM = 1e-9
+KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
 LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 
 
@@ -141,6 +142,35 @@ def motor_pattern_rad(count: int, direction_rad: float | None) -> tuple[tuple[fl
     first = pi if hidden else pi / 2 if count == 2 else 0.0
     holes = tuple(direction_rad + first + step * k for k in range(count))
     return holes, holes[1:] if hidden else holes
+
+
+def key_slot_floor_mm(c: CapstanDimensions, inside_mm: float) -> float:
+    """Computes the depth of the key's slot from a motor cheek's inner face, mm.
+
+    Its floor passes the middle of the set screws, which stand in the pinion's collar, by half its width.
+    """
+    return sum(c.collar_y_mm) / 2 + KEY_SLOT_MM / 2 - inside_mm
+
+
+def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
+    """Chooses the direction of the key's slot from the motor's axis, in the chain's plane.
+
+    It is as nearly outwards as the motor's screws leave it room.
+    """
+    radius = motor.mount_circle_mm / 2
+    aside = (KEY_SLOT_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + KEY_SLOT_WALL_MM
+    off = asin(min(aside / radius, 1.0))
+    ways = [0.0, *(angle + side * off for angle in b.motor_screws_rad for side in (-1.0, 1.0))]
+    nearest = [min(abs(remainder(way - angle, tau)) for angle in b.motor_screws_rad) for way in ways]
+    free = [remainder(way, tau) for way, near in zip(ways, nearest, strict=True) if near >= off - ROUNDING_MM]
+    require(
+        bool(free),
+        "motor_cheek",
+        "slot of the key",
+        f"between {len(b.motor_screws_rad)} screws on a circle of {motor.mount_circle_mm:g} mm no key reaches the "
+        "pinion: another hardware.motor",
+    )
+    return min(free, key=abs)
 
 
 def bracket_dimensions(

@@ -6,12 +6,13 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import asin, cos, degrees, remainder, sin, tau
+from math import cos, degrees, sin
 
 import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.platform import BASE_SCREW
@@ -42,8 +43,6 @@ STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
 ROUNDING_MM = 1e-9
-KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.4, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
-ROUNDING_RAD = 1e-9
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -180,7 +179,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
             *_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0),
             _set_screw_slot(d, d.capstan, (x, z), outline),
         ]
-        deep, angle = key_slot_floor_mm(d, d.capstan), degrees(key_slot_rad(d))
+        deep, angle = key_slot_floor_mm(d.capstan, inside), degrees(key_slot_rad(b, d.motor))
         slot = f"slot {KEY_SLOT_MM:g} wide, {deep:.2f} deep from the arm's side, from the pilot's bore out to the edge"
         holes.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
         holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
@@ -190,30 +189,9 @@ def make_motor_cheek(d: Dimensions) -> Part:
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
-def key_slot_floor_mm(d: Dimensions, c: CapstanDimensions) -> float:
-    """Depth of the key's slot from the cheek's inner face, mm: its floor passes the set screws by half its width."""
-    return sum(c.collar_y_mm) / 2 + KEY_SLOT_MM / 2 - d.layers.motor_cheek_mm[0]
-
-
-def key_slot_rad(d: Dimensions) -> float:
-    """Chooses the slot's direction from the motor's axis: as nearly outwards as the motor's screws leave it room."""
-    counterbore = catalogue.screw(d.motor.mount_thread).counterbore_diameter_mm
-    off = asin(
-        min((KEY_SLOT_MM + counterbore) / 2 + KEY_SLOT_WALL_MM, d.motor.mount_circle_mm / 2)
-        / (d.motor.mount_circle_mm / 2)
-    )
-    edges = [angle + side * off for angle in d.bracket.motor_screws_rad for side in (-1.0, 1.0)]
-    free = [
-        e
-        for e in (0.0, *edges)
-        if all(abs(remainder(e - a, tau)) >= off - ROUNDING_RAD for a in d.bracket.motor_screws_rad)
-    ]
-    return min((remainder(e, tau) for e in free), key=abs)
-
-
 def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
     """Slot from the pilot's bore out to the cheek's edge, through which a straight key reaches the set screws."""
-    inside, half, angle = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2, key_slot_rad(d)
+    inside, half, angle = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2, key_slot_rad(d.bracket, d.motor)
     along, aside = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
     edge = max((x - at[0]) * along[0] + (z - at[1]) * along[1] + r for x, z, r in outline) + THROUGH_MM
     corners = [
@@ -221,7 +199,7 @@ def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float]
         for s in (0.0, edge)
         for t in (-half, half)
     ]
-    return hull_along_y(corners, (inside - THROUGH_MM, inside + key_slot_floor_mm(d, c)))
+    return hull_along_y(corners, (inside - THROUGH_MM, inside + key_slot_floor_mm(c, inside)))
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:

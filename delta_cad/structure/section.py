@@ -112,6 +112,31 @@ def i_section(b: float, h: float, web: float, pocket: float) -> Section:
     )
 
 
+def stepped_plate(b: float, h: float, deep: float, slotted: float) -> Section:
+    """Computes a plate, b thick (y) and h wide (z), of which a part of the width is cut into from one face, mm.
+
+    Args:
+        b: Thickness along y.
+        h: Width along z.
+        deep: Depth of the cut.
+        slotted: Width that it takes.
+
+    Source:
+        Sums of both parts' own, each about its own middle along y: over a short cut they do not bend as one, which
+        leaves Steiner's terms out, the low, safe side.
+    """
+    whole, thin = rectangle(b, h - slotted), rectangle(b - deep, slotted)
+    area = whole.area_mm2 + thin.area_mm2
+    return Section(
+        area_mm2=area,
+        shear_y_mm2=SHEAR_RECTANGLE * area,
+        shear_z_mm2=SHEAR_RECTANGLE * area,
+        torsion_mm4=whole.torsion_mm4 + thin.torsion_mm4,
+        about_y_mm4=area * h**2 / 12.0,
+        about_z_mm4=whole.about_z_mm4 + thin.about_z_mm4,
+    )
+
+
 def ribs(b: float, thickness: float, gap: float, length: float) -> Section:
     """Computes a plate with a window, mm: two equal ribs along x between two parts that do not bend.
 

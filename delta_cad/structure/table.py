@@ -1,8 +1,7 @@
 """The one table that all of this room takes: what of a design bears load, made from its dimensions.
 
 A redesigned part changes its function here and nothing else. Left out, because nothing computes them well: the base
-plate and its feet, the key's slot across a motor's cheek (5 % of what the cheek gives along the axis), the preloaded
-faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
+plate and its feet, the preloaded faces of screw joints, the slit of a direct drive's clamp (whose screw closes it).
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
@@ -23,7 +23,7 @@ from delta_cad.structure.bearing import (
     ball_bearing,
     radial_stiffness_N_mm,
 )
-from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring
+from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring, stepped_plate
 
 # Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
 # Of a settled rope, from memory; a maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 73 GPa.
@@ -241,12 +241,28 @@ def _cheek(d: Dimensions, head: list[Circle], open_: list[Circle], y_mm: tuple[f
     top = b.base_top_mm + b.foot_height_mm
     foot = [(u - b.shoulder_u_mm, z, 0.0) for u in b.foot_u_mm for z in (b.base_top_mm, top)]
     circles = [*head, *foot]
+    slot = key_slot_rad(b, d.motor) if open_ else 0.0
+    deep = key_slot_floor_mm(d.capstan, y_mm[0]) if open_ and d.capstan is not None else 0.0
 
     def section(z: float) -> Section:
         bores = sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in open_)
-        return rectangle(thickness, outline_width_mm(circles, max(z, top)) - bores)
+        width = outline_width_mm(circles, max(z, top)) - bores
+        slotted = sum(_slotted_mm(z, bore, slot, deep, circles) for bore in open_)
+        return rectangle(thickness, width) if not slotted else stepped_plate(thickness, width, deep, slotted)
 
     return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
+
+
+def _slotted_mm(z: float, bore: Circle, angle_rad: float, deep_mm: float, circles: list[Circle]) -> float:
+    """Width that the key's slot takes at a height, from a bore out to the edge at an angle, mm.
+
+    The cheek folds along the slot's line, which counts as level at its middle's height; on either side the stress takes
+    the slot's depth to spread over the whole thickness again (by finite elements: 13 % of what the cheek gives).
+    """
+    x, at, r = bore
+    edge = max((cx - x) * cos(angle_rad) + (cz - at) * sin(angle_rad) + cr for cx, cz, cr in circles)
+    middle = at + (r + edge) / 2 * sin(angle_rad)
+    return edge - r if abs(z - middle) < KEY_SLOT_MM / 2 + deep_mm else 0.0
 
 
 def _motor_stub(d: Dimensions) -> Beam:

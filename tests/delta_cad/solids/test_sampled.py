@@ -234,12 +234,12 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
     empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)
     empty |= within(x, z, (0, 0), b.passage_mm)
-    past = towards + np.radians(270.0) + np.arcsin(((3.4 + screw.counterbore_diameter_mm) / 2 + 1.0) / 11.0)
+    past = towards + np.radians(270.0) + np.arcsin(((3.0 + screw.counterbore_diameter_mm) / 2 + 1.0) / 11.0)
     out, aside = (
         (x - at[0]) * np.cos(past) + (z - at[1]) * np.sin(past),
         (z - at[1]) * np.cos(past) - (x - at[0]) * np.sin(past),
     )
-    empty |= (out > 0) & (np.abs(aside) < 1.7) & (y < sum(c.collar_y_mm) / 2 + 1.7)  # for the set screws' key
+    empty |= (out > 0) & (np.abs(aside) < 1.5) & (y < sum(c.collar_y_mm) / 2 + 1.5)  # for the set screws' key
     return material & ~empty
 
 
