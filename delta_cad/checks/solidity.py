@@ -141,7 +141,7 @@ def bore_counts(shape: Any) -> dict[float, int]:
 def slot_count(shape: Any, width_mm: float) -> int:
     """Counts the slots of a width in a `cadquery.Shape`: pairs of planes that face one another at that distance.
 
-    Planes face one another where the boxes of their faces, seen along the normal, overlap.
+    Faces of two planes face one another where they come as close as the planes are.
     """
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
