@@ -37,7 +37,7 @@ ABOUT_X, ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.
 EYE_FRAMES = ((ABOUT_X, HALF_TURN), (ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
 BESIDE_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
 BESIDE_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
-LOOP_MM3 = 0.5  # what a loop, drawn stiff, shares with its eye where the rods lean: a tenth of the wire of a loop
+LOOP_MM3 = 0.2  # what a loop, drawn stiff, shares with the edges of its eye where the rods lean: 0.11 at 24 deg
 BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
 
 

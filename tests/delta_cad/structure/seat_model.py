@@ -1,7 +1,7 @@
 """A ball on its seat in an elastic rod's end of two materials: finite elements and unilateral contact, no friction.
 
-The end is held on its spigot. Its flexibility for forces square to the seat, node by node, is what the elements give;
-the contact is then the linear complementarity of gaps and pressures under a ball that no one turns and that cannot be
+The end is held on its spigot and halved in its plane of symmetry, z = 0. Its flexibility for forces square to the seat,
+node by node, is what the elements give; the contact is then the linear complementarity of gaps and pressures under a ball that no one turns and that cannot be
 dented: the ball's own elasticity, of steel, is a fiftieth of the plastic's. Gaps are those of two spheres, taken by the
 nodes' directions, so that the flat sides of elements do not roughen a clearance of some micrometres.
 """
@@ -59,7 +59,7 @@ def meshed_together(
 
 
 class Seat:
-    """A seat about the origin, its pole along +y.
+    """A seat about the origin, its pole along +y; of it the half z >= 0, the loads in the plane z = 0.
 
     Args:
         mesh: Tetrahedra of the whole end.
@@ -102,15 +102,16 @@ class Seat:
         for k in range(3):
             load[dofs[k], np.arange(dofs.shape[1])] = self.directions[:, k]
         fixed = basis.get_dofs(mesh.facets_satisfying(held, boundaries_only=True)).all()
-        free = np.setdiff1d(np.arange(basis.N), fixed)
+        plane = basis.get_dofs(mesh.facets_satisfying(lambda x: np.abs(x[2]) < 1e-6, boundaries_only=True)).all("u^3")
+        free = np.setdiff1d(np.arange(basis.N), np.concatenate([fixed, plane]))
         solver = splu(
             matrix[free][:, free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0
         )
         self.flexibility = load[free].T @ solver.solve(load[free])
 
     def forces(self, moved_mm: np.ndarray, clearance_mm: float) -> np.ndarray:
-        """Forces of the nodes, N, where the ball has moved by (3,) mm from the seat's centre."""
-        wanted = self.directions @ moved_mm - clearance_mm  # by how much a node must give way, at least
+        """Forces of the half's nodes, N, where the ball has moved by (2,) mm along x and y from the seat's centre."""
+        wanted = self.directions[:, :2] @ moved_mm - clearance_mm  # by how much a node must give way, at least
         bears = wanted > 0
         for _ in range(ROUNDS):
             force = np.zeros(len(wanted))
@@ -124,18 +125,18 @@ class Seat:
         raise AssertionError("the contact does not settle")
 
     def resting_mm(self, load_N: np.ndarray, clearance_mm: float, start_mm: np.ndarray) -> np.ndarray:
-        """Place of the ball, (3,) mm from the seat's centre, at which the seat bears a load on it, (3,) N."""
+        """Place of the ball, (2,) mm from the seat's centre, at which both halves bear a load on it, (2,) N."""
         moved = np.array(start_mm, dtype=float)
 
         def borne(at: np.ndarray) -> np.ndarray:
-            return self.directions.T @ self.forces(at, clearance_mm)
+            return 2.0 * self.directions[:, :2].T @ self.forces(at, clearance_mm)
 
         for _ in range(50):
             here = borne(moved)
             missing = load_N - here
             if np.linalg.norm(missing) < 1e-6 * np.linalg.norm(load_N):
                 return moved
-            slope = np.stack([(borne(moved + NEWTON_STEP_MM * e) - here) / NEWTON_STEP_MM for e in np.eye(3)], axis=1)
+            slope = np.stack([(borne(moved + NEWTON_STEP_MM * e) - here) / NEWTON_STEP_MM for e in np.eye(2)], axis=1)
             step = np.linalg.solve(slope, missing)
             moved = moved + step * min(1.0, 0.3 * clearance_mm / np.abs(step).max())
         raise AssertionError("the ball does not come to rest")
