@@ -119,8 +119,9 @@ def link_mass_properties(
         assembly: The machine.
         parts: Part number -> properties in the part's frame; integrated where not given.
 
-    A spring across a pair is half carried by either rod: as a point on the rod's axis, aside as its eyes are. Rods of a
-    pair move alike and the spring's direction stays (within 1 deg), so that it moves as these points do.
+    A spring across a pair is half carried by either rod, as a point on the rod's axis beside its eye. Rods of a pair
+    move alike and the spring keeps its direction (within 1 deg), so that it moves as these points do, but for the 5.5 mm
+    that its eyes lie aside: 4e-8 kg m^2 about the elbow of a pair's 2e-4.
 
     Returns:
         Link name -> properties, in the order of `placement.LINKS`, springs on their rods.
@@ -133,8 +134,8 @@ def link_mass_properties(
             carried.setdefault(link, []).append(own.moved(occurrence.placement))
             continue
         chain, which = (int(word) for word in link.split("_")[1:])
-        x, z = assembly.placement.springs_mm[which]
-        half = MassProperties(own.mass_kg / 2.0, np.array([x, 0.0, z]) * M_PER_MM, np.zeros((3, 3)))
+        along = assembly.placement.springs_mm[which][0]
+        half = MassProperties(own.mass_kg / 2.0, np.array([along, 0.0, 0.0]) * M_PER_MM, np.zeros((3, 3)))
         for side in SIDES:
             carried.setdefault(f"rod_{chain}_{side}", []).append(half)
     return {link: combined(carried[link]) for link in LINKS if link in carried}

@@ -1,9 +1,10 @@
 """A ball on its seat in an elastic rod's end of two materials: finite elements and unilateral contact, no friction.
 
 The end is held on its spigot and halved in its plane of symmetry, z = 0. Its flexibility for forces square to the seat,
-node by node, is what the elements give; the contact is then the linear complementarity of gaps and pressures under a ball that no one turns and that cannot be
-dented: the ball's own elasticity, of steel, is a fiftieth of the plastic's. Gaps are those of two spheres, taken by the
-nodes' directions, so that the flat sides of elements do not roughen a clearance of some micrometres.
+node by node, is what the elements give; the contact is then the linear complementarity of gaps and pressures under a
+ball that no one turns and that cannot be dented: the ball's own elasticity, of steel, is a fiftieth of the plastic's.
+Gaps are those of two spheres, taken by the nodes' directions, so that the flat sides of elements do not roughen a
+clearance of some micrometres.
 """
 
 from __future__ import annotations
