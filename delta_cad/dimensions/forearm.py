@@ -36,6 +36,7 @@ TILT_MARGIN_RAD = radians(3.0)  # room beyond the largest lean
 LEAN_RAD = radians(28.0)  # where the requirements state none
 ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt
 STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
+NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend it, the shorter the less
 STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
@@ -243,7 +244,7 @@ def forearm_dimensions(
     coil = spring.mean_diameter_mm + spring.wire_mm
     eye = spring.wire_mm + EYE_PLAY_MM
     loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
-    shoulder = stem + 5.0
+    shoulder = stem + NECK_MM
     sway = spring_sway(width_mm, EYE_MM, EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
     beside = coil / 2 + ROOM_MM + sway.across_mm + sway.turn_rad * boss_width_mm / 2
     end = max(shoulder + RING_MM[1], CROSS_BAR_MM / 2 + BAR_WALL_MM + beside + EYE_Z_MM)

@@ -120,8 +120,8 @@ def link_mass_properties(
         parts: Part number -> properties in the part's frame; integrated where not given.
 
     A spring across a pair is half carried by either rod, as a point on the rod's axis beside its eye. Rods of a pair
-    move alike and the spring keeps its direction (within 1 deg), so that it moves as these points do, but for the 5.5 mm
-    that its eyes lie aside: 4e-8 kg m^2 about the elbow of a pair's 2e-4.
+    move alike and the spring keeps its direction (within 1 deg), so that it moves as these points do, but for the
+    5.5 mm that its eyes lie aside: 4e-8 kg m^2 about the elbow of a pair's 2e-4.
 
     Returns:
         Link name -> properties, in the order of `placement.LINKS`, springs on their rods.
