@@ -262,7 +262,7 @@ def test_preload_bends_a_rods_end_for_ever() -> None:
     force = f.joint.spring_max_N
     modulus = np.pi / 32 * f.spigot_diameter_mm**3
     assert spigot_bending_N_mm2(f, np.array(0.0)) == pytest.approx(force * f.shoulder_mm / modulus)
-    assert spigot_bending_N_mm2(f, np.array(0.0)) > 40.0
+    assert spigot_bending_N_mm2(f, np.array(0.0)) > 20.0  # more than PEEK bears for ever, a quarter of 80
     core = f.spigot_diameter_mm * f.spigot_length_mm**2 / 6.0
     assert bond_tilt_N_mm2(f, np.array(0.0)) == pytest.approx(force * f.shoulder_mm / core)
     assert contact_N_mm2(f, np.array(f.joint.preload_N)) == pytest.approx(
