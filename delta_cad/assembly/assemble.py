@@ -247,7 +247,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
             d.forearm.width_mm,
             d.bracket.motor_axis_mm,
             d.capstan.ratio if d.capstan is not None else 1.0,
-            tuple((x, side * d.forearm.eye_z_mm) for x, side in zip(d.forearm.eyes_x_mm, (-1.0, 1.0), strict=True)),
+            ((d.forearm.eyes_x_mm[0], -d.forearm.eye_z_mm), (d.forearm.eyes_x_mm[1], d.forearm.eye_z_mm)),
             d.forearm.eye_y_mm,
         ),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),

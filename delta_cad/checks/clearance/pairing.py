@@ -182,7 +182,8 @@ def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tup
             a, b = b, a
         return "arms", replace(a, link="arm"), replace(b, link="next_arm")
     if _on_one_pair(a, b):
-        return "rods", *(replace(x, link=f"{x.link.split('_')[0]}_{x.link[-1]}") for x in (a, b))
+        one, other = (replace(x, link=f"{x.link.split('_')[0]}_{x.link[-1]}") for x in (a, b))
+        return "rods", one, other
     if a.link == "platform" and b.link.startswith("swaying"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
         return "spring at wrist", moved(a, "holder", back), replace(b, link=f"spring_{b.link[-1]}")

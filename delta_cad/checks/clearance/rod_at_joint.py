@@ -239,6 +239,18 @@ class SpringAtJoint(RodAtJoint):
             out[:, 1 + k, :3, 3] = self._centre + rods @ middle
         return out
 
-    def falls(self, centres: np.ndarray, halves: np.ndarray) -> None:  # noqa: ARG002
-        """Every point moves alike: `along` says as much."""
-        return
+    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:
+        """Every point moves as the middle does: by its own speed along the direction, and a bound on what bends it."""
+        a, b = halves.T
+        bend = (a**2 + b**2 + a * b) / 2.0
+        axes, rods = self._axes(centres), super().frames(centres)[:, 1, :3, :3]
+
+        def fall(k: int, box: np.ndarray, direction: np.ndarray, _: np.ndarray, points: np.ndarray) -> np.ndarray:
+            if not self._lever[k]:
+                return np.zeros((len(box), len(points)))
+            middle = rods[box] @ self._middles[int(self.pairs.bodies[k].link[-1])]
+            speed = np.abs((np.cross(direction[:, None], axes[box]) * middle[:, None]).sum(axis=-1))
+            out = bend[box] * self._lever[k] + (halves[box] * speed).sum(axis=1)
+            return np.broadcast_to(out[:, None], (len(box), len(points)))
+
+        return fall
