@@ -23,6 +23,7 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
         stated += _bracket(i) + _shoulder(i) + _drive(d, i) + _sensor(d, i)
         for j in SIDES:
             stated += _rod(i, j)
+        stated += [Stated(f"pair_{i}", f"rod_spring_{i}_{k}", 1, "rod_spring", f"spring_{i}_{k}") for k in SIDES]
     return tuple(stated)
 
 
@@ -103,6 +104,8 @@ def _rod(i: int, j: int) -> list[Stated]:
     return [
         Stated(f"elbow_{i}_{j}", f"joint_ball_{i}_{j}_elbow", 1, "joint_ball", f"upper_arm_{i}"),
         Stated(f"elbow_{i}_{j}", f"rod_cup_{i}_{j}_elbow", 1, "rod_cup", rod),
+        Stated(f"elbow_{i}_{j}", f"cup_shell_{i}_{j}_elbow", 1, "cup_shell", rod),
+        Stated(f"wrist_{i}_{j}", f"cup_shell_{i}_{j}_wrist", 1, "cup_shell", rod),
         Stated(rod, f"rod_tube_{i}_{j}", 1, "rod_tube", rod),
         Stated(f"wrist_{i}_{j}", f"rod_cup_{i}_{j}_wrist", 1, "rod_cup", rod),
         Stated(rod, f"rod_eye_{i}_{j}_?", 2, "rod_eye", rod),

@@ -12,7 +12,8 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
 from delta_cad.dimensions.capstan import WEB_MM
-from delta_cad.dimensions.forearm import BOND_N_MM2, LEAN_RAD, ForearmDimensions
+from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, LEAN_RAD, TUBE_ADHESIVE, ForearmDimensions
+from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
 from delta_cad.structure.bearing import BallBearing, ball_bearing
@@ -30,6 +31,9 @@ MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from
 MOTOR_SHAFT_MM = 6.0
 MOTOR_LOAD_MM = 5.0
 MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory
+END_USE = 0.5  # of the proof stress of aluminium, which does not creep at room temperature
+PLASTIC_USE = 0.25  # of the yield stress: what thermoplastics bear for years at room temperature; from memory: check
+GLUE_USE = 0.25  # of an epoxy's lap shear strength: what it bears for years at room temperature; from memory: check
 LIFE_HOURS = 10_000.0  # five years of eight hours a working day
 STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place under the whole force
 
@@ -51,7 +55,11 @@ class Holds:
         turns: Turns of the cable on the pinion.
         stud_1_mm2: Largest bending stress in a stud for 1 N of a rod square to it.
         stud_N_mm2: Proof stress of the stud.
-        joint_N: Rod force at which the ball reaches the lip of its cup, at the largest lean.
+        forearm: The rods, for their ends and ball joints.
+        spare_N: Least preload that must be left when a joint bears its load.
+        end_N_mm2: Stress that a rod's end may bear for ever.
+        plastic_N_mm2: Pressure that the shell of a cup may bear for ever.
+        tilt_N_mm2: Stress across the bond of a spigot that it may bear for ever.
         bond_mm2: Area by which a cup's spigot is bonded into the tube.
         bond_N_mm2: Shear stress that the bond may bear.
         buckling_N: What a rod may bear in compression.
@@ -89,7 +97,11 @@ class Holds:
     turns: float | None
     stud_1_mm2: float
     stud_N_mm2: float
-    joint_N: float
+    forearm: ForearmDimensions
+    spare_N: float
+    end_N_mm2: float
+    plastic_N_mm2: float
+    tilt_N_mm2: float
     bond_mm2: float
     bond_N_mm2: float
     buckling_N: float
@@ -165,7 +177,11 @@ def holds(d: Dimensions) -> Holds:
     arm = layers.arm_mm[1] - layers.arm_mm[0]
     boss = layers.elbow_boss_mm[1] - layers.elbow_boss_mm[0]
     cheek = min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
-    lean = d.design.requirements.lean_max_deg
+    metal, plastic = (catalogue.material(one).yield_strength_Pa for one in (END_MATERIAL, CUP_MATERIAL))
+    glue = catalogue.adhesive(TUBE_ADHESIVE).shear_strength_MPa
+    assert metal is not None
+    assert plastic is not None
+    assert glue is not None
     bonded = min(boss, d.platform.boss_length_mm)
     if capstan is None:
         hub = clamp_N_mm(CLAMP_SCREW, arm)
@@ -184,7 +200,11 @@ def holds(d: Dimensions) -> Holds:
         turns=None if capstan is None else capstan.run.wrap_rad / tau,
         stud_1_mm2=stud_stress_1_mm2(f),
         stud_N_mm2=stud * 1e-6,
-        joint_N=f.joint.held_force_N(LEAN_RAD if lean is None else radians(lean)),
+        forearm=f,
+        spare_N=SPRING_SHARE * f.joint.preload_N,
+        end_N_mm2=END_USE * metal * 1e-6,
+        plastic_N_mm2=PLASTIC_USE * plastic * 1e-6,
+        tilt_N_mm2=GLUE_USE * glue,
         bond_mm2=pi * f.spigot_diameter_mm * f.spigot_length_mm,
         bond_N_mm2=BOND_N_MM2,
         buckling_N=euler / BUCKLING_FACTOR,

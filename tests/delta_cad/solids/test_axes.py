@@ -74,7 +74,7 @@ def test_a_rod_is_its_length_between_seats(
 ) -> None:
     seats = []
     for end in ("elbow", "wrist"):
-        o = occurrence(best_assembly, f"rod_cup_{chain}_{side}_{end}")
+        o = occurrence(best_assembly, f"cup_shell_{chain}_{side}_{end}")
         (centre,) = spheres(placed(o.part.solid, o.placement), best_dimensions.forearm.seat_diameter_mm)
         seats.append(centre)
     asked = best_dimensions.design.mechanism.forearm_length_mm

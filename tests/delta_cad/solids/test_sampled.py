@@ -156,25 +156,34 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
 def rod_cup(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     f, rod = d.forearm, d.tube.outer_mm / 2
     from_ball, seat = np.sqrt(x**2 + y**2 + z**2), d.design.hardware.ball_diameter_mm / 2 + 0.0075
-    lip = seat * float(np.cos(np.radians(75.0)))
+    lip = seat * float(np.cos(np.radians(86.0)))
     material = (y >= lip) & (from_ball <= seat + 1.7)
-    top, end = 0.8 * (seat + 1.7), f.shoulder_mm - 1.0
-    gusset = (x >= 0) & (x <= end) & (y >= lip) & (y <= top + (rod - top) * x / end)
+    top, flat, end = 0.9 * (seat + 1.7), 0.65 * (seat + 1.7), f.shoulder_mm - 1.0
+    gusset = (x >= 0) & (x <= end) & (y >= lip) & (y <= top + (rod - top) * np.maximum(x - flat, 0) / (end - flat))
     material |= gusset & (np.abs(z) <= rod)
     material |= (x >= f.stem_mm) & (x <= f.shoulder_mm) & (np.maximum(np.abs(y), np.abs(z)) <= rod)
     tip = f.shoulder_mm + f.spigot_length_mm
     material |= (x >= f.shoulder_mm) & (x <= tip) & (np.hypot(y, z) <= (d.tube.inner_mm - 0.2) / 2)
-    empty = from_ball < seat
-    empty |= (np.hypot(x, z) < 0.75) & (y > 0) & (y < seat + 0.6)
-    return material & ~empty
+    return material & (from_ball >= seat + 0.62)  # a shell of 0.6, glued
+
+
+def rod_spring(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    row, half = d.forearm.spring, d.forearm.width_mm / 2 - 0.8
+    mean, wire = row.mean_diameter_mm / 2, row.wire_mm / 2
+    loops = (row.free_length_mm - (row.active_coils + 1) * row.wire_mm) / 2
+    material = (np.hypot(x, z) <= mean + wire) & (np.abs(y) <= half - loops)
+    ring = np.hypot(x, np.abs(y) - (half - mean + wire)) - mean
+    return material | (np.hypot(ring, z) <= wire)
 
 
 def rod_eye(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     f, axis = d.forearm, np.hypot(y, z)
     around = f.eye_diameter_mm / 2 + 0.6
     material = (np.abs(x) <= 2.0) & (axis <= 3.7)
-    material |= (np.abs(x) <= 1.0) & (np.abs(y + 0.8) <= around) & (z >= 0) & (z <= 5.5 + around)
-    return material & (axis >= d.tube.outer_mm / 2 + 0.05) & (np.hypot(y + 0.8, z - 5.5) >= f.eye_diameter_mm / 2)
+    inside = (f.spring.mean_diameter_mm - f.spring.wire_mm) / 2  # of the loop, which bears on both edges of a 2 mm lug
+    hole = 0.8 + inside - np.sqrt(inside**2 - 1.0) - f.eye_diameter_mm / 2
+    material |= (np.abs(x) <= 1.0) & (np.abs(y + hole) <= around) & (z >= 0) & (z <= 5.5 + around)
+    return material & (axis >= d.tube.outer_mm / 2 + 0.05) & (np.hypot(y + hole, z - 5.5) >= f.eye_diameter_mm / 2)
 
 
 def hull_depth(x: Points, z: Points, circles: list[tuple[float, float, float]]) -> np.ndarray:
@@ -268,7 +277,7 @@ def tension_carriage(_: Dimensions, __: Part, x: Points, y: Points, z: Points) -
 
 
 RULES: dict[str, Rule] = {"upper_arm": upper_arm, "sector": sector, "platform": platform}
-RULES |= {"rod_cup": rod_cup, "rod_eye": rod_eye, "tension_carriage": tension_carriage}
+RULES |= {"rod_cup": rod_cup, "rod_spring": rod_spring, "rod_eye": rod_eye, "tension_carriage": tension_carriage}
 RULES |= {"motor_cheek": motor_cheek, "encoder_cheek": encoder_cheek}
 
 
