@@ -12,7 +12,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
 from delta_cad.dimensions.capstan import WEB_MM
-from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, LEAN_RAD, TUBE_ADHESIVE, ForearmDimensions
+from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, TUBE_ADHESIVE, ForearmDimensions
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
