@@ -95,7 +95,7 @@ def design_from_dict(
 
 
 def _validated(data: object, file: str, folder: Path, own_parts: Path | None) -> Design:
-    """See `design_from_dict`."""
+    """Validates a design as `design_from_dict` does, which answers where it is nested too deep."""
     if not isinstance(data, Mapping):
         raise DesignError(file, "", short(data), "must be an object")
     if "schema" in data and data["schema"] != SCHEMA:

@@ -220,7 +220,7 @@ class CoupleIndex(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the least index that the proof takes, so that only its figure is measured."""
         del values
         return cls(RANGE[0])
 

@@ -285,7 +285,7 @@ class EffectiveMass(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self | None:
-        """Bounds nothing; None where the masses are not known."""
+        """Makes the limit with the largest mass that the proof takes, to measure it; None where no masses are known."""
         inertia = values.get("inertia")
         return None if inertia is None else cls(RANGE[1], inertia)
 

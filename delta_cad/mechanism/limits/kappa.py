@@ -161,7 +161,7 @@ class Kappa(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the largest kappa that the proof takes, so that only its figure is measured."""
         del values
         return cls(RANGE[1])
 

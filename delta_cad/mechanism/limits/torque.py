@@ -88,7 +88,7 @@ class Torque(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing at the force."""
+        """Makes the limit of the stated force with the largest torque that the proof takes, to measure its figure."""
         return cls(values["force_N"], RANGE[1])
 
     def describe(self, values: Values) -> str:

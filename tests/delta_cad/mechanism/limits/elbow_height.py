@@ -82,7 +82,7 @@ class ElbowHeight(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the greatest height that the proof takes, so that only its figure is measured."""
         del values
         return cls(10.0)
 
