@@ -84,34 +84,6 @@ def box(b: float, h: float, wall: float) -> Section:
     )
 
 
-def i_section(b: float, h: float, web: float, pocket: float) -> Section:
-    """Computes a plate b thick (y) and h high (z) with a pocket in each face that leaves a web, mm.
-
-    Open: warping is left free, so torsion is too soft by up to one half where the ends hold it.
-
-    Args:
-        b: Thickness along y.
-        h: Height along z.
-        web: What the pockets leave of b.
-        pocket: Height of the pockets, in the middle of h; 0 for a solid plate.
-
-    Source:
-        Second moments by subtraction; torsion as the sum of `a t^3 / 3` of web and flanges; a shear force along z
-        is carried by the web over the whole height, along y by the flanges.
-    """
-    if pocket <= 0.0:
-        return rectangle(b, h)
-    flange = (h - pocket) / 2.0
-    return Section(
-        area_mm2=b * h - (b - web) * pocket,
-        shear_y_mm2=SHEAR_RECTANGLE * (2.0 * b * flange + web * pocket),
-        shear_z_mm2=min(web * h, SHEAR_RECTANGLE * b * h),
-        torsion_mm4=2.0 * rectangle_torsion_mm4(b, flange) + pocket * web**3 / 3.0,
-        about_y_mm4=(b * h**3 - (b - web) * pocket**3) / 12.0,
-        about_z_mm4=(2.0 * flange * b**3 + pocket * web**3) / 12.0,
-    )
-
-
 def stepped_plate(b: float, h: float, deep: float, slotted: float) -> Section:
     """Computes a plate, b thick (y) and h wide (z), of which a part of the width is cut into from one face, mm.
 

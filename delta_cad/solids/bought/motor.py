@@ -1,4 +1,4 @@
-"""The motor."""
+"""A motor as its maker's outline has it: body, pilot, shaft."""
 
 from __future__ import annotations
 

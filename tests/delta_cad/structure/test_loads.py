@@ -13,14 +13,14 @@ from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.inverse import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame
-from delta_cad.structure.compliance import compliance, knob_stiffness
+from delta_cad.structure.compliance import compliance
 from delta_cad.structure.holds import Holds, holds, screw_N, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.loads import borne, largest, loads, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
 from delta_cad.structure.table import StructureTable, structure_table
 from delta_cad.structure.unit_loads import at_knob, unit_loads
-from tests.delta_cad.structure.machines import committed, design, places, table, what_moves
+from tests.delta_cad.structure.machines import committed, design, knob_stiffness, places, table, what_moves
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STUDY_GRID = 7
