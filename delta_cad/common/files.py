@@ -16,6 +16,7 @@ import os
 import re
 import secrets
 import shutil
+import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -285,6 +286,9 @@ def _opened_alone(path: Path) -> int:
     """Descriptor of the file at a path, which holds the lock on it."""
     while True:
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # reading a pipe would wait for who writes: for us
+            os.close(descriptor)
+            raise OSError(errno.EINVAL, "is no plain file", str(path))
         if not _lock(descriptor):
             os.close(descriptor)
             raise FileInUseError(errno.EWOULDBLOCK, "another run is writing it", str(path))

@@ -266,6 +266,14 @@ def test_lines_belong_to_one_run_at_a_time(tmp_path: Path) -> None:
         assert lines.found == ["a"]
 
 
+def test_lines_of_a_pipe_are_refused(tmp_path: Path) -> None:
+    """Who opens it holds it open for writing himself, and would wait for his own end."""
+    os.mkfifo(tmp_path / "lines")
+    with pytest.raises(OSError, match="is no plain file") as caught:
+        Lines(tmp_path / "lines")
+    assert caught.value.filename == str(tmp_path / "lines")
+
+
 def test_lines_replaced_between_opening_and_locking_are_opened_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
