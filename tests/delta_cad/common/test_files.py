@@ -344,6 +344,26 @@ def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path
     assert {path.name: path.read_text() for path in (tmp_path / "a").iterdir()} == {"file": "old"}
 
 
+@pytest.mark.parametrize("call", ["room", "file", "folder"])
+def test_folders_made_for_what_was_not_written_are_taken_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """As where the machine's build is interrupted: nothing was written, and nothing is there."""
+
+    def stopped(*_: object) -> int:
+        raise KeyboardInterrupt
+
+    def run() -> None:
+        with whole_folder(tmp_path / "out" / "a" / "folder"):
+            stopped()
+
+    monkeypatch.setattr("delta_cad.common.files.os.pwrite", stopped)
+    path = tmp_path / "out" / "a" / "file"
+    with pytest.raises(KeyboardInterrupt):
+        run() if call == "folder" else require_room(path) if call == "room" else write_whole(path, "x")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_folder_that_takes_no_files_is_refused() -> None:
     """The system says that there is no such file, as where another run has just cleared a part away."""
     for call in (require_room, Lines, lambda path: write_whole(path, "")):
