@@ -20,6 +20,7 @@ from typing import Any, NoReturn, TextIO
 from delta_cad.common.refusal import printable
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
+LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 NOTHING_WRITTEN = "interrupted; nothing was written"
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
@@ -65,6 +66,7 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         arguments: As typed; None for those of the process.
         extra: Extra of the package that installs what is missing, if a module is.
     """
+    _open_streams()
     try:
         with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
             try:
@@ -88,6 +90,7 @@ def run_program(commands: str) -> NoReturn:
     Args:
         commands: Module with `main() -> exit code`.
     """
+    _open_streams()
     try:
         code = import_module(commands).main()
     except KeyboardInterrupt:
@@ -99,6 +102,21 @@ def run_program(commands: str) -> NoReturn:
             sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _open_streams() -> None:
+    """Opens those of the three streams that the process was started without: what goes to them goes nowhere.
+
+    Their numbers too, or the next file that is opened would get one, and what a library prints would go into it.
+    """
+    if None not in (sys.stdin, sys.stdout, sys.stderr):
+        return
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= LAST_STREAM:
+        pass
+    os.close(descriptor)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  (as long as the process)
 
 
 def told(error: OSError) -> str:
@@ -275,14 +293,15 @@ def _interrupt(_number: int, _frame: FrameType | None) -> None:
 
 
 class Line:
-    """What a long step is doing, on stderr: one line that lives on a terminal, elsewhere a line each `TELL_S`.
+    """What a long step is doing, on stderr: one line that lives on a terminal that can, elsewhere a line each `TELL_S`.
 
     Each line starts with the seconds since the first. It is told by a thread of its own, so that it also comes while
     one call takes long.
     """
 
     def __init__(self) -> None:
-        self._live, self._text, self._start = sys.stderr.isatty(), "", time.monotonic()
+        self._live = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"  # which erases no line
+        self._text, self._start = "", time.monotonic()
         self._done, self._lock = threading.Event(), threading.Lock()
         self._clock = threading.Thread(target=self._tick, daemon=True)
 

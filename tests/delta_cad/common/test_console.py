@@ -56,11 +56,23 @@ def test_into_a_pipe_a_short_step_says_nothing(monkeypatch: pytest.MonkeyPatch) 
 def test_on_a_terminal_the_line_lives(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("TERM", "xterm")
     with console.Line() as line:
         line.show("step 1")
         assert screen.getvalue() == "\r\x1b[K    0 s  step 1"
         line.show("step 2")
     assert screen.getvalue().endswith("step 2\r\x1b[K")
+
+
+def test_a_terminal_that_can_erase_nothing_gets_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(True, 1)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(console, "TELL_S", 0.01)
+    monkeypatch.setenv("TERM", "dumb")
+    with console.Line() as line:
+        line.show("step 1")
+        assert screen.told.wait(60.0)
+    assert set(screen.getvalue().splitlines()) == {"    0 s  step 1"}
 
 
 def test_a_terminal_that_goes_away_ends_no_work(monkeypatch: pytest.MonkeyPatch) -> None:
