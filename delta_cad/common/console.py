@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
 from importlib import import_module
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any, NoReturn, TextIO
@@ -26,6 +27,9 @@ NOTHING_WRITTEN = "interrupted; nothing was written"
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
 # command is to end.
 GRACE_S, AGAIN_S = 1.0, 0.5
+LATER_S = 0.02  # s until it is tried again where it cannot be at once
+# What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
+BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
 TELL_S = 10.0  # s between two lines of progress where nobody watches, as in a log
 
 
@@ -248,7 +252,8 @@ class Interrupt:
     """Hears Ctrl-C: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
 
     One that strikes in a callback from C is lost, and who called, such as a compiler, fails for what it did not get:
-    an error after Ctrl-C is taken for its consequence.
+    an error after Ctrl-C is taken for its consequence. One that would strike while a module in C or C++ begins comes
+    right after that: of the kernel's half of its classes would be left, and the process end by a fault in memory.
     """
 
     GRACE = False
@@ -275,11 +280,11 @@ class Interrupt:
         if not isinstance(found.exc_value, KeyboardInterrupt):
             self._hook(found)
 
-    def _take(self, _number: int, _frame: FrameType | None) -> None:
+    def _take(self, number: int, frame: FrameType | None) -> None:
         first, self._asked = not self._asked, True
         signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
         if not (first and self.GRACE):
-            raise KeyboardInterrupt
+            _interrupt(number, frame)
 
 
 class Request(Interrupt):
@@ -288,7 +293,13 @@ class Request(Interrupt):
     GRACE = True
 
 
-def _interrupt(_number: int, _frame: FrameType | None) -> None:
+def _interrupt(_number: int, frame: FrameType | None) -> None:
+    """Interrupts, or asks again a little later where a module in C begins."""
+    while frame is not None:
+        if frame.f_code in BEGINS:
+            signal.setitimer(signal.ITIMER_REAL, LATER_S, AGAIN_S)
+            return
+        frame = frame.f_back
     raise KeyboardInterrupt
 
 

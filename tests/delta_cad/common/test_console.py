@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _imp
 import io
 import os
 import re
@@ -9,8 +10,10 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from threading import Event
+from types import ModuleType
 
 import pytest
 
@@ -124,6 +127,29 @@ def test_a_request_asks_first_and_then_interrupts_who_does_not_look(monkeypatch:
         assert asked()
         with pytest.raises(KeyboardInterrupt):
             _unblock_and_wait()
+
+
+@pytest.mark.parametrize("kind", [console.Interrupt, console.Request])
+def test_ctrl_c_waits_until_a_module_in_c_has_begun(
+    monkeypatch: pytest.MonkeyPatch, kind: type[console.Interrupt]
+) -> None:
+    """What such a module calls meanwhile, such as Python's own code for an enumeration, must not be left half done."""
+    begun = []
+
+    def begin(_: object) -> None:
+        for _ in range(3):
+            os.kill(os.getpid(), signal.SIGINT)
+        begun.append(True)
+
+    def load() -> None:
+        with kind():
+            ExtensionFileLoader("a.module", "a.so").exec_module(ModuleType("a.module"))
+            Event().wait(60.0)
+
+    monkeypatch.setattr(_imp, "exec_dynamic", begin)
+    with pytest.raises(KeyboardInterrupt):
+        load()
+    assert begun == [True]
 
 
 def _unblock_and_wait() -> None:
