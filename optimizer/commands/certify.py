@@ -163,10 +163,9 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
     Raises:
         MassError: The file is refused.
     """
-    from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import load_masses
 
-    return load_masses(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    return load_masses(masses, design).handle_inertia
 
 
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from delta_cad.design import load_design
-from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.certify.certificate import cube_of
@@ -20,7 +19,7 @@ from tests.optimizer.certify.designs import call, changed, masses
 def heaviest(path: Path, file: Path) -> float:
     """The largest effective mass on 61^3 points, by a plain eigenvalue problem, kg."""
     design = load_design(path)
-    inertia = load_masses(file, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    inertia = load_masses(file, design).handle_inertia
     line, cube = np.linspace(-1.0, 1.0, 61), cube_of(design)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     points = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
