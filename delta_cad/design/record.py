@@ -10,6 +10,7 @@ from delta_cad.catalogue import CHOSEN, OwnParts
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.limits import LIMITS
+from delta_cad.mechanism.limits.torque import RANGE
 
 SCHEMA = "delta-design/1"
 NAME_PATTERN = r"^[A-Za-z0-9](?:[A-Za-z0-9_-]{0,62}[A-Za-z0-9])?$"
@@ -18,6 +19,7 @@ NAME_RULE = (
     "file name"
 )
 FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
+LEAST = RANGE[0]  # N and N m: the proof of the torque takes none below
 GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 
 
@@ -72,8 +74,8 @@ BEARING_FIELDS: dict[str, Any] = {
 class _Task(_Section):
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
-    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
-    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give for ever")
+    force_N: float = Field(ge=LEAST, le=1000, description="force at the handle, any direction, anywhere in the cube")
+    joint_torque_N_m: float = Field(ge=LEAST, le=100, description="torque each joint must give for ever")
 
 
 def limit_fields() -> dict[str, Any]:
