@@ -47,8 +47,11 @@ def test_effective_mass_is_proved_or_refuted_and_replayed(tmp_path: Path, capsys
     words = capsys.readouterr().out
     assert "effective_mass proved again" in words
     assert words.endswith("kg m^2 at a joint, checked\n")
-    assert call("verify", out, "--design", path) == 0
-    assert "AS RECORDED, their file not given: --mass-properties\n" in capsys.readouterr().out.splitlines(True)[-1]
+    for told_so, code in (((), 1), (("--without-gravity",), 1), (("--as-recorded",), 0)):
+        assert call("verify", out, "--design", path, *told_so) == code
+    told, err = capsys.readouterr()
+    assert "requirements.effective_mass_max_kg = " in err.splitlines()[1]
+    assert "AS RECORDED, their file not given: --mass-properties\n" in told.splitlines(True)[-1]
 
     path = changed(tmp_path, effective_mass_max_kg=largest * 0.999)
     assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 1

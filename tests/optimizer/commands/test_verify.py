@@ -116,6 +116,54 @@ def test_a_mass_limit_that_is_missing_laxer_or_of_other_masses_does_not_hold(
     assert "effective_mass: it could not be proved again in the box" in capsys.readouterr().err
 
 
+def test_a_share_of_gravity_that_was_compared_with_nothing_is_not_enough(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Any share can be written into a file, and the digest that fits it."""
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    file = masses(tmp_path, load_design(path))
+    weightless = {"carried_mass_kg": 0.0, "arm_moment_kg_m": 0.0}
+    for hand, change, as_recorded in (
+        ("0", {}, 1),
+        ("1e-12", {}, 0),
+        (None, {}, 0),
+        (None, {"weight_N": 0.0, "reserve_N_m": 0.0, "masses": weightless}, 1),
+        (None, {"weight_N": 1e-12, "masses": weightless}, 0),
+    ):
+        given = ("--mass-properties", file) if hand is None else ("--gravity-torque", hand)
+        assert call("certify", "--design", path, "--out", out, *given) == 0
+        good = json.loads(out.read_text())
+        share = good["gravity"] | change
+        share["masses"] = good["gravity"]["masses"] and good["gravity"]["masses"] | (share["masses"] or {})
+        out.write_text(json.dumps(redigested(good | {"gravity": share})))
+        capsys.readouterr()
+        assert call("verify", out, "--design", path, "--json") == 1
+        told, err = capsys.readouterr()
+        assert "design.json states requirements.gravity_m_s2 = [0, 0, -9.81], and" in err
+        assert json.loads(told)["holds"] is False
+        assert call("verify", out, "--design", path, "--as-recorded") == as_recorded
+        assert call("verify", out, "--design", path, "--without-gravity") == 0
+        if hand is not None:
+            assert call("verify", out, "--design", path, "--gravity-torque", hand) == 0
+        assert call("verify", out, "--design", path, "--mass-properties", file) == int(hand is not None or bool(change))
+
+
+def test_masses_of_another_design_are_refused_with_their_field(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = changed(tmp_path), tmp_path / "c.json"
+    file = masses(tmp_path, load_design(path))
+    assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 0
+    capsys.readouterr()
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"input_sha256": "0" * 64}))
+    for command in (("certify", "--out", tmp_path / "d.json"), ("verify", out)):
+        assert call(*command, "--design", path, "--mass-properties", file) == 2
+        told, err = capsys.readouterr()
+        assert told == ""
+        assert err.startswith("mass_properties.json: input_sha256 = ")
+    assert not (tmp_path / "d.json").exists()
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
