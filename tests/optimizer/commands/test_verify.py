@@ -164,6 +164,42 @@ def test_masses_of_another_design_are_refused_with_their_field(
     assert not (tmp_path / "d.json").exists()
 
 
+def test_figures_of_findings_are_those_that_a_proof_gives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = changed(tmp_path, kappa_max=2.2), tmp_path / "c.json"
+    assert call("certify", "--design", path, "--out", out) == 1
+    assert call("verify", out, "--design", path) == 1
+    assert "kappa is refuted at (" in capsys.readouterr().err
+    good = json.loads(out.read_text())
+    box = [[0.0, 0.0, good["cube"]["bottom_height_m"]], [0.01, 0.01, 0.1]]
+
+    def refused(condition: str, change: dict[str, Any], **whole: Any) -> None:
+        findings = [f | change if f["condition"] == condition else f for f in good["findings"]]
+        out.write_text(json.dumps(redigested(good | {"findings": findings} | whole)))
+        assert call("verify", out) == 1
+        err = capsys.readouterr().err
+        assert err.startswith(f"c.json: {condition}: ")
+        assert err.endswith("the certificate does not hold\n")
+
+    refused("torque", {"value": 0.0001})
+    refused("torque", {"point_m": [9.0, 9.0, 9.0]})
+    refused("torque", {"box_m": box})
+    kappa = next(f["value"] for f in good["findings"] if f["condition"] == "kappa")
+    refused("kappa", {"value": kappa * (1.0 + 1e-6)})
+    refused("kappa", {"value": None})
+    refused("kappa", {"box_m": box})
+    open_ = {"verdict": "undecided", "value": None, "point_m": None}
+    for corners in (None, box, [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]], box[::-1]):
+        refused("kappa", open_ | {"box_m": corners}, verdict="undecided")
+    refused("kappa", {"verdict": "undecided"}, verdict="undecided")
+    c = good["cube"]
+    side, low = c["half_side_m"], c["bottom_height_m"]
+    half = [[-side, 0.0, low], [side, side, low + (c["top_height_m"] - low)]]
+    findings = [f | open_ | {"box_m": half} if f["condition"] == "kappa" else f for f in good["findings"]]
+    out.write_text(json.dumps(redigested(good | {"findings": findings, "verdict": "undecided"})))
+    assert call("verify", out) == 1
+    assert "it does not prove the design: kappa is undecided" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
