@@ -7,7 +7,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from delta_cad.mechanism.limits import LIMITS
+from delta_cad.mechanism.limits.torque import RANGE
 
+LEAST = RANGE[0]  # N and N m: the proof of the torque takes none below
 GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 
 _Component = Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)]
@@ -28,15 +30,15 @@ class Task(Section):
 
     envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
     envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
-    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
+    force_N: float = Field(ge=LEAST, le=1000, description="force at the handle, any direction, anywhere in the cube")
     joint_torque_N_m: float = Field(
-        gt=0, le=100, description="torque each joint must give for ever, gravity's share included"
+        ge=LEAST, le=100, description="torque each joint must give for ever, gravity's share included"
     )
     peak_force_N: float | None = Field(
         default=None, gt=0, le=1000, description="force at the handle for the motor's peak time, any direction"
     )
     peak_torque_N_m: float | None = Field(
-        default=None, gt=0, le=1000, description="torque each joint must give for the motor's peak time"
+        default=None, gt=0, le=100, description="torque each joint must give for the motor's peak time"
     )
     stiffness_min_N_mm: float | None = Field(
         default=None, gt=0, le=1e6, description="least stiffness at the knob, any direction, actuators held"

@@ -7,7 +7,7 @@ plane is a spin about the stud and free, the lean is all that a cup must give wa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin
+from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions

@@ -19,10 +19,13 @@ from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
-from delta_cad.mechanism.proof.prove import Progress, prove
+from delta_cad.mechanism.proof.prove import DEEPEST, Progress, half_of, prove
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
+
+# Relative difference between a figure told and the same computed here: by two machines, with some hundred roundings.
+SAME = 1e-9
 
 
 class CertificateError(ValueError):
@@ -201,8 +204,7 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
             raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
     sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
     for finding in c.findings:
-        if finding.verdict == "refuted":
-            _check_point(c, finding)
+        _check_figures(c, finding)
     boxes = _prove_again(c, sorted_["proved"], progress) if sorted_["proved"] else 0
     return Replay(sorted_["proved"], sorted_["refuted"], sorted_["undecided"], len(c.leaves), boxes)
 
@@ -234,6 +236,34 @@ def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
     return bool((p >= c.cube.lower).all() and (p <= c.cube.upper).all())
 
 
+def _check_figures(c: Certificate, finding: Finding) -> None:
+    """Refuses figures that a finding of its verdict does not have, and those that it has but are not so."""
+    name, verdict = finding.condition, finding.verdict
+    own = {"proved": (), "refuted": ("point", "value"), "undecided": ("box",)}[verdict]
+    for figure in ("point", "value", "box"):
+        if figure not in own and getattr(finding, figure) is not None:
+            raise CertificateError(f"{name}: it is {verdict}, but has a {figure}, which says nothing of it")
+    if verdict == "refuted":
+        _check_point(c, finding)
+    if verdict == "undecided" and (finding.box is None or not _is_part(c.cube, finding.box)):
+        raise CertificateError(f"{name}: it is undecided, but not in a box that halving the cube makes")
+
+
+def _is_part(cube: Cube, box: tuple[tuple[float, float, float], tuple[float, float, float]]) -> bool:
+    """Whether a box is one of the subdivision of the half y >= 0, to the rounding of its corners."""
+    low, high = (np.array(corner) for corner in box)
+    origin, edges = half_of(cube)
+    if not (high > low).all():
+        return False
+    halvings = np.round(np.log2(edges / (high - low)))
+    if (halvings < 0.0).any() or (halvings > DEEPEST).any():
+        return False
+    size = edges / 2.0**halvings
+    at = np.round((low - origin) / size)
+    inside = (at >= 0.0).all() and (at < 2.0**halvings).all()
+    return bool(inside and (low == origin + at * size).all() and (high == origin + (at + 1.0) * size).all())
+
+
 def _check_point(c: Certificate, finding: Finding) -> None:
     name, point = finding.condition, finding.point
     if point is None:
@@ -242,6 +272,10 @@ def _check_point(c: Certificate, finding: Finding) -> None:
         raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
     if not breaks(c.geometry, c.limits[name], np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")
+    value = c.limits[name].broken(c.geometry, np.array(point))
+    told = math.nan if finding.value is None else finding.value
+    if (math.isfinite(told) or math.isfinite(value)) and not math.isclose(told, value, rel_tol=SAME):
+        raise CertificateError(f"{name}: the value at {_mm(point)} is {value:.9g}, not {told:.9g}")
 
 
 def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress | None) -> int:

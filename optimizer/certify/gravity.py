@@ -184,7 +184,7 @@ def read_masses(path: Path, design: Design, tolerance: float = 0.0) -> WeighedMa
         GravityError: Unreadable, not mass properties, of another design, or with bodies that the bound does not know.
     """
     try:
-        data, content = read_mass_properties(path)
+        data, content = read_mass_properties(path, design)
         home, centre = data.get("home_mm"), [0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm]
         here = numbers_of(home, (3,))
         if here is None or (abs(here - centre) > HOME_MM).any():

@@ -87,7 +87,7 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        _require_provable(given.design.name, design, given.mass_properties)
+        _require_masses(given.design.name, design, given.mass_properties)
         _require_tolerance(design, given.tolerance)
         require_room(given.out)
         share = share_of(design, given.mass_properties, given.gravity_torque)
@@ -99,17 +99,8 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{given.design.name}: {error}", BAD_INPUT)
 
 
-def _require_provable(file: str, design: Design, masses: Path | None) -> None:
-    """Names the field that the prover would refuse as a limit without one, or that needs masses which are not given."""
-    from delta_cad.mechanism.limits.torque import RANGE
-
-    low, high = RANGE
-    for field, unit in (("force_N", "N"), ("joint_torque_N_m", "N m")):
-        value = getattr(design.requirements, field)
-        if not low <= value <= high:
-            raise _UnprovableError(
-                f"{file}: requirements.{field} = {value:g}: must be within {low:g} and {high:g} {unit} to be proved"
-            )
+def _require_masses(file: str, design: Design, masses: Path | None) -> None:
+    """Names the field that needs masses which are not given."""
     mass = design.requirements.effective_mass_max_kg
     if mass is not None and masses is None:
         raise _UnprovableError(
@@ -163,10 +154,9 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
     Raises:
         MassError: The file is refused.
     """
-    from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import load_masses
 
-    return load_masses(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    return load_masses(masses, design).handle_inertia
 
 
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:

@@ -43,7 +43,14 @@ def arguments(command: argparse.ArgumentParser) -> None:
     gravity.add_argument(
         "--without-gravity",
         action="store_true",
-        help="a certificate that leaves out the gravity that the design states is enough",
+        help="gravity is not asked: a certificate is enough whatever it leaves for that, and if nothing",
+    )
+    command.add_argument(
+        "--as-recorded",
+        action="store_true",
+        help="take the certificate's word for masses and gravity's share: by itself a share that was compared with "
+        "nothing is not enough for a design that states gravity, nor are such masses for one that limits the "
+        "effective mass",
     )
     command.add_argument(
         "--tolerance",
@@ -104,7 +111,9 @@ def run(given: argparse.Namespace) -> int:
         if given.json:
             print(json.dumps({"certificate": str(given.certificate), "holds": False, "reason": reason}, indent=1))
         return refuse(f"{reason}; the certificate does not hold", NOT_MET)
-    reason = _missing(certificate, replay) or _weightless(given, certificate, design)
+    reason = _missing(certificate, replay)
+    if design is not None:
+        reason = reason or _weightless(given, certificate, design) or _unweighed(given, design)
     if given.json:
         print(json.dumps(_facts(given, certificate, replay, reason), indent=1))
     elif not reason:
@@ -159,17 +168,39 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
     return "it does not prove the design: " + "; ".join(parts) if parts else ""
 
 
-def _weightless(given: argparse.Namespace, certificate: Certificate, design: Design | None) -> str:
-    """Why a certificate that leaves gravity out is not enough for a design that states it; "" if it is."""
-    told = given.without_gravity or given.gravity_torque == 0.0
-    stated = design is not None and any(design.requirements.gravity_m_s2)
-    if design is None or not stated or told or certificate.gravity is not None:
+def _weightless(given: argparse.Namespace, certificate: Certificate, design: Design) -> str:
+    """Why a certificate's share of gravity is not enough for a design that states gravity; "" if it is.
+
+    Whoever wrote a certificate may have written any share, and a digest that fits it: what counts is what the share was
+    compared with, or that whoever asks takes its word.
+    """
+    compared = given.mass_properties is not None or given.gravity_torque is not None
+    if compared or given.without_gravity or not any(design.requirements.gravity_m_s2):
         return ""
     x, y, z = design.requirements.gravity_m_s2
+    share, states = certificate.gravity, f"{given.design.name} states requirements.gravity_m_s2 = [{x:g}, {y:g}, {z:g}]"
+    if share is None or share.weight == share.reserve == 0.0:
+        return (
+            f"it does not prove the design: {states}, and nothing of the torque is left for it; certify with "
+            "--mass-properties (of a build) or --gravity-torque, or verify with --without-gravity"
+        )
+    if given.as_recorded:
+        return ""
+    left = f"{share.weight:.4g} N and {share.reserve:.4g} N m" if share.weight else f"{share.reserve:.4g} N m"
     return (
-        f"it does not prove the design: {given.design.name} states requirements.gravity_m_s2 = [{x:g}, {y:g}, {z:g}], "
-        "and nothing of the torque is left for it; certify with --mass-properties (of a build) or --gravity-torque, "
-        "or verify with --without-gravity"
+        f"it does not prove the design: {states}, and the {left} left for it were compared with nothing; give "
+        "--mass-properties (of a build) or --gravity-torque, or --as-recorded to take its word"
+    )
+
+
+def _unweighed(given: argparse.Namespace, design: Design) -> str:
+    """Why the masses of a certificate are not enough for a design that limits the effective mass; "" if they are."""
+    most = design.requirements.effective_mass_max_kg
+    if most is None or given.mass_properties is not None or given.as_recorded:
+        return ""
+    return (
+        f"it does not prove the design: {given.design.name} states requirements.effective_mass_max_kg = {most:g}, and "
+        "the masses were compared with nothing; give --mass-properties (of a build), or --as-recorded to take its word"
     )
 
 
@@ -237,7 +268,7 @@ def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
 
 
 def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> str:
-    """Says for what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
+    """Says for what share of gravity it holds, and what that was compared with: of a design, what it asks for is."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:
         compared = "as asked" if given.gravity_torque == 0.0 or given.without_gravity else nothing
