@@ -7,7 +7,7 @@ plane is a spin about the stud and free, the lean is all that a cup must give wa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
+from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
@@ -20,6 +20,7 @@ from delta_cad.dimensions.joint import (
     joint_dimensions,
 )
 from delta_cad.dimensions.rules import require
+from delta_cad.mechanism.geometry import SIN_60
 
 CROSS_BAR_MM = 8.0  # arm and platform read it
 BAR_GLUE_MM = 0.02  # radial, bar in its bosses: retaining compound
@@ -133,7 +134,7 @@ def wrist_radius_min_mm(cup_radius_mm: float, width_mm: float, clearance_mm: flo
 
     A wrist lies `r sin 60 - L_c / 4` from the plane half-way to its neighbour's; a cup reaches its sphere's radius.
     """
-    return (cup_radius_mm + clearance_mm / 2 + width_mm / 4) / (sqrt(3.0) / 2)
+    return (cup_radius_mm + clearance_mm / 2 + width_mm / 4) / SIN_60
 
 
 def eyes_mm(

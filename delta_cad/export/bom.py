@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import G_PER_KG
 
 SCHEMA = "delta-bom/1"
-G_PER_KG = 1000.0
 MASS_DECIMALS = 4  # masses are printed to 0.1 mg, far below what any scale in a workshop shows.
 
 

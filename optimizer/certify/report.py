@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import G_PER_KG
 from delta_cad.common.units import MM_PER_M as MM
 from delta_cad.mechanism import reach_excess
 from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Reach, Torque
@@ -235,7 +236,7 @@ def gravity_sentence(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> 
     if share.masses is None:
         return f"gravity is taken off: {given}"
     text = (
-        f"gravity is taken off: the wrists carry {1e3 * share.masses.carried_mass:.4g} g, which act as "
+        f"gravity is taken off: the wrists carry {G_PER_KG * share.masses.carried_mass:.4g} g, which act as "
         f"{share.weight:.4g} N more than the {share.force:g} N in the worst direction; upper arms, elbows and pinions "
         f"take {share.reserve:.4g} N m"
     )

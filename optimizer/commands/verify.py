@@ -151,7 +151,9 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
     for finding in certificate.findings:
         if finding.condition in replay.refuted and finding.point is not None:
             x, y, z = finding.point
-            parts.append(f"{finding.condition} is refuted at {place((1e3 * x, 1e3 * y, 1e3 * z))}, confirmed")
+            parts.append(
+                f"{finding.condition} is refuted at {place((MM_PER_M * x, MM_PER_M * y, MM_PER_M * z))}, confirmed"
+            )
         elif finding.condition in replay.undecided:
             parts.append(f"{finding.condition} is undecided")
     return "it does not prove the design: " + "; ".join(parts) if parts else ""
@@ -207,8 +209,8 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
         within = certificate.tolerance * MM_PER_M
         about = f" and for every machine within {within:g} mm of the drawn lengths and offsets{about}"
     g, cube = certificate.geometry, certificate.cube
-    L_A, L_B, R, r = (1e3 * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
-    side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height
+    L_A, L_B, R, r = (MM_PER_M * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
+    side, low = 2.0 * MM_PER_M * cube.half_side, MM_PER_M * cube.bottom_height
     return (
         f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}; "
         f"{_gravity_sentence(given, certificate.gravity)}\n"
