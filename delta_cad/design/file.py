@@ -19,7 +19,6 @@ from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
 from delta_cad.design.record import (
     FOLDER_LONGEST,
-    GRAVITY_MAX,
     HARDWARE_FAMILIES,
     NAME_RULE,
     SCHEMA,
@@ -30,6 +29,7 @@ from delta_cad.design.record import (
     Mechanism,
 )
 from delta_cad.design.sums import impossible_sum
+from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
 UNITS = {
