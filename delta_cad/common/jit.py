@@ -8,9 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import sys
+import time
 from collections.abc import Callable, Sequence
 from functools import update_wrapper
 from typing import Any
+
+STARTED_S = time.time()
+"""When this process began to import what it compiles: a source that is written later may not be what it runs."""
 
 
 class Compiled:
@@ -74,7 +78,9 @@ def in_turn(arguments: str, calls: Sequence[tuple[Any, ...]], line: str, last: s
     scope = dict(functions, __name__=caller["__name__"])
     exec(compile(code, caller["__file__"], "exec"), scope)
     function = scope["turn"]
-    digest = hashlib.sha256(repr((code, [f.py_func.__module__ for f in functions.values()])).encode())
+    called = [f"{f.py_func.__module__}.{f.py_func.__qualname__}" for f in functions.values()]
+    digest = hashlib.sha256(repr((code, called)).encode())
     function.source = code  # pyright: ignore[reportFunctionMemberAccess]
+    function.calls = tuple(functions.values())  # pyright: ignore[reportFunctionMemberAccess]
     function.__qualname__ = f"turn_{digest.hexdigest()[:12]}"
     return Compiled(function)

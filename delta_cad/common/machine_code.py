@@ -30,7 +30,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCach
 from numba.extending import typeof_impl
 
 from delta_cad.common.compiler import InnerCompiler, OuterCompiler, inner_target
-from delta_cad.common.jit import Compiled
+from delta_cad.common.jit import STARTED_S, Compiled
 
 ROOT = Path(__file__).parents[2]
 """Where the packages lie."""
@@ -38,8 +38,9 @@ PACKAGES = ("delta_cad", "optimizer", "haptics")
 UNUSED_MAX_S = 7 * 86400.0
 """s; a folder that no process has used for so long goes when a new one is made: an edit of a compiled source leaves
 some 6 MB behind, and going back to a version of last month costs half a minute."""
-_IMPORT = re.compile(rb"^(?:from ([\w.]+) import (\([^)]*\)|.*)|import ([\w.]+))", re.MULTILINE)
-"""At the margin only: what is imported inside a function or for its types alone is not a global of compiled code."""
+_IMPORT = re.compile(rb"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|.*)|import ([\w.]+))", re.MULTILINE)
+_NO_GLOBALS = re.compile(rb"^(?:(?:async )?def |class |if TYPE_CHECKING:).*\n(?:(?:[ \t)].*)?\n)*", re.MULTILINE)
+"""What is imported inside a function or for its types alone is not a global of compiled code."""
 
 
 @cache
@@ -64,11 +65,24 @@ def sources() -> dict[str, bytes]:
         if path not in texts or path in found:
             continue
         found[path] = texts[path]
-        for module, names, plain in _IMPORT.findall(texts[path]):
+        for module, names, plain in _IMPORT.findall(_NO_GLOBALS.sub(b"", texts[path])):
             base = (module or plain).decode().replace(".", "/")
             open_ends += [f"{base}.py", f"{base}/__init__.py"]
             open_ends += [f"{base}/{name.decode()}.py" for name in re.findall(rb"\w+", names)]
     return dict(sorted(found.items()))
+
+
+def _as_started() -> bool:
+    """Decides whether no source was written since this process began: it may run what stood there before."""
+    with suppress(OSError):
+        return all(os.stat(ROOT / path).st_ctime < STARTED_S for path in sources())
+    return False
+
+
+def _all_known(function: Any) -> bool:
+    """Decides whether the folder's name tells all the code of a function, that of what it calls in turn, too."""
+    path = os.path.relpath(function.__code__.co_filename, ROOT)
+    return path in sources() and all(_all_known(called.py_func) for called in getattr(function, "calls", ()))
 
 
 @cache
@@ -153,6 +167,8 @@ class _Cache(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Reads a function; None, so that it is compiled, whatever is wrong with the file."""
+        if not _as_started():
+            return None
         try:
             return super().load_overload(sig, target_context)
         except OSError:
@@ -166,6 +182,8 @@ class _Cache(FunctionCache):
         """Keeps a function if that can be; the lock, since numba gives two processes at once the same file name."""
         place = folder()
         assert place is not None
+        if not _as_started():
+            return
         try:
             if not place.exists():
                 place.mkdir(parents=True, exist_ok=True)
@@ -184,16 +202,21 @@ class _InnerCache(_Cache):
 
 
 def dispatcher_of(function: Callable[..., Any], inner: bool, **options: Any) -> Any:
-    """Makes numba's dispatcher of a function, whose machine code is kept.
+    """Makes numba's dispatcher of a function.
 
     Args:
         function: The function.
         inner: Whether only compiled code calls it: the way in from Python takes a sixth of the compiler's time.
         options: Of numba's compiler.
 
+    Returns:
+        The dispatcher, whose code is kept where the packages alone make it; the function where numba is switched off.
+
     Raises:
         ImportError: Its file does not name the room, so that an edit of it would not change the folder.
     """
+    if numba.config.DISABLE_JIT:
+        return function
     if inner:
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     compiler = InnerCompiler if inner else OuterCompiler
@@ -208,7 +231,7 @@ def dispatcher_of(function: Callable[..., Any], inner: bool, **options: Any) -> 
     path = os.path.relpath(function.__code__.co_filename, ROOT)
     if path.startswith(PACKAGES) and path not in sources():
         raise ImportError(f"{path} is to import its decorator from delta_cad.common.jit, or its code may grow stale")
-    if folder() is not None:
+    if _all_known(function) and folder() is not None:
         dispatcher._cache = _InnerCache(function) if inner else _Cache(function)
     return dispatcher
 

@@ -209,3 +209,72 @@ def by_a_word(a, b):
 print(product(2.0, "word"))
 """
     assert told(run(copy, code, HOME=tmp_path)) == [6.0, 6.0, 7.0, 1.0, 1.0, 1.0, 8.0]
+
+
+OWN = """
+from delta_cad.common.jit import compiled, in_turn
+@compiled
+def law(a):
+    return {factor} * a[0]
+@compiled
+def of_the_law(a):
+    return law(a) + 1.0
+import haptics.rendering.states as states
+exec("from delta_cad.common.jit import in_turn\\nturn = in_turn('a', [(law,)], 'return {{0}}(a)')",
+     states.__dict__ | {{"law": law}}, out := {{}})
+import numpy
+a = numpy.ones(1)
+print(of_the_law(a), out["turn"](a))
+"""
+"""A user's own functions, and one that a file of ours makes to call them."""
+
+
+def test_what_is_compiled_of_a_users_own_file_is_never_kept(copy: Path, tmp_path: Path) -> None:
+    for factor in (2.0, 5.0):
+        own = copy / "own.py"
+        own.write_text(OWN.format(factor=factor))
+        assert told(run(copy, "import own", HOME=tmp_path)) == [factor + 1.0, factor]
+
+
+def test_two_of_one_text_that_call_others_are_two(copy: Path, tmp_path: Path) -> None:
+    same = """
+from delta_cad.common.jit import compiled, in_turn
+@compiled
+def double(a):
+    return 2.0 * a
+@compiled
+def triple(a):
+    return 3.0 * a
+twice, thrice = (in_turn("a", [(f,)], "return {0}(a)") for f in (double, triple))
+"""
+    (copy / "optimizer/trial.py").write_text(same)
+    for _ in range(2):
+        assert told(run(copy, "from optimizer.trial import *; print(twice(1.0), thrice(1.0))", HOME=tmp_path)) == [2, 3]
+
+
+def test_an_edit_while_a_process_runs_does_not_reach_another(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 2.0\n")
+    (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
+    late = """
+import pathlib, optimizer.trial
+pathlib.Path("optimizer/constant_of_trial.py").write_text("FACTOR = 3.0\\n")
+print(optimizer.trial.product(1.0))
+"""
+    assert told(run(copy, late, HOME=tmp_path)) == [2.0]
+    assert told(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [3.0]
+
+
+@pytest.mark.parametrize("head", ["try:\n    {0}\nexcept ImportError:\n    pass", "if True:\n    {0}", "{0}"])
+def test_a_constant_is_seen_wherever_it_is_imported(copy: Path, tmp_path: Path, head: str) -> None:
+    line = "from optimizer.constant_of_trial import FACTOR"
+    (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit").replace(line, head.format(line)))
+    for value in (2.0, 7.0):
+        (copy / "optimizer/constant_of_trial.py").write_text(f"FACTOR = {value}\n")
+        assert told(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [value]
+
+
+def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
+    (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 2.0\n")
+    (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
+    code = "from optimizer.trial import product; print(product(1.0))"
+    assert told(run(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]
