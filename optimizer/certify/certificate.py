@@ -50,7 +50,7 @@ class Certificate:
         leaves: (n, 6) boxes that cover the half y >= 0 of the cube, see `delta_cad.mechanism.proof`; empty where
             nothing is proved.
         boxes: Boxes that the prover examined; a file holds those that its leaves are made of.
-        gravity: What of the torque was left for gravity; None if nothing was.
+        gravity: How gravity is counted in; None if it is not.
         tolerance: What is proved is proved for every machine whose lengths and offsets are within it, m, README (43).
     """
 
@@ -93,17 +93,21 @@ class Replay:
     boxes: int
 
 
-def values_of(design: Design, inertia: HandleInertia | None = None) -> dict[str, Any]:
+def values_of(
+    design: Design, inertia: HandleInertia | None = None, gravity: GravityShare | None = None
+) -> dict[str, Any]:
     """Gathers what the limits of a design are made from.
 
     Args:
         design: The design.
         inertia: What moves, where it is known.
+        gravity: How gravity is counted in.
 
     Returns:
-        Fields of its requirements, and `inertia`.
+        Fields of its requirements, and `inertia` and `held_masses`, where they are known.
     """
-    return design.requirements.model_dump() | {"inertia": inertia}
+    held = None if gravity is None else gravity.masses
+    return design.requirements.model_dump() | {"inertia": inertia, "held_masses": held}
 
 
 def certify(
@@ -120,7 +124,7 @@ def certify(
     Args:
         design: The design.
         limits: The limits, with room for gravity already left; None takes those of its requirements, less the room.
-        gravity: What of the torque is left for gravity; None leaves nothing.
+        gravity: How gravity is counted in; None leaves it out.
         tolerance: Of every length and offset of every chain, m.
         max_boxes: Boxes after which what is open is undecided.
         progress: As `prove` calls it.
@@ -155,7 +159,7 @@ def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInert
 
     Args:
         design: The design.
-        gravity: What of the torque is left for gravity; None leaves nothing.
+        gravity: How gravity is counted in; None leaves it out.
         inertia: What moves, where it is known.
 
     Returns:
@@ -220,7 +224,8 @@ def _same_design(c: Certificate, design: Design) -> None:
     r, share = design.requirements, c.gravity
     if share is not None and (share.force, share.torque) != (r.force_N, r.joint_torque_N_m):
         raise CertificateError("torque: gravity is taken off another force or torque than the design's")
-    if share is not None and share.masses is not None and share.masses.acceleration != r.gravity_m_s2:
+    masses, (x, y, z) = None if share is None else share.masses, r.gravity_m_s2
+    if masses is not None and (masses.gravity_x, masses.gravity_y, masses.gravity_z) != (x, abs(y), z):
         raise CertificateError("torque: gravity is another than the design's gravity_m_s2")
     mass = c.limits.get(EffectiveMass)
     if mass is None and r.effective_mass_max_kg is not None:

@@ -43,7 +43,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="mass_properties.json of a build: the weight of what moves is taken off the torque; "
+        help="mass_properties.json of a build: the torque is proved with the weight of what moves; "
         "effective_mass_max_kg needs it, too",
     )
     gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
@@ -134,10 +134,10 @@ def share_of(design: Design, masses: Path | None, reserve: float | None, toleran
     Raises:
         GravityError: The file or the number is refused.
     """
-    from optimizer.certify.gravity import given_share, read_masses, share_of_masses
+    from optimizer.certify.gravity import given_share, share_of_masses
 
     if masses is not None:
-        return share_of_masses(design, read_masses(masses, design, tolerance))
+        return share_of_masses(masses, design, tolerance)
     return None if reserve is None else given_share(design, reserve)
 
 
@@ -197,7 +197,7 @@ def _certify(
         progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
-            worst = worst_figures(geometry, cube, values_of(design, inertia))
+            worst = worst_figures(geometry, cube, values_of(design, inertia, share))
         except UnreachableError:
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
@@ -225,7 +225,7 @@ def _certify(
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:
-        report = facts(certificate, rows, proved_bounds) | {
+        report = facts(certificate, rows) | {
             "certificate": str(given.out),
             "tight": largest is None and written is not certificate,
             "tolerance": tolerance_facts(written, largest),
@@ -236,7 +236,7 @@ def _certify(
         verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
         print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
         print(table(rows))
-        print(gravity_sentence(certificate, proved_bounds))
+        print(gravity_sentence(certificate))
         about = "the limits asked" if written is certificate else "the column `proved`"
         if largest is not None:
             print(tolerance_sentence(written, largest))

@@ -125,11 +125,10 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Checks that gravity's share is that of the file."""
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
-    from optimizer.certify.gravity import read_masses
+    from optimizer.certify.gravity import share_of_masses
     from optimizer.commands.certify import inertia_of
 
-    recorded = None if certificate.gravity is None else certificate.gravity.masses
-    if recorded != read_masses(path, design, certificate.tolerance):
+    if certificate.gravity != share_of_masses(path, design, certificate.tolerance):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
     mass = certificate.limits.get(EffectiveMass)
     if mass is not None and mass.inertia != inertia_of(design, path):
@@ -141,12 +140,13 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import given_share
 
-    wanted, share = given_share(design, reserve).reserve, certificate.gravity
+    given_share(design, reserve)  # refuses what is no reserve
+    wanted, share = reserve, certificate.gravity
     if share is None and wanted == 0.0:
         return
     if share is None:
         raise CertificateError(f"torque: nothing is left for gravity, not {wanted:.9g} N m")
-    if share.masses is not None:
+    if share.reserve is None:
         raise CertificateError("torque: gravity's share comes from a mass file: compare it with that")
     if share.reserve < wanted:
         raise CertificateError(f"torque: only {share.reserve:.9g} N m are left for gravity, not {wanted:.9g} N m")
@@ -179,16 +179,16 @@ def _weightless(given: argparse.Namespace, certificate: Certificate, design: Des
         return ""
     x, y, z = design.requirements.gravity_m_s2
     share, states = certificate.gravity, f"{given.design.name} states requirements.gravity_m_s2 = [{x:g}, {y:g}, {z:g}]"
-    if share is None or share.weight == share.reserve == 0.0:
+    if share is None or share.reserve == 0.0:
         return (
             f"it does not prove the design: {states}, and nothing of the torque is left for it; certify with "
             "--mass-properties (of a build) or --gravity-torque, or verify with --without-gravity"
         )
     if given.as_recorded:
         return ""
-    left = f"{share.weight:.4g} N and {share.reserve:.4g} N m" if share.weight else f"{share.reserve:.4g} N m"
+    left = "masses that gravity acts on" if share.reserve is None else f"{share.reserve:.4g} N m left for it"
     return (
-        f"it does not prove the design: {states}, and the {left} left for it were compared with nothing; give "
+        f"it does not prove the design: {states}, and the {left} were compared with nothing; give "
         "--mass-properties (of a build) or --gravity-torque, or --as-recorded to take its word"
     )
 
@@ -223,10 +223,9 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
-        "gravity_taken_off": share is not None,
-        "gravity_weight_N": None if share is None else share.weight,
+        "gravity_counted_in": share is not None,
         "gravity_reserve_N_m": None if share is None else share.reserve,
-        "mass_properties_sha256": None if share is None or share.masses is None else share.masses.sha256,
+        "mass_properties_sha256": None if share is None else share.sha256,
         "leaves": replay.leaves,
         "boxes": replay.boxes,
     }
@@ -278,9 +277,9 @@ def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> 
         if given.gravity_torque is None:
             return f"{left}, {nothing}"
         return f"{left}, at least the {given.gravity_torque:g} N m given"
-    m = share.masses
+    m, file = share.masses, share.sha256 or ""
     checked = "checked" if given.mass_properties is not None else "AS RECORDED, its file not given: --mass-properties"
     return (
-        f"GRAVITY is taken off, {m.carried_mass:.4g} kg at the wrists and {share.reserve:.4g} N m, of the mass file of "
-        f"SHA-256 {m.sha256[:12]}, {checked}"
+        f"GRAVITY is counted in, {m.carried_mass:.4g} kg at the wrists and {m.arm_moment:.4g} kg m about the shoulder, "
+        f"of the mass file of SHA-256 {file[:12]}, {checked}"
     )
