@@ -114,10 +114,10 @@ def test_weight_of_a_build_is_taken_off_and_checked(tmp_path: Path, capsys: pyte
     assert told["mass_properties_sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     lighter = json.loads(out.read_text())
     lighter["gravity"] |= {"mass_file_sha256": None, "reserve_N_m": 1e-3}
-    lighter["limits"]["torque_max_N_m"] = 0.799
+    lighter["limits"]["torque_max_N_m"] = 0.7989
     for finding in lighter["findings"]:
         if finding["condition"] == "torque":
-            finding["limit"] = 0.799
+            finding["limit"] = 0.7989
     (tmp_path / "by_hand.json").write_text(json.dumps(redigested(lighter)))
     assert call("verify", tmp_path / "by_hand.json", "--design", path, "--as-recorded") == 0
     told = capsys.readouterr().out
