@@ -118,7 +118,7 @@ def test_wall(monkeypatch: pytest.MonkeyPatch, built: Built) -> None:
     depth = ran["depth"]
     machine, centre = ran["machine"], ran["centre"]
     mass = mass_matrix(machine.geometry, machine.masses, centre)[2, 2]  # symmetry leaves no other entry beside it
-    assert mass == pytest.approx(0.178, abs=0.001)  # kg
+    assert mass == pytest.approx(0.186, abs=0.001)  # kg
     assert depth[-1] == pytest.approx(2.0, abs=1e-3)  # mm; what is left swings with exp(-28 t)
     period = ran["device"].period
     touch = (np.argmax(depth > 0) - 1) * period  # the path begins with the centre, before the first tick

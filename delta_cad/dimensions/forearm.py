@@ -24,6 +24,7 @@ from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
+GUSSET = (0.65, 0.9)  # of the cup's radius, along and across the rod: the gusset's shoulder, before the cup's dome
 CROSS_BAR_MM = 8.0  # arm and platform read it
 BAR_GLUE_MM = 0.02  # radial, bar in its bosses: retaining compound
 BAR_WALL_MM = 1.0  # least metal around a bar that is bonded

@@ -11,6 +11,7 @@ from delta_cad.dimensions.forearm import (
     BALL_GLUE_MM,
     END_MATERIAL,
     EYE_WALL_MM,
+    GUSSET,
     LINER_GLUE_MM,
     LUG_MM,
     RING_MM,
@@ -36,7 +37,6 @@ from delta_cad.solids.primitive import (
 )
 
 RING_GLUE_MM, RING_WALL_MM = 0.05, 1.1  # radial
-GUSSET = (0.65, 0.9)  # of the cup's radius, along and across the rod: the gusset's shoulder, before the cup's dome
 
 
 def make_cross_bar(d: Dimensions) -> Part:

@@ -6,8 +6,7 @@ from math import pi
 
 import numpy as np
 
-from delta_cad.dimensions.forearm import LINER_GLUE_MM, ForearmDimensions
-from delta_cad.solids.forearm import GUSSET
+from delta_cad.dimensions.forearm import GUSSET, LINER_GLUE_MM, ForearmDimensions
 
 SLICES = 40  # from the ball's centre to the tube: within 2 % of ever finer ones
 LINES = 200  # on which a section is summed, along and across

@@ -7,6 +7,8 @@ from delta_cad.mechanism.limits import (
     CoupleIndex,
     EffectiveMass,
     HandleInertia,
+    HeldMasses,
+    HoldingTorque,
     Kappa,
     Lean,
     Limits,
@@ -27,6 +29,7 @@ def limits(
     mass_max: float | None = None,
     inertia: HandleInertia | None = None,
     couple_index_min: float | None = None,
+    held: tuple[float, float, HeldMasses] | None = None,
 ) -> Limits:
     """Limits with these thresholds in SI units; None leaves one out."""
     return Limits.of(
@@ -38,4 +41,5 @@ def limits(
         None if shoulder is None else Shoulder(*shoulder),
         None if mass_max is None or inertia is None else EffectiveMass(mass_max, inertia),
         None if couple_index_min is None else CoupleIndex(couple_index_min),
+        None if held is None else HoldingTorque(*held),
     )

@@ -13,6 +13,7 @@ from delta_cad.mechanism.limits import (
     CoupleIndex,
     EffectiveMass,
     HandleInertia,
+    HeldMasses,
     Kappa,
     Lean,
     Limits,
@@ -96,6 +97,7 @@ def test_what_is_asked():
         mass_max=0.2,
         inertia=INERTIA,
         couple_index_min=0.4,
+        held=(3.0, 0.8, HeldMasses(0.0, 0.0, -9.81, 0.1, 0.0, 0.0, 0.0, 0.0)),
     )
     assert every.asked == tuple(kind.name for kind in POSE_LIMITS)
     assert every["lean"] == Lean(0.5)

@@ -19,9 +19,16 @@ class Figures(NamedTuple):
     shoulder_max: np.ndarray
     mass: np.ndarray
     couple_index: np.ndarray
+    holding_torque: np.ndarray
 
 
-def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple[float, ...] = (1, 0, 0, 0)) -> Figures:
+def figures(
+    chains: np.ndarray,
+    p: np.ndarray,
+    force: float = 1.0,
+    masses: tuple[float, ...] = (1, 0, 0, 0),
+    held: tuple[float, ...] = (0, 0, 0, 0, 0),
+) -> Figures:
     """Computes the figures of machines.
 
     Args:
@@ -29,6 +36,7 @@ def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple
         p: (positions, 3), m.
         force: N.
         masses: Carried, at an elbow, between both (kg), about a joint (kg m^2).
+        held: Gravity along x and z (m/s^2), kg carried, moments along an arm and square to it (kg m).
     """
     azimuth = np.radians([0.0, 120.0, 240.0])
     out = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], -1)
@@ -64,6 +72,10 @@ def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple
         index = np.linalg.svd(np.where(closed[..., None, None], borne, 0.0), compute_uv=False)[..., -1]
         heaviest = np.linalg.eigvalsh(np.where(np.isfinite(m), m, 0.0))[..., -1]
 
+    gravity = np.array([held[0], 0.0, held[1]])
+    fall = held[2] * np.einsum("a,mpac->mpc", gravity, jacobian) + (held[3] * turn - held[4] * arm) @ gravity
+    sized = force * np.linalg.norm(jacobian, axis=-2) + np.abs(fall)
+
     def known(values):
         return np.where(closed, values, np.nan)
 
@@ -77,4 +89,5 @@ def figures(chains: np.ndarray, p: np.ndarray, force: float = 1.0, masses: tuple
         known(theta.max(-1)),
         known(heaviest),
         known(index),
+        known(sized.max(-1)),
     )

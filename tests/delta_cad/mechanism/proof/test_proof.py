@@ -23,6 +23,8 @@ from delta_cad.mechanism.limits import (
     CoupleIndex,
     EffectiveMass,
     HandleInertia,
+    HeldMasses,
+    HoldingTorque,
     Kappa,
     Lean,
     Reach,
@@ -43,25 +45,29 @@ HIDDEN, HIDDEN_CUBE = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266), Cub
 
 
 INERTIA = HandleInertia(carried_mass=0.057, elbow_mass=0.0083, cross_mass=0.0039, joint_inertia=2.3e-4)
+HELD = HeldMasses(0.5, 0.0, -9.8, 0.08, 0.003, -4e-4, 4e-5, 3e-6)
 CONDITIONS = tuple(kind.name for kind in POSE_LIMITS)
 
 
 @cache
 def extremes(g=PUBLISHED, cube=CUBE, n=41):
-    """What the search finds of every figure, of the effective mass and of the couple index."""
+    """What the search finds of every figure, of the effective mass, of the couple index and of torque with gravity."""
     search = CubeSearch(cube, n)
     mass, index = (lambda p: effective_mass(g, p, INERTIA)), (lambda p: couple_index(g, p))
-    return cube_extremes(g, cube, 3.0, n), search(mass, -1.0).value, search(index, 1.0).value
+    limit = HoldingTorque(3.0, 1.0, HELD)
+    held = search(lambda p: limit.figures[0].worst(limit, g, p), -1.0).value
+    return cube_extremes(g, cube, 3.0, n), search(mass, -1.0).value, search(index, 1.0).value, held
 
 
 def around(found, factor, *names):
     """Limits that lie beyond the extremes by a factor, or short of them if it is below 1."""
-    e, mass, index = found
+    e, mass, index, held = found
     middle = (e.shoulder_min.value + e.shoulder_max.value) / 2
     low, high = (middle + (v - middle) * factor for v in (e.shoulder_min.value, e.shoulder_max.value))
     every = {
         "reach": {"elbow_arm_min": float(np.sqrt(e.closure_margin_min.value)) / factor},
         "assembly_mode": {},
+        "holding_torque": {"held": (3.0, held * factor, HELD)},
         "torque": {"force": 3.0, "torque_max": e.torque_max.value * factor},
         "kappa": {"kappa_max": max(1.0, e.kappa_max.value * factor)},
         "shoulder": {"shoulder": (low, high)},
@@ -102,12 +108,12 @@ def test_just_below_each_maximum_is_refuted_by_a_point_that_violates(name, facto
 
 
 def test_value_and_limit_say_by_how_much():
-    e, heaviest, index = extremes()
-    proof = prove(PUBLISHED, CUBE, around((e, heaviest, index), 0.99, *CONDITIONS[1:]))
+    e, heaviest, index, held = extremes()
+    proof = prove(PUBLISHED, CUBE, around((e, heaviest, index, held), 0.99, *CONDITIONS[1:]))
     found = {f.condition: f for f in proof.findings}
     assert found["reach"].verdict == found["assembly_mode"].verdict == "proved"
     largest = {"torque": e.torque_max.value, "kappa": e.kappa_max.value, "lean": e.lean_max.value}
-    for name, extreme in (largest | {"effective_mass": heaviest}).items():
+    for name, extreme in (largest | {"effective_mass": heaviest, "holding_torque": held}).items():
         assert found[name].limit == pytest.approx(0.99 * extreme)
         assert found[name].limit < found[name].value <= extreme * (1 + 1e-9)
     assert found["couple_index"].limit == pytest.approx(index / 0.99)
@@ -145,8 +151,8 @@ def test_a_hidden_unreachable_pocket_is_refuted():
 
 
 def test_a_million_points_do_not_violate_a_proved_design():
-    e, heaviest, least = extremes()
-    asked = around((e, heaviest, least), 1.001)
+    e, heaviest, least, held = extremes()
+    asked = around((e, heaviest, least, held), 1.001)
     assert prove(PUBLISHED, CUBE, asked).verdict == "proved"
     rng = np.random.default_rng(1)
     unit = rng.uniform(-1.0, 1.0, (1_000_000, 3))
