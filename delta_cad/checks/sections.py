@@ -84,6 +84,8 @@ def check_sections(assembly: Assembly, spans: Sequence[Span]) -> list[CheckResul
             continue
         moved = [parts[number].solid.moved(_location(np.linalg.inv(span.frame))) for span in alike]
         stations = _stations(moved, alike[0].reach_mm)
+        if not len(stations):  # a leg whose pad begins at its foot
+            continue
         cuts = [_cut(parts[number], solid, span, stations) for solid, span in zip(moved, alike, strict=True)]
         for span, cut in zip(alike, cuts, strict=True):
             carry += _carried(span, stations, cut)

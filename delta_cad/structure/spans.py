@@ -18,11 +18,11 @@ from delta_cad.dimensions.platform import STEM_FLATS_MM, STEM_FLATS_Z_MM
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.structure.beam import Beam, BeamSlice
 from delta_cad.structure.section import Section, circle
-from delta_cad.structure.table import StructureTable, moduli_N_mm2, structure_table
+from delta_cad.structure.table import CHEEK_ROOT, StructureTable, moduli_N_mm2, structure_table
 
 X, Y, Z = np.eye(3)
 CLOSE = (0.97, 1.03)  # a tapered bar's slices step by 1.6 %; broken edges take 0.5 %
-CHEEK = (0.85, 1.03)  # broken edges take 8 % of what bends a narrow leg, corners of its foot 11 %
+CHEEK = (0.85, 1.03)  # broken edges take 8 % of what bends a narrow leg, and more of a narrower
 WINDOW = (0.8, 1.15)  # the table opens a web's window by a straight line, the drawing rounds its corners
 PAD = 0.7  # of a motor's pad, with the slot that a key reaches the pinion through
 EDGE_MM = 0.5  # of a shaft's end that is broken
@@ -90,7 +90,7 @@ def _arm(d: Dimensions, table: StructureTable) -> Span:
 
 
 def _cheeks(d: Dimensions, table: StructureTable) -> list[Span]:
-    """A leg from its foot up to what is wider, and that to the bearing; bores are seats, threads and passages."""
+    """A leg from its block up to what is wider, and that to the bearing; bores are seats, threads and passages."""
     if table.shoulder is None:
         return []
     b = d.bracket
@@ -98,9 +98,11 @@ def _cheeks(d: Dimensions, table: StructureTable) -> list[Span]:
     pad_z, pad = b.motor_axis_mm[1], b.motor_pad_radius_mm
     cuts = {"encoder_cheek": (head,), "motor_cheek": (-pad_z + pad, -pad_z - pad)}
     found = []
-    for part, bar in zip(cuts, table.shoulder.cheeks, strict=True):
+    plates = d.layers.encoder_cheek_mm, d.layers.motor_cheek_mm
+    for part, bar, y in zip(cuts, table.shoulder.cheeks, plates, strict=True):
         root, frame = bar.length_mm, _frame(-bar.length_mm * Z, Z, Y)
-        places = [0.0, *(min(max(root - cut, 0.0), root) for cut in cuts[part]), root]
+        top = CHEEK_ROOT * (y[1] - y[0])  # of the block that it is screwed to
+        places = [top, *(min(max(root - cut, top), root) for cut in cuts[part]), root]
         for k, reach in enumerate(pairwise(places)):
             least, most = CHEEK if k == 0 else (PAD, inf)
             found.append(Span(part, ("leg", "pad", "head")[k], frame, reach, bar, least, most, filled=True))
