@@ -14,6 +14,7 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
+from delta_cad.checks.makes import check_makes
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
@@ -155,7 +156,8 @@ def check_machine(
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
     results += check_drive(drive_torque(d.design))
     results += check_cable(machine.assembly)
-    progress("sections")
+    progress("materials and sections")
+    results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
     progress("loads and stiffness")
     results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)

@@ -23,7 +23,7 @@ from delta_cad.structure.table import CHEEK_ROOT, StructureTable, moduli_N_mm2, 
 X, Y, Z = np.eye(3)
 CLOSE = (0.97, 1.03)  # a tapered bar's slices step by 1.6 %; broken edges take 0.5 %
 CHEEK = (0.85, 1.03)  # broken edges take 8 % of what bends a narrow leg, and more of a narrower
-WINDOW = (0.8, 1.15)  # the table opens a web's window by a straight line, the drawing rounds its corners
+WINDOW = (0.7, 1.15)  # the table opens a web's window by a straight line, the drawing rounds its corners
 PAD = 0.7  # of a motor's pad, with the slot that a key reaches the pinion through
 EDGE_MM = 0.5  # of a shaft's end that is broken
 
