@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
-from delta_cad.checks.contact.features import features
+from delta_cad.checks.contact.features import Cylinder, features
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Part
 
@@ -19,7 +19,7 @@ AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; 
 ON_SURFACE_MM = 1e-4  # nodes lie on their surfaces to the tolerance of the edges there, 1e-5 mm at worst
 EXTENT_MM = 0.005  # exact boxes of free surfaces are wider by a thousandth; a machinist sees no less than 0.01 mm
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
-WHOLE_RAD = 4.5  # of a bore's faces together: a split bore has 6.0, the end of a pocket 3.3, a sector's rim 3.5
+WHOLE_RAD = 4.5  # round the axis of a bore's faces: a split bore has 6.0, the end of a pocket 3.3, a sector's rim 2.6
 
 
 def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
@@ -117,26 +117,45 @@ def extent_faults(part: Part) -> list[str]:
     ]
 
 
-def bore_counts(shape: Any, least_rad: float = np.pi) -> dict[float, int]:
+def bore_counts(shape: Any, least_rad: float | None = None) -> dict[float, int]:
     """Counts the distinct axes of the concave cylinders of a `cadquery.Shape` by their diameter, mm (to 1 um).
 
     A face is concave where the outward normal points to the axis: the outside of the solid is around it. Faces of one
     split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
-    asked of all faces on the axis together, or `least_rad`.
+    asked of all faces on the axis together; with `least_rad`, that they go so far round it, one beside another or not.
     """
-    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[float]]]] = {}
+    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[Cylinder]]]] = {}
     for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_bore):
         point = bore.point - (bore.point @ bore.direction) * bore.direction
         same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
-        for direction, other_point, turns in same:
+        for direction, other_point, faces in same:
             parallel = np.linalg.norm(np.cross(bore.direction, direction)) < 1e-6
             if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
-                turns.append(bore.turn_rad)
+                faces.append(bore)
                 break
         else:
-            same.append((bore.direction, point, [bore.turn_rad]))
-    counts = {diameter: sum(sum(turns) >= least_rad - 1e-6 for *_, turns in same) for diameter, same in axes.items()}
-    return {diameter: count for diameter, count in sorted(counts.items()) if count}
+            same.append((bore.direction, point, [bore]))
+    counts = {}
+    for diameter, same in sorted(axes.items()):
+        if least_rad is None:
+            count = sum(sum(face.turn_rad for face in faces) >= np.pi - 1e-6 for *_, faces in same)
+        else:
+            count = sum(_round_rad(faces) >= least_rad for *_, faces in same)
+        if count:
+            counts[diameter] = count
+    return counts
+
+
+def _round_rad(faces: list[Cylinder]) -> float:
+    """How far faces on one axis go round it together, rad, to a degree: what two cover counts once."""
+    around, first = faces[0].direction, faces[0].first
+    second, angles = np.cross(around, first), np.radians(np.arange(360) + 0.5)
+    covered = np.zeros(360, dtype=bool)
+    for face in faces:
+        start = np.arctan2(face.first @ second, face.first @ first)
+        sense = np.sign(face.direction @ around)
+        covered |= np.mod(sense * (angles - start), 2.0 * np.pi) <= face.turn_rad
+    return float(np.radians(covered.sum()))
 
 
 def slot_count(shape: Any, width_mm: float) -> int:

@@ -116,6 +116,8 @@ def test_the_inside_of_a_rim_is_no_bore_and_a_split_one_is() -> None:
     rim = ring.cut(box((-30, -30, -1), (30, -6, 6)))  # 221 degrees are left
     assert bore_counts(rim) == {32.0: 1}
     assert checked(part("rim", rim)).passed
+    webbed = rim.fuse(rod(17, (0, 0, 2), (0, 0, 3)).cut(box((-30, -30, -1), (30, -6, 6))))
+    assert checked(part("rim", webbed)).passed  # its inside on either side of the web goes no farther round
     split = ring.cut(box((-2, -30, -1), (2, 0, 6)))
     result = checked(part("split", split))
     assert not result.passed
