@@ -15,6 +15,7 @@ from delta_cad.dimensions.capstan import (
     CRIMP_MM,
     POCKET_CORNER_MM,
     POCKET_PLAY_MM,
+    SET_SCREW,
     SHAFT_ENGAGEMENT_MM,
     TENSION_SCREW,
     CapstanDimensions,
@@ -206,7 +207,7 @@ def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> N
     bench.cylinder(f"motor_{i}", pinion, SHAFT_ENGAGEMENT_MM, FIT_MM, "pinion on the motor's shaft")
     for k in range(2):
         bench.cylinder(f"set_screw_{i}_{k}", pinion, 2.0, THREAD_MM, "set screw in the pinion's collar")
-        flat = catalogue.set_screw(capstan.SET_SCREW).tap_drill_mm - fasteners.CORE_PLAY_MM
+        flat = catalogue.set_screw(SET_SCREW).tap_drill_mm - fasteners.CORE_PLAY_MM
         bench.tip(f"set_screw_{i}_{k}", f"motor_{i}", 0.9 * flat, "set screw's tip on the motor's shaft")
     _cable(bench, d, c, i)
     carriage, tension = f"tension_carriage_{i}", f"tension_screw_{i}"
@@ -285,7 +286,7 @@ def anchors(d: Dimensions) -> tuple[Anchor, ...]:
     for i in CHAINS:
         for j, inwards in zip(SIDES, (1.0, -1.0), strict=True):
             for k, (x, up) in enumerate(zip(f.eyes_x_mm, (-1.0, 1.0), strict=True)):
-                point = x, inwards * f.eye_y_mm, up * f.eye_z_mm
+                point = x, inwards * f.eye_hole_y_mm, up * f.eye_z_mm
                 name, reason = f"rod_eye_{i}_{j}_{k}", "the eyes of a spring lie on its line"
                 found.append(Anchor(name, f.eye_diameter_mm, point, (1.0, 0.0, 0.0), EYE_MM, reason))
     return tuple(found)

@@ -8,8 +8,10 @@ from delta_cad import catalogue
 from delta_cad.catalogue import CatalogueRow
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import TENSION_SCREW
-from delta_cad.dimensions.forearm import CUP_MATERIAL
+from delta_cad.dimensions.forearm import END_MATERIAL
+from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
+from delta_cad.solids.bought.spring import spring_mass_g
 from delta_cad.solids.making import ordered
 from delta_cad.solids.part import Make
 
@@ -26,7 +28,8 @@ MACHINED = {
     "sector": "aluminium-7075",
     "pinion": "aluminium-7075",
     "tension_carriage": "brass",
-    "rod_cup": CUP_MATERIAL,
+    "rod_cup": END_MATERIAL,
+    "cup_shell": CUP_MATERIAL,
     "rod_eye": "aluminium-6082",
     "platform": "aluminium-7075",
     "handle_stem": "aluminium-6082",
@@ -47,6 +50,7 @@ def makes(d: Dimensions) -> tuple[Make, ...]:
         _bought("encoder_board", d.encoder, "fr4", d.encoder.mass_g),
         _bought("encoder_magnet", d.magnet, "ndfeb", d.magnet.mass_g),
         _bought("bearing", d.bearing, "steel", d.bearing.mass_g),
+        _bought("rod_spring", d.forearm.spring, "steel", spring_mass_g(d.forearm)),
         Make("joint_ball", d.forearm.ball.material, True, _code(d.forearm.ball)),
         Make("rod_tube", d.tube.material, True, _code(d.tube)),
         *_stock(),
