@@ -111,8 +111,8 @@ def _inside(solid: cq.Solid, low: np.ndarray, high: np.ndarray) -> np.ndarray | 
     surface = cq.Compound.makeCompound(solid.Faces())
     for share in np.random.default_rng(1).uniform(0.05, 0.95, (POINTS, 3)):
         at = low + share * (high - low)
-        point = cq.Vector(*at)
-        if solid.isInside(point) and (deep := surface.distance(cq.Vertex.makeVertex(*at))) > deepest:
+        point = cq.Vertex.makeVertex(*at)
+        if (deep := surface.distance(point)) > deepest and solid.distance(point) == 0.0:
             best, deepest = at, deep
     return best
 
