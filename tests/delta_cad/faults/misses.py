@@ -10,6 +10,8 @@ MISSES = {
     "pinion_*: shifted by 0.5 mm along y": "the pinion is set by hand and is wider than the cable's turns by more",
     "encoder_board*: turned half way about y": "its plug looks up instead of down: a matter of wiring",
     "encoder_board: mirrored along x": "its plug looks up instead of down: a matter of wiring",
+    "*screw_*: turned a quarter about z": "a screw's socket stands as it was tightened",
+    "shoulder_clamp_*: turned a quarter about z": "a screw's socket stands as it was tightened",
     "shoulder_shaft_*: turned a quarter about y": "only the flats for a spanner turn, which may stand anyhow",
     "upper_arm: of another bearing": "only its collar is wider, on a ring that is no wider",
     "sector: of another bearing": "only its collar is wider, on a ring that is no wider",
