@@ -16,10 +16,11 @@ from delta_cad.assembly.bench import (
     longest_dowel,
     pointing,
 )
-from delta_cad.assembly.contacts import contacts, stops
+from delta_cad.assembly.contacts import anchors, contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.makes import makes
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
@@ -259,4 +260,6 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         supplies=supplies(d),
         reached=reached(d),
         removals=removals(d),
+        makes=makes(d),
+        anchors=anchors(d),
     )

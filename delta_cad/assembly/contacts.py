@@ -1,4 +1,4 @@
-"""What holds what: every seat, press, bond, thread, clamp and stop of a design, with the least that does its job.
+"""What holds what: every seat, press, bond, thread, clamp, stop and eye of a design, with the least that does its job.
 
 Lengths and areas come from the dimensions, so that a solid that was made otherwise is noticed. `SHARE` of what is drawn
 is asked where chamfers and neighbouring bores take some of a face; a bore's length is asked but for its chamfers.
@@ -15,6 +15,7 @@ from delta_cad.dimensions.capstan import (
     CRIMP_MM,
     POCKET_CORNER_MM,
     POCKET_PLAY_MM,
+    SET_SCREW,
     SHAFT_ENGAGEMENT_MM,
     TENSION_SCREW,
     CapstanDimensions,
@@ -33,7 +34,7 @@ from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids import brackets, fasteners, platform
 from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
 from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
-from delta_cad.solids.part import Contact, Stop
+from delta_cad.solids.part import Anchor, Contact, Stop
 
 FIT_MM = 0.02  # radius: H7 and h6 up to 18 mm leave 0.015
 GLUE_MM = 0.06  # radius: the widest bond, of the magnet
@@ -41,11 +42,12 @@ SEATED_MM = 0.02  # along a normal: what a shim cannot enter
 THREAD_MM = fasteners.CORE_PLAY_MM  # radius, threads being drawn as their cores
 CABLE_OFF_MM = 0.03  # the cable's line is drawn through points on its path
 CHAMFERS_MM = 1.2  # of both ends of a bore or a shaft together
+EYE_MM = 0.1  # rings are bonded in a jig
 SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
 
 
 class _Contacts:
-    """Collects contacts of four kinds."""
+    """Collects contacts of five kinds."""
 
     def __init__(self) -> None:
         self.all: list[Contact] = []
@@ -58,6 +60,9 @@ class _Contacts:
 
     def ball(self, a: str, b: str, area_mm2: float, gap_mm: float, reason: str) -> None:
         self.all.append(Contact(a, b, "ball", area_mm2, gap_mm, reason))
+
+    def tip(self, a: str, b: str, length_mm: float, reason: str) -> None:
+        self.all.append(Contact(a, b, "tip", length_mm, SEATED_MM, reason))
 
     def cable(self, a: str, b: str, length_mm: float, gap_mm: float, reason: str) -> None:
         self.all.append(Contact(a, b, "cable", length_mm, gap_mm, reason))
@@ -202,6 +207,8 @@ def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> N
     bench.cylinder(f"motor_{i}", pinion, SHAFT_ENGAGEMENT_MM, FIT_MM, "pinion on the motor's shaft")
     for k in range(2):
         bench.cylinder(f"set_screw_{i}_{k}", pinion, 2.0, THREAD_MM, "set screw in the pinion's collar")
+        flat = catalogue.set_screw(SET_SCREW).tap_drill_mm - fasteners.CORE_PLAY_MM
+        bench.tip(f"set_screw_{i}_{k}", f"motor_{i}", 0.9 * flat, "set screw's tip on the motor's shaft")
     _cable(bench, d, c, i)
     carriage, tension = f"tension_carriage_{i}", f"tension_screw_{i}"
     bench.cylinder(tension, carriage, 3.0, THREAD_MM, "tension screw in its carriage, a diameter")
@@ -270,4 +277,16 @@ def stops(d: Dimensions) -> tuple[Stop, ...]:
         for end, (angle, sense) in enumerate(zip(d.stops_rad, (-1, 1), strict=True)):
             pin = f"stop_pin_{i}_{end if d.capstan is None else 0}"
             found.append(Stop(f"shoulder_{i}", pin, moving, angle, sense, SHARE * brackets.STOP_ENGAGEMENT_MM))
+    return tuple(found)
+
+
+def anchors(d: Dimensions) -> tuple[Anchor, ...]:
+    """Declares where the eyes of the springs across the rods are: level with their like, one pair on either side."""
+    f, found = d.forearm, []
+    for i in CHAINS:
+        for j, inwards in zip(SIDES, (1.0, -1.0), strict=True):
+            for k, (x, up) in enumerate(zip(f.eyes_x_mm, (-1.0, 1.0), strict=True)):
+                point = x, inwards * f.eye_hole_y_mm, up * f.eye_z_mm
+                name, reason = f"rod_eye_{i}_{j}_{k}", "the eyes of a spring lie on its line"
+                found.append(Anchor(name, f.eye_diameter_mm, point, (1.0, 0.0, 0.0), EYE_MM, reason))
     return tuple(found)

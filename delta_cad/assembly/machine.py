@@ -8,7 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.solids.part import Contact, Fit, Joint, Occurrence, Part, Reach, Removal, Stated, Stop, Supply
+from delta_cad.solids.part import (
+    Anchor,
+    Contact,
+    Fit,
+    Joint,
+    Make,
+    Occurrence,
+    Part,
+    Reach,
+    Removal,
+    Stated,
+    Stop,
+    Supply,
+)
 
 
 @dataclass(frozen=True)
@@ -28,6 +41,8 @@ class Assembly:
         supplies: What is bought beside the parts.
         reached: Screws that a key must reach in the finished machine.
         removals: Parts that come off it, each in a straight line.
+        makes: What parts are made of or ordered as.
+        anchors: Bores whose place on their link is stated.
     """
 
     name: str
@@ -42,6 +57,8 @@ class Assembly:
     supplies: tuple[Supply, ...] = ()
     reached: tuple[Reach, ...] = ()
     removals: tuple[Removal, ...] = ()
+    makes: tuple[Make, ...] = ()
+    anchors: tuple[Anchor, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
-from delta_cad.checks.contact.features import features
+from delta_cad.checks.contact.features import Cylinder, features
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Part
 
@@ -19,6 +19,7 @@ AXIS_MM = 1e-4  # two half cylinders of one bore share their axis to roundings; 
 ON_SURFACE_MM = 1e-4  # nodes lie on their surfaces to the tolerance of the edges there, 1e-5 mm at worst
 EXTENT_MM = 0.005  # exact boxes of free surfaces are wider by a thousandth; a machinist sees no less than 0.01 mm
 DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
+WHOLE_RAD = 4.5  # round the axis of a bore's faces: a split bore has 6.0, the end of a pocket 3.3, a sector's rim 2.6
 
 
 def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResult]:
@@ -35,7 +36,6 @@ def check_solidity(parts: Iterable[Part], meshes: MeshLibrary) -> list[CheckResu
 def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
     faults = solid_faults(part.solid)
     value = limit = None
-    note = ""
     if not faults:
         mesh = meshes[part.number]
         volume = float(part.solid.Volume())
@@ -47,14 +47,13 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
             faults.append(f"its mesh holds {mesh.volume_mm3:.3f} mm^3, the solid {volume:.3f}")
         elif bare:
             faults.append(f"its mesh has no points on {len(bare)} cylinders, the first of {bare[0]:g} mm diameter")
-        bores = bore_counts(part.solid)
-        hole_faults, undeclared = compared_bores(part, bores)
-        faults += hole_faults + extent_faults(part)
-        note = f"; bores not declared: {undeclared}" if undeclared else ""
+        faults += compared_bores(part, bore_counts(part.solid))[0] + extent_faults(part)
+        if undeclared := compared_bores(part, bore_counts(part.solid, WHOLE_RAD))[1]:
+            faults.append(f"bores that are not declared: {undeclared}")
     sound = f"one valid closed solid, {len(part.holes)} kinds of declared bores present, as long and wide as declared"
     detail = "; ".join(faults) or sound
     return CheckResult(
-        f"solid {part.number}", not faults, value, limit, "mm^3", worst_pair=(part.number,), detail=detail + note
+        f"solid {part.number}", not faults, value, limit, "mm^3", worst_pair=(part.number,), detail=detail
     )
 
 
@@ -94,7 +93,9 @@ def solid_faults(shape: Any) -> list[str]:
     if shape.wrapped is None or shape.wrapped.ShapeType() != TopAbs_SOLID:
         return [f"it is a {shape.ShapeType()} of {len(shape.Solids())} solids, not one Solid"]
     faults = []
-    if not all(BRep_Tool.IsClosed_s(shell.wrapped) for shell in shape.Shells()):
+    if len(shells := shape.Shells()) > 1:
+        faults.append(f"it has {len(shells) - 1} closed voids")
+    if not all(BRep_Tool.IsClosed_s(shell.wrapped) for shell in shells):
         faults.append("its shell is open")
     if not BRepCheck_Analyzer(shape.wrapped).IsValid():
         faults.append("the kernel finds it invalid")
@@ -116,26 +117,45 @@ def extent_faults(part: Part) -> list[str]:
     ]
 
 
-def bore_counts(shape: Any) -> dict[float, int]:
+def bore_counts(shape: Any, least_rad: float | None = None) -> dict[float, int]:
     """Counts the distinct axes of the concave cylinders of a `cadquery.Shape` by their diameter, mm (to 1 um).
 
     A face is concave where the outward normal points to the axis: the outside of the solid is around it. Faces of one
     split bore share their axis. Fillets inside corners are concave too, but less than half a turn: at least a half is
-    asked of all faces on the axis together.
+    asked of all faces on the axis together; with `least_rad`, that they go so far round it, one beside another or not.
     """
-    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[float]]]] = {}
+    axes: dict[float, list[tuple[np.ndarray, np.ndarray, list[Cylinder]]]] = {}
     for bore in (cylinder for cylinder in features(shape).cylinders if cylinder.is_bore):
         point = bore.point - (bore.point @ bore.direction) * bore.direction
         same = axes.setdefault(round(2.0 * bore.radius_mm, 3), [])
-        for direction, other_point, turns in same:
+        for direction, other_point, faces in same:
             parallel = np.linalg.norm(np.cross(bore.direction, direction)) < 1e-6
             if parallel and np.linalg.norm(point - other_point) < AXIS_MM:
-                turns.append(bore.turn_rad)
+                faces.append(bore)
                 break
         else:
-            same.append((bore.direction, point, [bore.turn_rad]))
-    counts = {diameter: sum(sum(turns) >= np.pi - 1e-6 for *_, turns in same) for diameter, same in axes.items()}
-    return {diameter: count for diameter, count in sorted(counts.items()) if count}
+            same.append((bore.direction, point, [bore]))
+    counts = {}
+    for diameter, same in sorted(axes.items()):
+        if least_rad is None:
+            count = sum(sum(face.turn_rad for face in faces) >= np.pi - 1e-6 for *_, faces in same)
+        else:
+            count = sum(_round_rad(faces) >= least_rad for *_, faces in same)
+        if count:
+            counts[diameter] = count
+    return counts
+
+
+def _round_rad(faces: list[Cylinder]) -> float:
+    """How far faces on one axis go round it together, rad, to a degree: what two cover counts once."""
+    around, first = faces[0].direction, faces[0].first
+    second, angles = np.cross(around, first), np.radians(np.arange(360) + 0.5)
+    covered = np.zeros(360, dtype=bool)
+    for face in faces:
+        start = np.arctan2(face.first @ second, face.first @ first)
+        sense = np.sign(face.direction @ around)
+        covered |= np.mod(sense * (angles - start), 2.0 * np.pi) <= face.turn_rad
+    return float(np.radians(covered.sum()))
 
 
 def slot_count(shape: Any, width_mm: float) -> int:

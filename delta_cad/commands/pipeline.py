@@ -14,10 +14,12 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
+from delta_cad.checks.makes import check_makes
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
+from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
 from delta_cad.common.beside import Beside
 from delta_cad.common.units import MM_PER_M
@@ -33,6 +35,7 @@ from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.structure.report import structure_record, structure_report
+from delta_cad.structure.spans import structure_spans
 
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
@@ -153,6 +156,9 @@ def check_machine(
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
     results += check_drive(drive_torque(d.design))
     results += check_cable(machine.assembly)
+    progress("materials and sections")
+    results.append(check_makes(machine.assembly))
+    results += check_sections(machine.assembly, structure_spans(d))
     progress("loads and stiffness")
     results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)
     return results

@@ -15,6 +15,7 @@ UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
+STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
 PLATE_MM = 5.0
 
 

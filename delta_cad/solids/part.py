@@ -170,9 +170,11 @@ class Contact:
         a: Occurrence name; the inner one: shaft, pin, core of a thread, ball, cable.
         b: Occurrence name; the outer one, or the one that `a` stands on.
         kind: "cylinder": `a` in a bore of `b`; "plane": flat faces upon one another; "ball": `a` in a spherical seat of
-            `b`; "cable": `a` lies on round outer faces of `b`.
-        least: Least engaged length of a cylinder or a cable, mm; least common area of planes or of a ball's seat, mm^2.
-        gap_mm: Largest gap, mm: of radii and between the axes, along the normal of planes, of cable and face.
+            `b`; "cable": `a` lies on round outer faces of `b`; "tip": the flat end of `a` presses on a shaft of `b`.
+        least: Least engaged length of a cylinder, a cable or a tip, mm; least common area of planes or of a ball's
+            seat, mm^2.
+        gap_mm: Largest gap, mm: of radii and between the axes, along the normal of planes, of cable and face, of tip
+            and shaft.
         reason: What the contact is for, a few words.
     """
 
@@ -181,6 +183,27 @@ class Contact:
     kind: str
     least: float
     gap_mm: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """Where a bore of a placed part lies on its link, that what hangs in it pulls as it is meant to.
+
+    Attributes:
+        name: Occurrence name.
+        diameter_mm: Of the bore.
+        point_mm: (3,) the bore's middle, link's frame.
+        along: (3,) unit vector of the bore's axis, either way.
+        off_mm: Largest distance of either end of the bore from where it is meant to be.
+        reason: What hangs there, a few words.
+    """
+
+    name: str
+    diameter_mm: float
+    point_mm: tuple[float, float, float]
+    along: tuple[float, float, float]
+    off_mm: float
     reason: str
 
 
@@ -254,6 +277,27 @@ class Stated:
     count: int
     number: str
     link: str
+
+
+@dataclass(frozen=True)
+class Make:
+    """What the parts of a number are made of or ordered as, stated by the design and not by what was made.
+
+    Attributes:
+        number: Part number.
+        material: Id of the material in the catalogue.
+        make: True when we machine it, False when it is bought.
+        order_code: What it, or the stock it is made from, is ordered by; "" for none.
+        mass_g: Mass as its maker states it; None: its volume times its density, within `fill`.
+        fill: Least and largest share of that which is mass, of what is drawn as a solid bar and is none.
+    """
+
+    number: str
+    material: str
+    make: bool
+    order_code: str = ""
+    mass_g: float | None = None
+    fill: Span = (1.0, 1.0)
 
 
 @dataclass(frozen=True)

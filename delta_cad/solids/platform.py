@@ -6,7 +6,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import BOSS_BEVEL_MM, PlatformDimensions
+from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM, PlatformDimensions
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.fasteners import CORE_PLAY_MM
 from delta_cad.solids.making import bought_part, made_part, round_z
@@ -28,7 +28,6 @@ from delta_cad.solids.primitive import (
 
 RIB_MM = 4.0  # width of what stays around a window
 STEM_CORE_DEPTH_MM = 9.0
-STEM_FLATS_MM, STEM_FLATS_HEIGHT_MM = 8.0, 6.0
 
 
 def turned_to_chain(solid: cq.Shape, i: int) -> cq.Shape:
@@ -103,7 +102,8 @@ def make_handle_stem(d: Dimensions) -> Part:
     stem = stepped((core, -down, 0.0), (r, 0.0, length), (core, length, length + up))
     stem = stem.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 0, 0), 90.0)
     flat, far = (p.stem_diameter_mm - STEM_FLATS_MM) / 2, p.stem_diameter_mm
-    flats = [box((low, -far, 2.0), (low + far, far, 2.0 + STEM_FLATS_HEIGHT_MM)) for low in (r - flat, flat - r - far)]
+    low, high = STEM_FLATS_Z_MM
+    flats = [box((x, -far, low), (x + far, far, high)) for x in (r - flat, flat - r - far)]
     solid = feature(number, "spanner flats", "stem", lambda: cut(stem, flats))
     description = f"handle stem {2 * r:g} x {length:g}, {p.stem_thread} at both ends, flats {STEM_FLATS_MM:g}"
     extent = round_z(r, (-down, length + up))

@@ -47,7 +47,7 @@ def check_contacts(assembly: Assembly) -> CheckResult:
         key = (contact.kind, contact.gap_mm, id(a.part), id(b.part), *relative_key("", "", a_in_b))
         if key not in known:
             known[key] = MEASURES[contact.kind](library[a.part], library[b.part], a_in_b, contact.gap_mm)
-        unit = "mm" if contact.kind in ("cylinder", "cable") else "mm^2"
+        unit = "mm" if contact.kind in ("cylinder", "cable", "tip") else "mm^2"
         text = (
             f"{a.name} / {b.name} {known[key]:.2f} {unit} within {contact.gap_mm:g} mm, {contact.least:.2f} asked: "
             f"{contact.reason}"
@@ -227,9 +227,40 @@ def _along(points: np.ndarray, face: Cylinder, radius_mm: float, gap_mm: float) 
     return close & (along >= face.start_mm) & (along <= face.end_mm) & (within | face.is_bore)
 
 
+def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
+    """Measures the length over which a round flat end of one part lies along a shaft of another.
+
+    Args:
+        a: Faces of the part with the end.
+        b: Faces of the part with the shaft.
+        a_in_b: (4, 4) frame of the first in that of the second, mm.
+        gap_mm: Largest distance of the end from the shaft's surface, either way.
+
+    Returns:
+        Length along the shaft, mm, of the longest such line; 0 where none touches.
+    """
+    turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
+    best = 0.0
+    for end in a.planes:
+        centre = turn @ np.array(end.face.Center().toTuple()) + shift  # type: ignore[attr-defined]
+        normal, radius = turn @ end.normal, np.sqrt(end.face.Area() / np.pi)  # type: ignore[attr-defined]
+        for shaft in (c for c in b.cylinders if not c.is_bore):
+            apart = centre - shaft.point
+            along = float(apart @ shaft.direction)
+            across = apart - along * shaft.direction
+            off = float(-across @ normal)  # from the end to the axis
+            aside = float(np.linalg.norm(across + off * normal))
+            level = abs(float(normal @ shaft.direction)) <= ALONG
+            if level and abs(off - shaft.radius_mm) <= gap_mm and aside < radius:
+                half = np.sqrt(radius**2 - aside**2)
+                best = max(best, min(along + half, shaft.end_mm) - max(along - half, shaft.start_mm))
+    return float(best)
+
+
 MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = {
     "cylinder": cylinder_length,
     "plane": common_area,
     "ball": seat_area,
     "cable": cable_length,
+    "tip": tip_length,
 }

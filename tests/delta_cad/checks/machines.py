@@ -12,7 +12,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
-from delta_cad.solids.part import Contact, Fit, Hole, Joint, Material, Occurrence, Part, Stated, Stop
+from delta_cad.solids.part import Anchor, Contact, Fit, Hole, Joint, Material, Occurrence, Part, Stated, Stop
 
 GEOMETRY = DeltaGeometry(base_radius=0.040, platform_radius=0.030, upper_arm_length=0.082, forearm_length=0.112079)
 L_A, L_B, R, RADIUS_PLATFORM, WIDTH = 82.0, 112.079, 40.0, 30.0, 54.0
@@ -93,13 +93,17 @@ def parts() -> dict[str, Part]:
             part("arm", arm, (Hole(8.0, 1, "8 H7"),)),
             part("sector", sector),
             part("shaft", rod(4, (0, -22, 0), (0, 22, 0))),
-            part("bearing", rod(8, (0, -22, 0), (0, -15, 0)).cut(rod(4, (0, -23, 0), (0, -14, 0)))),
+            part(
+                "bearing",
+                rod(8, (0, -22, 0), (0, -15, 0)).cut(rod(4, (0, -23, 0), (0, -14, 0))),
+                (Hole(8.0, 1, "shaft"),),
+            ),
             part("pinion", rod(7.6, (0, 4, 0), (0, 11, 0)).fuse(rod(3, (0, -2, 0), (0, 4, 0)))),
             part("motor", motor),
             part("elbow_bar", elbow_bar),
-            part("socket", socket),
+            part("socket", socket, (Hole(10.0, 1, "stud"),)),
             part("stud", stud),
-            part("tube", tube),
+            part("tube", tube, (Hole(3.0, 1, "through"),)),
             part("platform", rod(24, (0, 0, -5), (0, 0, 5))),
             part("wrist_bar", wrist_bar),
             part("screw", rod(1.25, (0, 0, 0), (0, 0, 8)).fuse(rod(2.75, (0, 0, -3), (0, 0, 0)))),
@@ -160,10 +164,9 @@ def machine(drive_ratio: float = 9.5, extra_screws: int = 0) -> Assembly:
     out.append(Occurrence("platform", p["platform"], "platform", np.eye(4)))
     stated = tuple(Stated(o.link, o.name, 1, o.part.number, o.link) for o in out)
     touching = tuple(_contact(f) for f in fits if f.kind == "contact")
-    where = placement(drive_ratio)
-    return Assembly(
-        "synthetic", tuple(out), tuple(joints), tuple(fits), where, LIMITS.centre_mm, touching, stated, (STOP,)
-    )
+    where, seat = placement(drive_ratio), Anchor("bearing_0", 8.0, (R, -18.5, 0.0), (0.0, 1.0, 0.0), 0.1, "shaft")
+    parts_ = tuple(out), tuple(joints), tuple(fits)
+    return Assembly("synthetic", *parts_, where, LIMITS.centre_mm, touching, stated, (STOP,), anchors=(seat,))
 
 
 def _contact(fit: Fit) -> Contact:

@@ -76,7 +76,7 @@ def test_a_mesh_that_does_not_hold_the_volume_is_refused() -> None:
 @pytest.mark.parametrize(("radius", "told"), [(15.0, "mm^3"), (1.5, "no points on 1 cylinders, the first of 3 mm")])
 def test_a_mesh_without_a_bore_of_its_plate_is_refused(radius: float, told: str) -> None:
     plain = rod(130, (0, 0, 0), (0, 0, 8))
-    p = part("plate", plain.cut(rod(radius, (50, 0, -1), (50, 0, 9))))
+    p = part("plate", plain.cut(rod(radius, (50, 0, -1), (50, 0, 9))), (Hole(2.0 * radius, 1, "through"),))
     library = MeshLibrary([p])
     (good,) = check_solidity([p], library)
     assert good.passed
@@ -105,10 +105,29 @@ def test_wrong_hole_count_is_refused(count: int) -> None:
     assert "4 bores of 2.5 mm" in result.detail
 
 
-def test_bores_of_another_diameter_are_reported() -> None:
+def test_bores_that_are_not_declared_are_refused() -> None:
     result = checked(replace(parts()["base_plate"], holes=()))
-    assert result.passed
-    assert "4 of 2.5 mm" in result.detail
+    assert not result.passed
+    assert "not declared: 4 of 2.5 mm" in result.detail
+
+
+def test_the_inside_of_a_rim_is_no_bore_and_a_split_one_is() -> None:
+    ring = rod(20, (0, 0, 0), (0, 0, 5)).cut(rod(16, (0, 0, -1), (0, 0, 6)))
+    rim = ring.cut(box((-30, -30, -1), (30, -6, 6)))  # 221 degrees are left
+    assert bore_counts(rim) == {32.0: 1}
+    assert checked(part("rim", rim)).passed
+    webbed = rim.fuse(rod(17, (0, 0, 2), (0, 0, 3)).cut(box((-30, -30, -1), (30, -6, 6))))
+    assert checked(part("rim", webbed)).passed  # its inside on either side of the web goes no farther round
+    split = ring.cut(box((-2, -30, -1), (2, 0, 6)))
+    result = checked(part("split", split))
+    assert not result.passed
+    assert "not declared: 1 of 32 mm" in result.detail
+
+
+def test_a_closed_void_is_refused() -> None:
+    result = checked(part("hollow", box((0, 0, 0), (10, 10, 10)).cut(box((4, 4, 4), (6, 6, 6)))))
+    assert (result.passed, result.value) == (False, None)
+    assert "1 closed voids" in result.detail
 
 
 def test_bores_are_counted_by_axis_not_by_face() -> None:

@@ -17,6 +17,16 @@ from delta_cad.solids.part import Occurrence, Part, location_of
 from tests.committed import changed
 from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 
+
+def quarter(k: int) -> np.ndarray:
+    """(4, 4) quarter of a turn about the axis with a number."""
+    turn = np.eye(4)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    turn[i, i] = turn[j, j] = 0.0
+    turn[j, i], turn[i, j] = 1.0, -1.0
+    return turn
+
+
 OTHERS: dict[str, dict[str, object]] = {
     "a smaller pinion": {"hardware__capstan_ratio": 6.0},
     "a larger pinion": {"hardware__capstan_ratio": 4.2},
@@ -67,7 +77,8 @@ def faults(numbers: Collection[str] = (), others: bool = True) -> Iterator[Fault
     """Yields all faults, part by part, or those of the parts with some numbers; parts of other designs if asked."""
     for part in (p for p in sound().parts if not numbers or p.number in numbers):
         yield from _of_occurrences(part)
-        for kind, solid in made_wrong(part.solid):
+        yield from _of_making(part)
+        for kind, solid in made_wrong(part.solid, ours=part.make):
             yield Fault(part.number, kind, _with_part(part.number, replace(part, solid=solid)))
         if others:
             yield from _of_other_designs(part)
@@ -88,11 +99,27 @@ def _of_occurrences(part: Part) -> Iterator[Fault]:
         moved = np.eye(4)
         moved[k, 3] = SHIFT_MM
         yield Fault(one.name, f"shifted by {SHIFT_MM:g} mm along {axis}", _put(_moved(one, moved)))
+        turned = _about_middle(part, quarter(k))
+        if differs(part.solid, part.solid.moved(cq.Location(location_of(turned)))):
+            yield Fault(one.name, f"turned a quarter about {axis}", _put(_moved(one, turned)))
         half = -np.eye(4)
         half[k, k] = half[3, 3] = 1.0
         turned = _about_middle(part, half)
         if differs(part.solid, part.solid.moved(cq.Location(location_of(turned)))):
             yield Fault(one.name, f"turned half way about {axis}", _put(_moved(one, turned)))
+
+
+def _of_making(part: Part) -> Iterator[Fault]:
+    """Right in shape, wrong in material, mass or order."""
+    others = {p.material.name: p.material for p in sound().parts if p.material.name != part.material.name}
+    other = max(others.values(), key=lambda m: m.density_kg_m3 * (m.density_kg_m3 != part.material.density_kg_m3))
+    weight = part.mass_g or float(part.solid.Volume()) * part.material.density_kg_m3 / 1e6
+    for kind, wrong in (
+        (f"of {other.name}", replace(part, material=other)),
+        ("ten times its mass", replace(part, mass_g=10.0 * weight)),
+        ("of another order", replace(part, order_code=f"{part.order_code} of another")),
+    ):
+        yield Fault(part.number, kind, _with_part(part.number, wrong))
 
 
 def _of_other_designs(part: Part) -> Iterator[Fault]:

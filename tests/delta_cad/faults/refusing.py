@@ -9,22 +9,26 @@ from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks import CheckLimits, CheckResult
 from delta_cad.checks.clearance.clearance import check_clearance
 from delta_cad.checks.contact.access import check_access
+from delta_cad.checks.contact.anchors import check_anchors
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
+from delta_cad.checks.makes import check_makes
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.joint_axes import check_joint_axes
+from delta_cad.checks.sections import check_sections
 from delta_cad.checks.solidity import check_solidity
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.solids.part import Part
+from delta_cad.structure.spans import structure_spans
 from tests.committed import changed
 
 
@@ -40,13 +44,14 @@ class _Meshes(MeshLibrary):
 
 
 class Refusing:
-    """Runs the checks of `run_checks` that look at solids, and stops at the first that refuses."""
+    """Runs the checks of a build that look at solids, and stops at the first that refuses."""
 
     def __init__(self, assembly: Assembly) -> None:
         self._sound = {id(part) for part in assembly.parts}
         self._meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
         d = dimensions(design_from_dict(changed()))
         self._limits = check_limits(d, mass_report(assembly))
+        self._spans = structure_spans(d)
 
     def first_refusal(self, assembly: Assembly) -> str | None:
         """Names the first check that refuses a machine, with its detail; None where all pass."""
@@ -60,9 +65,13 @@ class Refusing:
         meshes = _Meshes(a.parts, self._meshes, self._sound)
         parts: list[Part] = [part for part in a.parts if id(part) not in self._sound]
         limits: CheckLimits = self._limits
+        wrong = {part.number for part in parts}
         yield lambda: [check_presence(a)]
         yield lambda: check_solidity(parts, meshes)
-        yield lambda: [check_contacts(a), check_stops(a)]
+        yield lambda: [check_makes(a)]
+        if spans := [span for span in self._spans if span.part in wrong]:
+            yield lambda: check_sections(a, spans)
+        yield lambda: [check_contacts(a), check_anchors(a), check_stops(a)]
         yield lambda: [check_joint_axes(a)]
         yield lambda: check_cable(a)
         yield lambda: check_screws(a, meshes)

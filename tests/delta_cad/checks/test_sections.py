@@ -1,0 +1,132 @@
+"""Solids that are thinner, or heavier, than the structure assumes are refused, however short the place."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.report import CheckResult
+from delta_cad.checks.sections import _cut, _stations, check_sections
+from delta_cad.dimensions import Dimensions
+from delta_cad.solids.part import Hole
+from delta_cad.structure.beam import Beam, BeamSlice
+from delta_cad.structure.section import rectangle
+from delta_cad.structure.spans import Span, structure_spans
+from tests.delta_cad.checks.machines import box, part, rod
+
+CARRY, HEAVY = "sections carry", "sections no heavier"
+
+
+def checked(a: Assembly, d: Dimensions, numbers: tuple[str, ...]) -> dict[str, CheckResult]:
+    """Results of the spans of some parts, by name."""
+    results = check_sections(a, [span for span in structure_spans(d) if span.part in numbers])
+    for r in results:
+        assert r.value is not None
+        assert r.passed == (r.value >= 1.0 if r.name == CARRY else r.value <= 1.0)
+    return {r.name: r for r in results}
+
+
+def spoiled(a: Assembly, number: str, spoil: Callable[[cq.Shape], cq.Shape]) -> Assembly:
+    """The machine with all parts of a number made wrong."""
+    (sound,) = [p for p in a.parts if p.number == number]
+    (solid,) = spoil(sound.solid).Solids()
+    wrong = replace(sound, solid=solid)
+    return replace(a, occurrences=tuple(replace(o, part=wrong) if o.part is sound else o for o in a.occurrences))
+
+
+def test_the_machine_has_the_sections_that_its_structure_is_computed_with(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    carry, heavy = check_sections(best_assembly, structure_spans(best_dimensions))
+    assert carry.passed, carry.detail
+    assert heavy.passed, heavy.detail
+    assert {s.part for s in structure_spans(best_dimensions)} == {
+        "upper_arm",
+        "encoder_cheek",
+        "motor_cheek",
+        "motor",
+        "shoulder_shaft",
+        "rod_tube",
+        "cross_bar",
+        "platform",
+        "handle_stem",
+    }
+
+
+THINNER: dict[str, tuple[str, Callable[[cq.Shape], cq.Shape]]] = {
+    "half of an arm's height": ("upper_arm", lambda s: s.cut(box((40, -30, 0), (46, 30, 30)))),
+    "a saw of 0.2 mm": ("upper_arm", lambda s: s.cut(box((50.0, -30, 3), (50.2, 30, 30)))),
+    "a void": ("upper_arm", lambda s: s.cut(box((40, -2, -2), (42, 2, 2)))),
+    "a tube sawn half through": ("rod_tube", lambda s: s.cut(box((60, -3, 0), (62, 3, 3)))),
+    "a thinner wall": ("rod_tube", lambda s: s.cut(rod(2.0, (30, 0, 0), (90, 0, 0)))),
+    "one web of three": ("platform", lambda s: s.cut(box((12, -3, -6), (14, 3, 6)))),
+    "a waisted neck": ("cross_bar", lambda s: s.cut(box((-3, 22.0, 1.0), (3, 22.3, 3)))),
+    "a cheek's leg": ("encoder_cheek", lambda s: s.cut(box((-30, -60, -60), (-5, 60, -59)))),
+    "a motor's pad": ("motor_cheek", lambda s: s.cut(box((6, -60, -50), (90, 60, -49)))),
+    "a shaft with a groove": ("shoulder_shaft", lambda s: s.cut(box((-9, 0, 3), (9, 1, 9)))),
+    "a stem's stud": ("handle_stem", lambda s: s.cut(box((-9, -9, 15), (9, 0, 16)))),
+}
+
+
+@pytest.mark.parametrize("spoil", THINNER)
+def test_what_is_thinner_is_refused(best_assembly: Assembly, best_dimensions: Dimensions, spoil: str) -> None:
+    number, make = THINNER[spoil]
+    result = checked(spoiled(best_assembly, number, make), best_dimensions, (number,))[CARRY]
+    assert not result.passed
+    assert result.worst_pair == (number,)
+    assert number in result.detail
+
+
+@pytest.mark.parametrize(
+    ("number", "more"),
+    [
+        ("rod_tube", lambda s: s.fuse(rod(2.0, (30, 0, 0), (90, 0, 0)))),
+        ("upper_arm", lambda s: s.fuse(box((40, -9, 0), (41, 0, 5)))),
+        ("platform", lambda s: s.fuse(box((12, -9, -6), (14, 9, 6)))),
+    ],
+)
+def test_what_is_heavier_is_refused(
+    best_assembly: Assembly, best_dimensions: Dimensions, number: str, more: Callable[[cq.Shape], cq.Shape]
+) -> None:
+    result = checked(spoiled(best_assembly, number, more), best_dimensions, (number,))[HEAVY]
+    assert not result.passed
+    assert result.worst_pair == (number,)
+
+
+def test_a_part_that_is_not_there_carries_nothing(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    bare = replace(
+        best_assembly, occurrences=tuple(o for o in best_assembly.occurrences if o.part.number != "platform")
+    )
+    result = checked(bare, best_dimensions, ("platform", "rod_tube"))[CARRY]
+    assert (result.passed, result.value) == (False, 0.0)
+
+
+def test_sections_of_a_plate_with_filled_bores_are_those_of_the_plate() -> None:
+    plain = box((0, -3, -10), (60, 3, 10))
+    bored = plain.cut(
+        rod(2, (20, -4, 4), (20, 4, 4)), rod(1.5, (-1, 1, 0), (61, 1, 0)), rod(3, (40, 0, -11), (40, 0, 0))
+    )
+    holes = (Hole(4.0, 1, ""), Hole(3.0, 1, ""), Hole(6.0, 1, ""))
+    q = rectangle(6.0, 20.0)
+    beam = Beam((BeamSlice(60.0, q, 7e4, 2.6e4),))
+    span = Span("plate", "plate", np.eye(4), (0.0, 60.0), beam, 0.97, 1.03, filled=True)
+    p = part("plate", bored, holes)
+    stations = np.array([5.0, 19.0, 20.5, 30.0])  # across the first, and along the second
+    cut = _cut(p, p.solid, span, stations)
+    assert np.allclose(cut.filled, q.area_mm2, rtol=1e-9)
+    assert np.allclose(cut.about_y, q.about_y_mm4, rtol=1e-9)
+    assert np.allclose(cut.about_z, q.about_z_mm4, rtol=1e-9)
+    assert np.allclose(cut.area[[0, 3]], 120.0 - np.pi * 1.5**2, rtol=1e-9)
+    kept = _cut(p, p.solid, replace(span, filled=False), stations)
+    assert (kept.filled[1:3] < 100.0).all()
+
+
+def test_a_station_lies_in_every_cut_and_bore_however_narrow() -> None:
+    solid = box((0, 0, 0), (50, 10, 10)).cut(box((20.0, 0, 5), (20.05, 10, 11))).cut(rod(0.2, (33, -1, 5), (33, 11, 5)))
+    stations = _stations([solid], (0.0, 50.0))
+    assert ((stations > 20.0) & (stations < 20.05)).any()
+    assert (abs(stations - 33.0) < 0.2).any()
+    assert len(stations) < 20
