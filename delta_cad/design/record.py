@@ -60,7 +60,7 @@ BEARING_FIELDS: dict[str, Any] = {
     ),
     "peak_torque_N_m": (
         float | None,
-        Field(default=None, gt=0, le=1000, description="torque each joint must give for the motor's peak time"),
+        Field(default=None, gt=0, le=100, description="torque each joint must give for the motor's peak time"),
     ),
     "stiffness_min_N_mm": (
         float | None,

@@ -1,4 +1,4 @@
-"""The capstan's cable over the whole stroke: its strands keep to the groove's helix, its turns to the groove."""
+"""The capstan's cable: its strands keep to the groove's helix over the stroke, its bend to its limit."""
 
 from __future__ import annotations
 
@@ -9,16 +9,18 @@ import numpy as np
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
+from delta_cad.drive import DriveReport, drive_torque
 
 ANGLES = 201  # of the arm between its stops
 
 
 def check_cable(d: Dimensions) -> list[CheckResult]:
-    """Holds the fleet angle against what a cable bears, and both take-offs against the ends of the groove.
+    """Holds the fleet angle and the bend against what a cable bears, and both take-offs against the ends of the groove.
 
     Returns:
         `cable fleet angle`, the largest of both strands against the plane across the axes over the stroke, deg;
-        `cable on its groove`, the least length of groove beyond a take-off, mm. None for a direct drive.
+        `cable on its groove`, the least length of groove beyond a take-off, mm; `cable bend ratio`, the diameter of the
+        groove over the cable's. None for a direct drive.
     """
     c = d.capstan
     if c is None:
@@ -38,4 +40,18 @@ def check_cable(d: Dimensions) -> list[CheckResult]:
     return [
         CheckResult("cable fleet angle", worst <= FLEET_LIMIT_RAD, degrees(worst), limit, "deg", detail=told),
         CheckResult("cable on its groove", spare >= 0.0, spare, 0.0, "mm", detail=told),
+        *_check_bend(drive_torque(d.design)),
     ]
+
+
+def _check_bend(drive: DriveReport) -> list[CheckResult]:
+    """Holds the pinion's diameter against the cable's; on the nose, which bends it more, it lies still."""
+    ratio, least, life = drive.bend_ratio, drive.bend_ratio_least, drive.bend_life_share
+    if ratio is None or least is None or life is None:
+        return []
+    told = (
+        f"makers advise {drive.bend_ratio_recommended:g}; estimate: {100.0 * life:.0f} % of the bending life there "
+        "(Sava: twice the diameter, up to 13 times the life), and below the limit it is short; it grows with "
+        "hardware.sector_radius_mm, and with a smaller hardware.capstan_ratio or a thinner hardware.cable"
+    )
+    return [CheckResult("cable bend ratio", ratio >= least, ratio, least, "", detail=told)]

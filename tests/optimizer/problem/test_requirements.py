@@ -139,7 +139,7 @@ REFUSED = [
     ("requirements.force_N", float("nan"), "requirements.force_N = NaN: "),
     ("requirements.peak_force_N", 2.9, "requirements.peak_force_N = 2.9: 3"),
     ("requirements.peak_torque_N_m", 0.79, "requirements.peak_torque_N_m = 0.79: requirements.joint_torque_N_m = 0.8"),
-    ("requirements.peak_torque_N_m", 0, "requirements.peak_torque_N_m = 0: 0 1000"),
+    ("requirements.peak_torque_N_m", 0, "requirements.peak_torque_N_m = 0: 0 100"),
     ("requirements.stiffness_min_N_mm", 0, "requirements.stiffness_min_N_mm = 0: 0 1e+06 N/mm"),
     ("requirements.joint_torque_N_m", float("inf"), "requirements.joint_torque_N_m = Infinity: "),
     ("requirements.envelope_width_m", 0.27, "requirements.envelope_width_m = 0.27: "),
