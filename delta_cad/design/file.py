@@ -29,7 +29,7 @@ from delta_cad.design.record import (
     Hardware,
     Mechanism,
 )
-from delta_cad.design.sums import impossible_sum
+from delta_cad.design.sums import impossible_sums
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
 UNITS = {
@@ -45,7 +45,15 @@ UNITS = {
 
 
 class DesignError(RefusedError):
-    """A design that is refused."""
+    """A design that is refused.
+
+    Attributes:
+        more: Further reasons, each a line as the first one, where several were found at once.
+        design: The design, where each field is within its bounds and only together they cannot be; else None.
+    """
+
+    more: tuple[str, ...] = ()
+    design: Design | None = None
 
 
 def load_design(path: str | Path, own_parts: Path | None = None) -> Design:
@@ -109,9 +117,10 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None) ->
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
-    fault = impossible_sum(design)
-    if fault is not None:
-        raise DesignError(file, fault.field, short(fault.value), fault.allowed)
+    if faults := impossible_sums(design):
+        first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
+        first.more, first.design = tuple(map(str, more)), design
+        raise first
     return design
 
 

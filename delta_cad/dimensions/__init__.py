@@ -30,7 +30,7 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, require
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
@@ -38,7 +38,7 @@ from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 PRELOAD_N = 10.0  # of the shoulder's bearings: over the axial load of some 0.6 N per N at the handle, 3 N and 10 m/s2
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
-__all__ = ["DimensionError", "Dimensions", "dimensions"]
+__all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
 
 
 @dataclass(frozen=True)
@@ -92,13 +92,18 @@ def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
         for row in catalogue.wave_spring.rows.values()
         if row.housing_mm == bearing.outer_mm and row.inner_mm > bearing.inner_ring_outer_mm
     ]
+    housings = sorted({row.housing_mm for row in catalogue.wave_spring.rows.values()})
     require(
         bool(rows),
         "shoulder",
         "preload",
         f"hardware.bearing = {bearing.id} has an outside diameter of {bearing.outer_mm:g} mm, for which the catalogue "
-        "has no wave spring",
+        f"has no wave spring; for {', '.join(f'{v:g}' for v in housings)} mm it has",
+        "hardware.bearing",
+        bearing.id,
+        next((row.id for row in catalogue.bearing.rows.values() if row.outer_mm in housings), None),
     )
+    rows = rows or list(catalogue.wave_spring.rows.values())  # in a search of reasons
     return min(rows, key=lambda row: abs(row.force_N - PRELOAD_N))
 
 
@@ -107,8 +112,13 @@ def dimensions(design: Design) -> Dimensions:
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
-        DimensionError: A part cannot be given sound dimensions.
+        DimensionError: Parts cannot be given sound dimensions; it holds every reason that was found.
     """
+    with all_reasons():
+        return _dimensions(design)
+
+
+def _dimensions(design: Design) -> Dimensions:
     mechanism, hardware = design.mechanism, design.hardware
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)

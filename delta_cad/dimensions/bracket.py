@@ -198,7 +198,11 @@ def bracket_dimensions(
         "foot_block",
         "place",
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
-        f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
+        f"it must stay at least {FOOT_INSIDE_MM:g} mm away: base_radius_mm = {u:g} must be at least "
+        f"{u + FOOT_INSIDE_MM - foot[0]:.2f} mm, or the cube.bottom_height_mm larger",
+        "mechanism.base_radius_mm",
+        u,
+        u + FOOT_INSIDE_MM - foot[0],
     )
     count = motor.mount_count
     return BracketDimensions(

@@ -238,6 +238,9 @@ def capstan_dimensions(
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
         f"hardware.capstan_ratio must be <= {pitch / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
+        "hardware.capstan_ratio",
+        ratio,
+        pitch / (bore / 2 + PINION_WALL_MM + d / 2),
     )
     collar = collar_radius_mm(motor)
     require(
@@ -245,7 +248,11 @@ def capstan_dimensions(
         "pinion",
         "collar",
         f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
-        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws: another hardware.motor",
+        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws: another hardware.motor, "
+        f"with a pilot of at least {bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM):g} mm",
+        "hardware.motor",
+        motor.id,
+        bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM),
     )
     middle = sum(layers.sector_mm) / 2
     half = run.grooved_mm / 2 + SHOULDER_MM
@@ -257,7 +264,12 @@ def capstan_dimensions(
         engaged >= SHAFT_ENGAGEMENT_MM,
         "pinion",
         "bore",
-        f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
+        f"hardware.motor = {motor.id}: its shaft of {motor.shaft_length_mm:g} mm must be at least "
+        f"{motor.shaft_length_mm + SHAFT_ENGAGEMENT_MM - engaged:.1f} mm long: it engages {engaged:.1f} mm; at least "
+        f"{SHAFT_ENGAGEMENT_MM:g}",
+        "hardware.motor",
+        motor.id,
+        motor.shaft_length_mm + SHAFT_ENGAGEMENT_MM - engaged,
     )
     slot_width = stop_pin_mm + 1.0
     to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
@@ -271,6 +283,9 @@ def capstan_dimensions(
         "slot",
         f"hardware.sector_radius_mm = {pitch:g} must be at least {least:.1f} mm, or the stop pin's slot on "
         f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
+        "hardware.sector_radius_mm",
+        pitch,
+        least,
     )
     side = run.tangent_rad + run.beyond_rad
     reach = (direction_rad - shoulder_rad[1] - STOP_MARGIN_RAD, direction_rad - shoulder_rad[0] + STOP_MARGIN_RAD)

@@ -183,8 +183,11 @@ def _ball(diameter_mm: float) -> catalogue.Ball:
         "joint_ball",
         "diameter",
         f"hardware.ball_diameter_mm = {diameter_mm:g} must be one of {', '.join(f'{v:g}' for v in stock)} mm",
+        "hardware.ball_diameter_mm",
+        diameter_mm,
+        min(stock, key=lambda v: abs(v - diameter_mm)),
     )
-    return min((row for row in rows if row.diameter_mm == diameter_mm), key=lambda row: row.grade)
+    return min(rows, key=lambda row: (abs(row.diameter_mm - diameter_mm), row.grade))
 
 
 def forearm_dimensions(
@@ -230,6 +233,9 @@ def forearm_dimensions(
         "cross_bar",
         "length",
         f"parallelogram_width_mm = {width_mm:g} must be at least {boss_width_mm + 2.0 + 2 * stand_off:g} mm",
+        "mechanism.parallelogram_width_mm",
+        width_mm,
+        boss_width_mm + 2.0 + 2 * stand_off,
     )
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM)
     seat = ball_mm + 2 * CLEARANCE_MM
@@ -248,6 +254,9 @@ def forearm_dimensions(
         "rod_tube",
         "length",
         f"forearm_length_mm = {length_mm:g} must be at least {least + 2 * shoulder:g} mm",
+        "mechanism.forearm_length_mm",
+        length_mm,
+        least + 2 * shoulder,
     )
     require(
         length_mm - second >= end - 1e-9,
@@ -255,6 +264,9 @@ def forearm_dimensions(
         "springs",
         f"forearm_length_mm = {length_mm:g} must be at least {second + end:.1f} mm: rods that fold to "
         f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
+        "mechanism.forearm_length_mm",
+        length_mm,
+        second + end,
     )
     cup = seat / 2 + CUP_WALL_MM
     return ForearmDimensions(

@@ -126,7 +126,11 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpr
             "rod_spring",
             "length",
             f"parallelogram_width_mm = {width:g} must be {bound} mm for a spring of {low:g} to {high:g} N",
+            "mechanism.parallelogram_width_mm",
+            width,
+            nearest,
         )
+        return min(rows.values(), key=lambda row: abs(row.free_length_mm - between_eyes_mm))  # in a search of reasons
     return min(fitting, key=lambda row: row.force_N(between_eyes_mm))
 
 

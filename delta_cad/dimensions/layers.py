@@ -87,6 +87,9 @@ def layers(
             "shaft bore",
             f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {clamped:g} mm on the motor's shaft; it must be "
             f"at least {least:g} mm",
+            "hardware.arm_thickness_mm",
+            arm_thickness_mm,
+            least,
         )
     bearings: tuple[tuple[float, float], ...] = ()
     head = encoder_inside - cheek

@@ -61,6 +61,9 @@ def platform_dimensions(
         "platform",
         "wrist boss",
         f"hardware.platform_thickness_mm = {thickness_mm:g} must be at least {least:g} mm around the cross-bar",
+        "hardware.platform_thickness_mm",
+        thickness_mm,
+        least,
     )
     hub = 8.0
     require(
@@ -68,6 +71,9 @@ def platform_dimensions(
         "platform",
         "wrist boss",
         f"platform_radius_mm = {radius_mm:g} must be at least {hub + thickness_mm / 2 + 2.0:g} mm",
+        "mechanism.platform_radius_mm",
+        radius_mm,
+        hub + thickness_mm / 2 + 2.0,
     )
     require(
         radius_mm >= forearm.wrist_radius_min_mm,
@@ -75,6 +81,9 @@ def platform_dimensions(
         "wrists",
         f"platform_radius_mm = {radius_mm:g} must be at least {forearm.wrist_radius_min_mm:.2f} mm, or neighbouring "
         f"cups come within the clearance at parallelogram_width_mm = {forearm.width_mm:g}",
+        "mechanism.platform_radius_mm",
+        radius_mm,
+        forearm.wrist_radius_min_mm,
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + ROOM_MM
@@ -109,6 +118,9 @@ def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_
         "base_plate",
         "counterbore",
         f"hardware.base_plate_thickness_mm = {thickness_mm:g} must be at least {least:g} mm",
+        "hardware.base_plate_thickness_mm",
+        thickness_mm,
+        least,
     )
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
     return BaseDimensions(

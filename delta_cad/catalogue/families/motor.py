@@ -14,7 +14,7 @@ class Motor(CatalogueRow):
     """A motor with its mounting face at the front.
 
     Attributes:
-        drives: Drive kinds it may be used with: "capstan", "direct".
+        drives: Drive kinds it may be used with: "capstan", "direct"; "none" where nothing we make holds on it.
         commutation: "brushed" or "brushless".
         diameter_mm: Body diameter.
         length_mm: Body length behind the mounting face.
@@ -90,8 +90,8 @@ class Motor(CatalogueRow):
 
     def fault(self) -> str:
         """Says which shaft, pilot or mounting circle cannot be, or that a drive is not known."""
-        if not set(self.drives) <= {"capstan", "direct"}:
-            return f"drives = {';'.join(self.drives)}: must be capstan, direct or both"
+        if self.drives != ("none",) and not set(self.drives) <= {"capstan", "direct"}:
+            return f"drives = {';'.join(self.drives)}: must be capstan, direct or both, or none"
         if not self.shaft_diameter_mm < self.pilot_diameter_mm < self.mount_circle_mm < self.diameter_mm:
             return "must have shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
         if self.peak_torque_N_m < self.nominal_torque_N_m:
