@@ -87,7 +87,9 @@ def place_capstan(bench: Bench, i: int) -> None:
     for k in range(d.motor.mount_count):
         for moving in BESIDE_HEADS:
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
-    bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
+    thicker = 0.75 * (d.cable.diameter_mm - 0.54)  # between the rim and the pinion's crest; 1.4 mm for 0.54 mm
+    words = "capstan gap, 1 mm between the pitch circles by design"
+    bench.gap(f"sector_{i}", pinion, 1.2 + thicker, words, 1.65 + thicker)
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
     bench.gap(pinion, f"motor_cheek_{i}", 0.3, "collar in the pilot's bore, 0.5 mm by design")
     for k in range(2):

@@ -113,7 +113,9 @@ class Hardware(_Section):
     foot: str = Field(default="foot-m4-stud-15x8", description="id in the catalogue of feet")
     magnet: str = Field(default="ndfeb-6x2.5-diametric", description="id in the catalogue of magnets")
     base_plate_thickness_mm: float = Field(default=8.0, ge=4, le=30, description="base plate")
-    arm_thickness_mm: float = Field(default=8.0, ge=5, le=20, description="upper arm plate")
+    arm_thickness_mm: float = Field(
+        default=8.0, ge=5, le=20, description="upper arm plate, at least: loads may ask more"
+    )
     platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
     _own_parts: OwnParts | None = PrivateAttr(default=None)

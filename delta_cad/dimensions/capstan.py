@@ -21,6 +21,7 @@ SHOULDER_MM = 0.5  # of the pinion at either end of its groove
 SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
 COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
 COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+COLLAR_OFF_HEADS_MM = 1.1  # and from the heads of the motor's screws
 SET_SCREW = "M3"
 COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
 NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
@@ -242,7 +243,8 @@ def capstan_dimensions(
         ratio,
         pitch / (bore / 2 + PINION_WALL_MM + d / 2),
     )
-    collar = collar_radius_mm(motor)
+    crest = crest_mm(run.pinion_mm, d)  # a collar within it passes the rim as the pinion does
+    collar = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM))
     require(
         collar - bore / 2 >= COLLAR_WALL_MM,
         "pinion",
@@ -305,7 +307,7 @@ def capstan_dimensions(
         cable_diameter_mm=d,
         rim_radius_mm=pitch - d / 2,
         middle_y_mm=middle,
-        pinion_radius_mm=crest_mm(run.pinion_mm, d),
+        pinion_radius_mm=crest,
         pinion_bore_mm=bore,
         pinion_bore_depth_mm=y[1] - floor,
         pinion_y_mm=y,
@@ -324,8 +326,9 @@ def capstan_dimensions(
 
 
 def collar_radius_mm(motor: catalogue.Motor) -> float:
-    """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, mm."""
-    return motor.pilot_diameter_mm / 2 - COLLAR_PLAY_MM
+    """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, between the screws, mm."""
+    heads = (motor.mount_circle_mm - catalogue.screw(motor.mount_thread).head_diameter_mm) / 2
+    return min(motor.pilot_diameter_mm / 2 - COLLAR_PLAY_MM, heads - COLLAR_OFF_HEADS_MM)
 
 
 def lug_length_mm() -> float:

@@ -21,7 +21,7 @@ from delta_cad.dimensions.joint import (
 )
 from delta_cad.dimensions.rules import require
 
-CROSS_BAR_MM = 8.0  # arm and platform read it
+CROSS_BAR_MM = 8.0  # the least; it grows with loads and lengths
 BAR_GLUE_MM = 0.02  # radial, bar in its bosses: retaining compound
 BAR_WALL_MM = 1.0  # least metal around a bar that is bonded
 TUBE_GLUE_MM = 0.1  # radial, spigot in the tube: what the epoxy asks
@@ -201,6 +201,8 @@ def forearm_dimensions(
     force_N: float,
     lean_max_deg: float | None,
     clearance_mm: float,
+    bar_mm: float = CROSS_BAR_MM,
+    peak_N: float = 0.0,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
@@ -212,9 +214,11 @@ def forearm_dimensions(
         arm: The upper arm, over which the elbow's spring folds.
         fold_rad: Least angle between upper arm and rod, at the elbow.
         tube: What the rods are cut of.
-        force_N: At the handle; the bond of tube and spigot is made for it.
+        force_N: At the handle, for ever; the bond of tube and spigot is made for it.
         lean_max_deg: Largest lean; None: 28 deg.
         clearance_mm: Between cups of neighbouring chains.
+        bar_mm: Diameter of the cross-bars.
+        peak_N: Largest force at the handle; the springs are made for it.
 
     Raises:
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
@@ -237,13 +241,13 @@ def forearm_dimensions(
         width_mm,
         boss_width_mm + 2.0 + 2 * stand_off,
     )
-    spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM)
+    spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
     seat = ball_mm + 2 * CLEARANCE_MM
     coil = spring.mean_diameter_mm + spring.wire_mm
     eye = spring.wire_mm + EYE_PLAY_MM
     shoulder = stem + 5.0
     beside = coil / 2 + ROOM_MM + EYE_MM * sin(lean)  # eyes inside the axes turn the spring a little as the rods lean
-    end = max(shoulder + RING_MM[1], CROSS_BAR_MM / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
+    end = max(shoulder + RING_MM[1], bar_mm / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
     first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     held = max(BOND_LEAST_MM, ceil(BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)))
@@ -278,9 +282,9 @@ def forearm_dimensions(
         pin_diameter_mm=pin,
         pin_past_mm=round(0.1 * ball_mm, 1),
         stand_off_mm=stand_off,
-        bar_diameter_mm=CROSS_BAR_MM,
+        bar_diameter_mm=bar_mm,
         bar_length_mm=bar,
-        cone_mm=CROSS_BAR_MM / 2 - step,
+        cone_mm=bar_mm / 2 - step,
         lip_mm=seat / 2 * cos(WRAP_RAD),
         cup_radius_mm=cup,
         stem_mm=stem,

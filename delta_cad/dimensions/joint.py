@@ -21,6 +21,7 @@ FRICTION = FRICTION_RANGE[1]
 CUP_MATERIAL, BALL_MATERIAL = "peek-bearing", "steel"
 EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
 PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
+PRELOAD_PER_N = 0.9  # by which the least grows with a larger force: 2 N in a rod per N, over tan(75 deg) less the lean
 POISSON = 0.35  # of the plastic; of steel 0.3 changes the modulus of the pair by less than 1 %
 SPRING_LEAN_MM = 1.0  # the eyes lie inside the rods' axes: so much longer the spring may become when the rods lean
 
@@ -93,12 +94,19 @@ class JointDimensions:
         return self.clearance_mm * force_N / hypot(self.preload_N, force_N)
 
 
-def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpring:
+def preload_range_N(force_N: float) -> tuple[float, float]:
+    """Gives the least and the largest preload of a pair's springs for the largest force at the handle, N."""
+    least = max(PRELOAD_N[0], PRELOAD_PER_N * force_N)
+    return least, PRELOAD_N[1] / PRELOAD_N[0] * least
+
+
+def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -> catalogue.TensionSpring:
     """Chooses the tension spring that gives a pair its preload at a distance of its eyes.
 
     Args:
         between_eyes_mm: Distance between the insides of the loops at no lean, mm.
         eye_mm: Distance of an eye from its rod's axis, mm, for the message.
+        force_N: Largest force at the handle, N.
 
     Returns:
         Of those within their own length and the preload's bounds the one with the least force: friction goes with it.
@@ -107,18 +115,30 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpr
         DimensionError: None is; the message names the nearest parallelogram width for which one is.
     """
     rows: Mapping[str, catalogue.TensionSpring] = catalogue.tension_spring.rows
-    low, high = PRELOAD_N
+    low, high = preload_range_N(force_N)
 
     def span(row: catalogue.TensionSpring) -> tuple[float, float]:
         shortest = row.free_length_mm + (low - row.initial_tension_N) / row.rate_N_mm
         longest = row.free_length_mm + (high - row.initial_tension_N) / row.rate_N_mm
         return shortest, min(longest, row.length_max_mm - SPRING_LEAN_MM)
 
-    spans = {key: span(row) for key, row in rows.items()}
+    spans = {key: (a, b) for key, row in rows.items() for a, b in [span(row)] if a <= b}
     fitting = [rows[key] for key, (a, b) in spans.items() if a <= between_eyes_mm <= b]
     if not fitting:
         ends = [end + 2 * eye_mm for both in spans.values() for end in both]
         width = between_eyes_mm + 2 * eye_mm
+        strongest = max(row.force_max_N for row in rows.values())
+        require(
+            bool(ends),
+            "rod_spring",
+            "force",
+            f"force_N or peak_force_N = {force_N:g} must be at most {strongest / PRELOAD_PER_N:.3g} N: springs must "
+            f"give {low:g} N, the catalogue's strongest {strongest:g}",
+            "requirements.force_N",
+            force_N,
+            strongest / PRELOAD_PER_N,
+        )
+        ends = ends or [width]
         nearest = min(ends, key=lambda end: abs(end - width))
         bound = f"at least {nearest:.1f}" if nearest > width else f"at most {nearest:.1f}"
         require(
@@ -146,7 +166,7 @@ def patch_radius_mm(ball_radius_mm: float, preload_N: float, pair_N_mm2: float) 
     return (3.0 * preload_N * effective / (4.0 * pair_N_mm2)) ** (1.0 / 3.0)
 
 
-def sliding_torques_N_mm(width_mm: float, ball_mm: float) -> tuple[float, float]:
+def sliding_torques_N_mm(width_mm: float, ball_mm: float, force_N: float = 0.0) -> tuple[float, float]:
     """Computes the friction of a ball that leans in its cup and of one that turns about the cup's axis, nominal, N mm.
 
     The spring's whole force counts as preload: what one end of a rod has less the other has more.
@@ -154,9 +174,10 @@ def sliding_torques_N_mm(width_mm: float, ball_mm: float) -> tuple[float, float]
     Args:
         width_mm: Distance of the two rods along the shoulder axis.
         ball_mm: Diameter of the balls.
+        force_N: Largest force at the handle, which the springs are chosen for, N.
     """
     between, radius = width_mm - 2 * EYE_MM, ball_mm / 2
-    pull = chosen_spring(between, EYE_MM).force_N(between)
+    pull = chosen_spring(between, EYE_MM, force_N).force_N(between)
     pair = pair_N_mm2(catalogue.material(CUP_MATERIAL), catalogue.material(BALL_MATERIAL))
     return FRICTION * pull * radius, 3.0 * pi / 16.0 * FRICTION * pull * patch_radius_mm(radius, pull, pair)
 

@@ -9,13 +9,15 @@ from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
 from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.sizes import plate_mm, stem_mm
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
-PLATE_MM = 5.0
+PLATE_MM = 5.0  # the least; it grows with loads and lengths
+STEM_WALL_MM = 3.0  # of the hub around the stem
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,16 @@ class BaseDimensions:
 
 
 def platform_dimensions(
-    radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob
+    radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob, grown: float = 1.0
 ) -> PlatformDimensions:
     """Dimensions a platform for a wrist radius; the bosses of its cross-bars are as thick as `thickness_mm`.
+
+    Args:
+        radius_mm: Platform centre to wrist.
+        thickness_mm: Of the bosses.
+        forearm: Whose cross-bars it carries.
+        knob: On its stem.
+        grown: Second moments of plate and stem over those of the least, see `sizes.growth`.
 
     Raises:
         DimensionError: Too thin around the cross-bars; the cups of neighbouring chains would come within the clearance
@@ -65,7 +74,8 @@ def platform_dimensions(
         thickness_mm,
         least,
     )
-    hub = 8.0
+    stem = stem_mm(grown)
+    hub = stem / 2 + STEM_WALL_MM
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
         "platform",
@@ -93,9 +103,9 @@ def platform_dimensions(
         boss_diameter_mm=thickness_mm,
         boss_length_mm=min(forearm.bar_length_mm - 2.0, forearm.width_mm - 2 * beside),
         bar_bore_mm=forearm.bar_diameter_mm + 2 * BAR_GLUE_MM,
-        plate_mm=PLATE_MM,
+        plate_mm=plate_mm(PLATE_MM, grown),
         hub_radius_mm=hub,
-        stem_diameter_mm=10.0,
+        stem_diameter_mm=stem,
         stem_length_mm=25.0,
         stem_thread=knob.thread,
     )

@@ -226,7 +226,8 @@ def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -
     """Seat from a cheek's inner face to its floor, and the passage through the lip."""
     clear = THROUGH_MM
     ends = sorted((inside - outwards * clear, floor))
-    rest = sorted((inside - outwards * clear, floor + outwards * 5.0))
+    through = max(5.0, d.layers.motor_cheek_mm[1] - floor + clear) if outwards > 0.0 else 5.0
+    rest = sorted((inside - outwards * clear, floor + outwards * through))
     return [
         bore_y(d.bearing.outer_mm, (0.0, 0.0), (ends[0], ends[1])),
         bore_y(d.bracket.passage_mm, (0.0, 0.0), (rest[0], rest[1])),

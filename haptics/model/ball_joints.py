@@ -13,6 +13,7 @@ import numpy as np
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import FRICTION_RANGE, sliding_torques_N_mm
+from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
@@ -70,7 +71,8 @@ def ball_friction_N(design: Design, p: np.ndarray, direction: np.ndarray) -> np.
         p: (..., 3) position, m.
         direction: (..., 3) of a steady motion, unit vectors.
     """
-    lean, turn = sliding_torques_N_mm(design.mechanism.parallelogram_width_mm, design.hardware.ball_diameter_mm)
+    width, ball = design.mechanism.parallelogram_width_mm, design.hardware.ball_diameter_mm
+    lean, turn = sliding_torques_N_mm(width, ball, largest_force_N(design.requirements))
     rates = joint_rates(design.geometry, p, direction)
     return 2.0 * (lean * rates.lean + turn * rates.turn).sum(axis=(-2, -1)) / MM_PER_M  # both rods of every chain
 

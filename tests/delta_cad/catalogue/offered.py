@@ -15,12 +15,69 @@ from delta_cad.design import Design, design_from_dict
 from tests.committed import changed
 
 Changes = dict[str, Any]
-# What else a row asks for. A motor's ratio gives its joint what the design asks for ever; a thicker arm is clamped on a
-# motor's own shaft; larger balls want a wider platform.
+# What else a row asks for. A motor's ratio gives its joint what the design asks for ever, and a larger sector spares a
+# thin shaft; what is wider along the shoulder's axis wants a wider base; heavier knobs and balls want more torque,
+# larger balls a wider platform, and that another cube.
+ROOMY = {"requirements__envelope_depth_mm": 240.0, "requirements__envelope_width_mm": 280.0}
+ROOMY |= {
+    "requirements__couple_index_min": 0.3,
+    "requirements__stiffness_min_N_mm": 12.0,
+    "requirements__kappa_max": 2.6,
+    "requirements__shoulder_min_deg": -70.0,
+}
+HEAVIER = ROOMY | {
+    "hardware__capstan_ratio": 5.2,
+    "requirements__joint_torque_N_m": 0.42,
+    "mechanism__base_radius_mm": 32.0,
+}
+DESK: Changes = {  # what `optimizer synthesize` makes of tests/references/sizes/desk-150.toml
+    "mechanism__base_radius_mm": 60.0,
+    "mechanism__platform_radius_mm": 42.0,
+    "mechanism__upper_arm_length_mm": 162.0,
+    "mechanism__forearm_length_mm": 257.438,
+    "mechanism__parallelogram_width_mm": 94.0,
+    "cube__bottom_height_mm": 119.621,
+    "cube__half_side_mm": 75.0,
+    "requirements__envelope_width_mm": 560.0,
+    "requirements__envelope_depth_mm": 520.0,
+    "requirements__force_N": 10.0,
+    "requirements__peak_force_N": None,
+    "requirements__joint_torque_N_m": 2.9,
+    "requirements__peak_torque_N_m": None,
+    "requirements__kappa_max": 2.3,
+    "hardware__capstan_ratio": 7.6,
+    "hardware__sector_radius_mm": 68.0,
+    "hardware__cable": "steel-0.8-7x19",
+    "hardware__ball_diameter_mm": 8.0,
+    "hardware__base_plate_thickness_mm": 10.0,
+    "hardware__platform_thickness_mm": 16.0,
+}
 WITH: dict[str, Changes] = {
-    "faulhaber-3257g024cr": {"hardware__capstan_ratio": 5.85},
-    "maxon-ec45flat-411812": {"hardware__capstan_ratio": 3.2, "hardware__sector_radius_mm": 30.0},
-    "10": {"mechanism__platform_radius_mm": 26.0},
+    "faulhaber-3257g024cr": ROOMY
+    | {
+        "hardware__capstan_ratio": 5.85,
+        "hardware__sector_radius_mm": 44.0,
+        "mechanism__base_radius_mm": 35.0,
+        "requirements__peak_force_N": 5.0,
+    },
+    "maxon-ec45flat-411812": ROOMY
+    | {
+        "hardware__capstan_ratio": 3.4,
+        "hardware__sector_radius_mm": 44.0,
+        "mechanism__base_radius_mm": 35.0,
+        "requirements__peak_force_N": None,
+        "requirements__peak_torque_N_m": None,
+    },
+    "maxon-re50-370354": DESK,
+    "steel-0.8-7x19": ROOMY | {"mechanism__base_radius_mm": 35.0},
+    "619-8": ROOMY | {"mechanism__base_radius_mm": 32.0},
+    "608": ROOMY | {"mechanism__base_radius_mm": 36.0},
+    "din319-32": HEAVIER,
+    "8": HEAVIER,
+    "10": HEAVIER
+    | {
+        "mechanism__platform_radius_mm": 26.0,
+    },
 }
 
 
@@ -32,7 +89,7 @@ def offered() -> dict[str, Changes]:
             found[f"motor {key}"] = {"hardware__motor": key} | WITH.get(key, {})
     for family in ("cable", "bearing", "tube", "encoder", "magnet", "knob", "foot"):
         for key in catalogue.family(family):
-            found[f"{family} {key}"] = {f"hardware__{family}": key}
+            found[f"{family} {key}"] = {f"hardware__{family}": key} | WITH.get(key, {})
     for size in sorted({row.diameter_mm for row in catalogue.ball.rows.values()}):
         found[f"ball {size:g}"] = {"hardware__ball_diameter_mm": size} | WITH.get(f"{size:g}", {})
     return found
