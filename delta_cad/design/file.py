@@ -254,6 +254,8 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         return f"must be a folder's name, relative to that of this file, of at most {FOLDER_LONGEST} characters"
     if name == "drive":
         return 'must be "capstan" or "direct"'
+    if name == "encoder_at":
+        return 'must be "shoulder" or "motor"'
     if name in HARDWARE_FAMILIES and model is Hardware:
         return f"must be one of {', '.join(catalogue.family(name))}"
     info = model.model_fields.get(name)
@@ -294,4 +296,13 @@ def _check_drive(hardware: Hardware, file: str) -> None:
         motors = catalogue.family("motor", hardware.own_parts).items()
         legal = [key for key, row in motors if isinstance(row, catalogue.Motor) and hardware.drive in row.drives]
         allowed = f"is not for the {hardware.drive} drive; must be one of {', '.join(legal)}"
+        raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)
+    if hardware.encoder_at == "motor" and catalogue.motor.chosen(hardware).encoder_counts_per_turn is None:
+        motors = catalogue.family("motor", hardware.own_parts).items()
+        sensed = [
+            key
+            for key, row in motors
+            if isinstance(row, catalogue.Motor) and hardware.drive in row.drives and row.encoder_counts_per_turn
+        ]
+        allowed = f"has no encoder of its own, which hardware.encoder_at = motor asks for; {', '.join(sensed)} have"
         raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)

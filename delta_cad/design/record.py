@@ -106,6 +106,9 @@ class Hardware(_Section):
     capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
     sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
     cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
+    encoder_at: Literal["shoulder", "motor"] | None = Field(
+        default=None, description="motor: the motor's own encoder; shoulder, as where it is left out: board and magnet"
+    )
     encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")
     bearing: str = Field(default="688", description="id in the catalogue of bearings")
     tube: str = Field(default="cfrp-5x3", description="id in the catalogue of tubes: the rods")

@@ -75,6 +75,11 @@ class Dimensions:
         return float(inverse_kinematics(self.design.geometry, home)[0])
 
     @property
+    def sensed_at_shoulder(self) -> bool:
+        """Whether the shoulder carries an encoder's board and magnet; else the motors have encoders of their own."""
+        return self.design.hardware.encoder_at != "motor"
+
+    @property
     def stops_rad(self) -> tuple[float, float]:
         """Shoulder angles at which the stop pins are met."""
         return (

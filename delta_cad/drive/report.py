@@ -135,3 +135,13 @@ def drive_torque(design: Design) -> DriveReport:
         bend_ratio=bend,
         bend_ratio_recommended=advised,
     )
+
+
+def joint_counts_per_turn(design: Design) -> float:
+    """Computes the counts of a joint's encoder in a turn of the arm; at the motor, its own times the ratio."""
+    hardware = design.hardware
+    if hardware.encoder_at != "motor":
+        return float(catalogue.encoder.chosen(hardware).counts_per_turn)
+    counts = catalogue.motor.chosen(hardware).encoder_counts_per_turn
+    assert counts is not None, "the design file refuses such a motor"
+    return counts * drive_torque(design).ratio

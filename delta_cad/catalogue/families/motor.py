@@ -38,6 +38,8 @@ class Motor(CatalogueRow):
         no_load_current_A: Current at `nominal_voltage_V` without a load: its torque is what idles away.
         cogging_torque_N_m: Largest torque with which the magnets hold the rotor, without a current; 0 for windings
             without iron.
+        encoder_counts_per_turn: Counts of the encoder on the motor's rear end, which length and mass include; None
+            where it has none.
     """
 
     defaults: ClassVar = {
@@ -82,6 +84,7 @@ class Motor(CatalogueRow):
     max_axial_load_N: float | None
     no_load_current_A: float | None
     cogging_torque_N_m: float | None
+    encoder_counts_per_turn: int | None
 
     @property
     def idle_friction_N_m(self) -> float | None:

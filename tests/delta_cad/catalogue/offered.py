@@ -68,6 +68,13 @@ WITH: dict[str, Changes] = {
         "requirements__peak_force_N": None,
         "requirements__peak_torque_N_m": None,
     },
+    "maxon-re30-310009-500": ROOMY  # 21 mm longer, and no board at the shoulder
+    | {
+        "mechanism__base_radius_mm": 40.0,
+        "requirements__envelope_depth_mm": 260.0,
+        "requirements__envelope_width_mm": 300.0,
+        "hardware__encoder_at": "motor",
+    },
     "maxon-re50-370354": DESK,
     "steel-0.8-7x19": ROOMY | {"mechanism__base_radius_mm": 35.0},
     "619-8": ROOMY | {"mechanism__base_radius_mm": 32.0},
