@@ -73,6 +73,8 @@ WITH: dict[str, Changes] = {
         "mechanism__base_radius_mm": 40.0,
         "requirements__envelope_depth_mm": 260.0,
         "requirements__envelope_width_mm": 300.0,
+        "requirements__couple_index_min": 0.25,
+        "requirements__stiffness_min_N_mm": 7.0,
         "hardware__encoder_at": "motor",
     },
     "maxon-re50-370354": DESK,
