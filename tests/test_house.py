@@ -1,8 +1,12 @@
-"""The house's own rules: no circles between modules, folders and files that a person can overlook."""
+"""The house's own rules: no circles between modules, files that can be overlooked, pages that name what is there."""
 
 from __future__ import annotations
 
 import ast
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +16,8 @@ from tests.conftest import LONGEST
 
 PACKAGES = ("delta_cad", "optimizer", "haptics")
 MOST_ENTRIES, MOST_LINES = 14, 450
+MADE = ("out/",)  # what commands write stands in no checkout
+SKIPPED = {".venv", "out", "build", "node_modules"}
 
 
 def modules(package: str) -> dict[str, Path]:
@@ -93,3 +99,81 @@ def test_folders_and_files_can_be_overlooked(top: str) -> None:
 
 def test_files_that_begin_first_are_there() -> None:
     assert [name for name in LONGEST if not (ROOT / "tests" / name).is_file()] == []
+
+
+def pages() -> list[Path]:
+    """Every Markdown page of the checkout, hidden folders and what commands write left out."""
+    found = (path.relative_to(ROOT) for path in ROOT.rglob("*.md"))
+    return sorted(path for path in found if not any(part in SKIPPED or part.startswith(".") for part in path.parts))
+
+
+def named_paths(text: str) -> Iterator[str]:
+    """What a page has in backquotes that looks like a path of the project: with a slash, a folder or a source file."""
+    for name in re.findall(r"`([\w.*-]+/[\w./*-]*)`", text):
+        known = name.endswith("/") or name.split("/")[0] in {path.name for path in ROOT.iterdir()}
+        source = Path(name).suffix in (".py", ".md", ".csv", ".toml", ".json", ".sh", ".c", ".h")
+        if (known or source) and not name.startswith(MADE):
+            yield name
+
+
+def test_what_looks_like_a_path_is_seen() -> None:
+    text = "`delta_cad/masses.py`, `solids/`, `delta-design/1`, `mass_properties.json`, `out/bench.md`, `a/b.csv`"
+    assert list(named_paths(text)) == ["delta_cad/masses.py", "solids/", "a/b.csv"]
+
+
+def test_paths_that_pages_name_are_there() -> None:
+    assert len(pages()) >= 7
+    missing = []
+    for page in pages():
+        homes = [ROOT, ROOT / page.parent, *(ROOT / package for package in PACKAGES)]
+        for name in named_paths((ROOT / page).read_text(encoding="utf-8")):
+            if not any(any(home.glob(name)) for home in homes):
+                missing.append(f"{page}: {name}")
+    assert missing == []
+
+
+def diffs() -> list[str]:
+    """The diffs of CONTRIBUTING.md, which show by example what a limit, a law and a part are added by."""
+    return re.findall(r"```diff\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
+
+
+def hunks(diff: str) -> Iterator[tuple[str, str, str]]:
+    """File, text before and text after of every hunk of a diff."""
+    name = ""
+    for part in re.split(r"^(?=\+\+\+ |@@ )", diff, flags=re.MULTILINE):
+        first, *lines = part.splitlines(keepends=True)
+        if first.startswith("+++ b/"):
+            name = first[6:].strip()
+        elif first.startswith("@@ "):
+            lines = lines[: next((k for k, line in enumerate(lines) if line.startswith("diff ")), len(lines))]
+            before = "".join(line[1:] for line in lines if line[0] in " -")
+            after = "".join(line[1:] for line in lines if line[0] in " +")
+            begin, old, new = re.match(r"@@ -(\d+)(?:,(\d+))? \+\d+(?:,(\d+))? @@", first).groups()  # pyright: ignore
+            assert (int(old or 1), int(new or 1)) == (before.count("\n"), after.count("\n")), f"{name}:{begin}"
+            yield name, before, after
+
+
+def test_diffs_of_the_contributing_page_apply(tmp_path: Path) -> None:
+    assert len(diffs()) == 3
+    for k, diff in enumerate(diffs()):
+        copy, changed = tmp_path / str(k), dict[str, str]()
+        for name, before, after in hunks(diff):
+            path = copy / name
+            if (ROOT / name).exists() and not path.exists():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, path)
+            text = changed.get(name, path.read_text(encoding="utf-8") if path.exists() else "")
+            assert text.count(before) == 1 if before else text == "", f"diff {k + 1} of CONTRIBUTING.md, {name}"
+            changed[name] = text.replace(before, after) if before else after
+        if shutil.which("git"):
+            apply = ["git", "apply", "--check", "--verbose", "-"]
+            process = subprocess.run(apply, input=diff, cwd=copy, capture_output=True, text=True)
+            assert process.returncode == 0, process.stderr
+        for name, text in changed.items():
+            assert not name.endswith(".py") or ast.parse(text)
+
+
+def test_the_limit_that_the_contributing_page_shows_is_the_one_that_is_tested() -> None:
+    shown = {name: after for diff in diffs() for name, _, after in hunks(diff)}
+    tested = (ROOT / "tests/delta_cad/mechanism/limits/elbow_height.py").read_text(encoding="utf-8")
+    assert shown["delta_cad/mechanism/limits/elbow_height.py"] == tested.removeprefix("# ruff: noqa: ARG001\n")

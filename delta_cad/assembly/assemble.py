@@ -18,6 +18,7 @@ from delta_cad.assembly.bench import (
 )
 from delta_cad.assembly.contacts import contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
+from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
@@ -30,11 +31,14 @@ from delta_cad.solids.bought.encoder_board import make_encoder_board
 from delta_cad.solids.bought.foot import make_foot
 from delta_cad.solids.bought.magnet import make_magnet
 from delta_cad.solids.bought.motor import make_motor
+from delta_cad.solids.bought.spring import make_rod_spring
 from delta_cad.solids.part import Joint
 
 ABOUT_X, ABOUT_Y = np.diag([1.0, -1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0, 1.0])
 EYE_FRAMES = ((ABOUT_X, HALF_TURN), (ABOUT_Y, np.eye(4)))  # of a pair's rods: away from the arm, towards it
 BESIDE_STUD_MM = 0.4  # least gap of a rod's end beside its stud: 0.5 mm at the tilt that the joint is made for
+BESIDE_TUBE_MM = 1.5  # least gap of a spring's loop beside the tube that carries its eye: 2.7 mm as it hangs
+LOOP_MM3 = 0.2  # what a loop, drawn stiff, shares with the edges of its eye where the rods lean: 0.11 at 24 deg
 BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where the rod has not turned about itself
 
 
@@ -115,8 +119,9 @@ def _board(bench: Bench, shoulder: np.ndarray, i: int) -> None:
     fixing_row = catalogue.screw(brackets.BOARD_SCREW)
     gap = layers.encoder_head_mm[0] - front
     spacer = bench.once("board_spacer", lambda: fasteners.make_spacer(fixing_row.clearance_hole_mm, gap))
-    cheek = layers.encoder_cheek_mm[1] - layers.encoder_head_mm[0]
-    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + cheek - 2.0))
+    thread, drilled = brackets.board_thread_mm(d)
+    into = thread if drilled else thread - 2.0
+    board_screw = bench.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + into))
     for k, (x, height) in enumerate(brackets.board_screw_positions(d)):
         bench.put(f"board_spacer_{i}_{k}", spacer, "base", shoulder @ pointing((0, 1, 0), x, front, height))
         bench.put(f"board_screw_{i}_{k}", board_screw, "base", shoulder @ pointing((0, -1, 0), x, back, height))
@@ -152,6 +157,7 @@ def _balls(bench: Bench, i: int, end: str, link: str, bar: np.ndarray) -> None:
 def _rods(bench: Bench, i: int) -> None:
     d, f = bench.d, bench.d.forearm
     cup = bench.once("rod_cup", lambda: forearm.make_rod_cup(d))
+    shell = bench.once("cup_shell", lambda: forearm.make_cup_shell(d))
     eye = bench.once("rod_eye", lambda: forearm.make_rod_eye(d))
     tube = bench.once("rod_tube", lambda: forearm.make_rod_tube(d))
     bar = bench.once("cross_bar", lambda: forearm.make_cross_bar(d))
@@ -161,18 +167,34 @@ def _rods(bench: Bench, i: int) -> None:
     for j in SIDES:
         link = f"rod_{i}_{j}"
         # the poles of both cups lie outwards, towards +y of the rod on that side
-        bench.put(f"rod_cup_{i}_{j}_elbow", cup, link, np.eye(4) if j else ABOUT_X)
+        elbow, far = np.eye(4) if j else ABOUT_X, at(f.length_mm) @ (ABOUT_Y if j else HALF_TURN)
+        bench.put(f"rod_cup_{i}_{j}_elbow", cup, link, elbow)
+        bench.put(f"cup_shell_{i}_{j}_elbow", shell, link, elbow)
         bench.put(f"rod_tube_{i}_{j}", tube, link, at(f.shoulder_mm))
-        bench.put(f"rod_cup_{i}_{j}_wrist", cup, link, at(f.length_mm) @ (ABOUT_Y if j else HALF_TURN))
+        bench.put(f"rod_cup_{i}_{j}_wrist", cup, link, far)
+        bench.put(f"cup_shell_{i}_{j}_wrist", shell, link, far)
         for k, x in enumerate(f.eyes_x_mm):
             bench.put(f"rod_eye_{i}_{j}_{k}", eye, link, at(x) @ EYE_FRAMES[j][k])
             if f.eye_room_mm < d.design.requirements.clearance_min_mm + BESIDE_ARM_MM:
                 reason = "folds beside the arm, held by its spring"
                 bench.gap(f"rod_eye_{i}_{j}_{k}", f"upper_arm_{i}", BESIDE_ARM_MM, reason)
         for end in ("elbow", "wrist"):
-            own = f"rod_cup_{i}_{j}_{end}"
-            bench.touch(f"joint_ball_{i}_{j}_{end}", own, "ball in its cup")
-            bench.gap(own, f"cross_bar_{i}_{end}", BESIDE_STUD_MM, "the rod leans beside the stud it hangs on")
+            ball, own, lining = (f"{part}_{i}_{j}_{end}" for part in ("joint_ball", "rod_cup", "cup_shell"))
+            bench.touch(ball, lining, "ball in its cup")
+            bench.touch(ball, own, "the cup around its shell", guides=False)
+            for part in (own, lining):
+                bench.gap(part, f"cross_bar_{i}_{end}", BESIDE_STUD_MM, "the rod leans beside the stud it hangs on")
+    _springs(bench, i)
+
+
+def _springs(bench: Bench, i: int) -> None:
+    """Both springs across a pair of rods, each on a link of its own, which follows the rods."""
+    spring = bench.once("rod_spring", lambda: make_rod_spring(bench.d))
+    for k in SIDES:
+        name = bench.put(f"rod_spring_{i}_{k}", spring, f"spring_{i}_{k}", np.eye(4))
+        for j in SIDES:
+            bench.touch(name, f"rod_eye_{i}_{j}_{k}", "loop in its eye", overlap_mm3=LOOP_MM3)
+            bench.gap(name, f"rod_tube_{i}_{j}", BESIDE_TUBE_MM, "hangs on the tube")
 
 
 def _platform(bench: Bench) -> None:
@@ -237,10 +259,14 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
             d.forearm.width_mm,
             d.bracket.motor_axis_mm,
             d.capstan.ratio if d.capstan is not None else 1.0,
+            ((d.forearm.eyes_x_mm[0], -d.forearm.eye_z_mm), (d.forearm.eyes_x_mm[1], d.forearm.eye_z_mm)),
+            d.forearm.eye_y_mm,
         ),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
         contacts=contacts(d),
         stated=statement(d),
         stops=stops(d),
         supplies=supplies(d),
+        reached=reached(d),
+        removals=removals(d),
     )

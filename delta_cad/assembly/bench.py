@@ -103,9 +103,9 @@ class Bench:
         self.occurrences.append(Occurrence(name, part, link, placement))
         return name
 
-    def touch(self, a: str, b: str, reason: str, guides: bool = True) -> None:
+    def touch(self, a: str, b: str, reason: str, guides: bool = True, overlap_mm3: float = CONTACT_MM3) -> None:
         """Notes two parts that touch by design, in a joint's seat or elsewhere."""
-        self.fits.append(Fit(a, b, "contact", overlap_mm3=CONTACT_MM3, reason=reason, guides=guides))
+        self.fits.append(Fit(a, b, "contact", overlap_mm3=overlap_mm3, reason=reason, guides=guides))
 
     def piece(self, a: str, b: str) -> None:
         """Notes two pieces that one part is drawn in."""

@@ -13,16 +13,24 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import (
     CARRIAGE_MM,
     CRIMP_MM,
+    POCKET_CORNER_MM,
     POCKET_PLAY_MM,
     SHAFT_ENGAGEMENT_MM,
     TENSION_SCREW,
     CapstanDimensions,
 )
-from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, POCKET_MM, RING_MM, TUBE_GLUE_MM, ForearmDimensions
-from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
+from delta_cad.dimensions.forearm import (
+    BALL_GLUE_MM,
+    BAR_GLUE_MM,
+    LINER_GLUE_MM,
+    RING_MM,
+    TUBE_GLUE_MM,
+    ForearmDimensions,
+)
+from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POCKET_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids import brackets, capstan, fasteners, platform
+from delta_cad.solids import brackets, fasteners, platform
 from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
 from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
 from delta_cad.solids.part import Contact, Stop
@@ -140,14 +148,18 @@ def _elbow(bench: _Contacts, d: Dimensions, i: int) -> None:
     bench.cylinder(wrist, "platform", held, 1.1 * BAR_GLUE_MM, "cross-bar bonded in the platform's boss")
     for j in SIDES:
         for end, bar in (("elbow", elbow), ("wrist", wrist)):
-            _ball(bench, f, f"joint_ball_{i}_{j}_{end}", bar, f"rod_cup_{i}_{j}_{end}")
+            _ball(bench, f, bar, f"{i}_{j}_{end}")
 
 
-def _ball(bench: _Contacts, f: ForearmDimensions, ball: str, bar: str, cup: str) -> None:
+def _ball(bench: _Contacts, f: ForearmDimensions, bar: str, end: str) -> None:
+    ball, shell, cup = f"joint_ball_{end}", f"cup_shell_{end}", f"rod_cup_{end}"
     radius, inside = f.seat_diameter_mm / 2, f.seat_diameter_mm / 2 - f.lip_mm
-    pole = radius - sqrt(radius**2 - (POCKET_MM[0] / 2) ** 2)
+    pole = radius - sqrt(radius**2 - (POCKET_MM / 2) ** 2)
     seat = 0.98 * 2 * pi * radius * (inside - pole)  # the zone of a sphere between lip and grease pocket
-    bench.ball(ball, cup, seat, 2 * (CLEARANCE_MM + CLEARANCE_TOLERANCE_MM), "ball in its cup")
+    bench.ball(ball, shell, seat, 2 * (CLEARANCE_MM + CLEARANCE_TOLERANCE_MM), "ball in its cup")
+    back = f.liner_radius_mm
+    bonded = 0.9 * 2 * pi * back * (sqrt(back**2 - (POCKET_MM / 2) ** 2) - f.lip_mm)
+    bench.ball(shell, cup, bonded, 2 * LINER_GLUE_MM, "shell bonded in its cup")
     bonded = rim_mm(f) + f.pin_past_mm - CHAMFERS_MM / 2
     bench.cylinder(bar, ball, bonded, 1.1 * BALL_GLUE_MM, "stud's pin bonded in its ball")
 
@@ -195,7 +207,7 @@ def _capstan(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> N
     _cable(bench, d, c, i)
     carriage, tension = f"tension_carriage_{i}", f"tension_screw_{i}"
     bench.cylinder(tension, carriage, 3.0, THREAD_MM, "tension screw in its carriage, a diameter")
-    guided = 2 * SHARE * CARRIAGE_MM[0] * CARRIAGE_MM[1]
+    guided = 2 * SHARE * (CARRIAGE_MM[0] - 2 * POCKET_CORNER_MM) * CARRIAGE_MM[1]
     bench.plane(carriage, sector, guided, "carriage guided in its pocket", POCKET_PLAY_MM + SEATED_MM)
     screw = catalogue.screw(TENSION_SCREW)
     seat = SHARE * _ring(screw.head_diameter_mm, screw.clearance_hole_mm)
@@ -215,7 +227,8 @@ def _cable(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> Non
     bench.cable(
         f"{name}_turns", f"pinion_{i}", 0.97 * run.wrap_rad * run.pinion_mm, CABLE_OFF_MM, "turns in the groove"
     )
-    area = SHARE * _ring(CRIMP_MM[0], c.cable_diameter_mm + capstan.CABLE_BORE_MM)
+    open_side = (CRIMP_MM[0] - c.cable_slot_mm) / 2 * c.cable_slot_mm
+    area = SHARE * (_ring(CRIMP_MM[0], c.cable_slot_mm) - open_side)
     bench.plane(f"crimp_sleeve_{i}_0", sector, area, "sleeve behind the anchor's wall")
     bench.plane(f"crimp_sleeve_{i}_1", f"tension_carriage_{i}", area, "sleeve in its carriage")
 

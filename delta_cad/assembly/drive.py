@@ -31,7 +31,7 @@ def place_direct(bench: Bench, i: int) -> None:
     bench.put(f"shoulder_clamp_{i}", clamp, f"upper_arm_{i}", seat)
     bench.touch(f"upper_arm_{i}", f"motor_{i}", "the arm is clamped on the motor's shaft")
     bench.gap(f"shoulder_shaft_{i}", f"motor_{i}", 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
-    for k in range(bench.d.motor.mount_count):
+    for k in range(len(bench.d.bracket.motor_screws_rad)):
         bench.gap(f"upper_arm_{i}", f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads, 1.4 mm by design")
     for k in range(len(bench.d.bracket.stop_pins_mm)):
         bench.gap(f"upper_arm_{i}", f"stop_pin_{i}_{k}", 0.3, "stop pin is met 3 deg outside the cube")
@@ -85,7 +85,7 @@ def place_capstan(bench: Bench, i: int) -> None:
     if d.sensed_at_shoulder:
         bench.gap(f"encoder_magnet_{i}", f"bearing_{i}_e", BESIDE_MM, "in the shaft's head, 1 mm or more by design")
     bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
-    for k in range(d.motor.mount_count):
+    for k in range(len(d.bracket.motor_screws_rad)):
         for moving in BESIDE_HEADS:
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
     thicker = 0.75 * (d.cable.diameter_mm - 0.54)  # between the rim and the pinion's crest; 1.4 mm for 0.54 mm
@@ -96,7 +96,7 @@ def place_capstan(bench: Bench, i: int) -> None:
     for k in range(2):
         bench.touch(f"set_screw_{i}_{k}", f"motor_{i}", "set screw on the motor's shaft", guides=False)
         bench.gap(f"set_screw_{i}_{k}", f"motor_cheek_{i}", 0.25, "set screw below the collar's surface")
-        for n in range(d.motor.mount_count):
+        for n in range(len(d.bracket.motor_screws_rad)):
             bench.gap(f"set_screw_{i}_{k}", f"motor_screw_{i}_{n}", 0.4, "set screw below the collar's surface")
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.solids.part import Contact, Fit, Joint, Occurrence, Part, Stated, Stop, Supply
+from delta_cad.solids.part import Contact, Fit, Joint, Occurrence, Part, Reach, Removal, Stated, Stop, Supply
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class Assembly:
         stated: What every joint and drive is made of.
         stops: Both ends of every joint that a stop holds.
         supplies: What is bought beside the parts.
+        reached: Screws that a key must reach in the finished machine.
+        removals: Parts that come off it, each in a straight line.
     """
 
     name: str
@@ -38,6 +40,8 @@ class Assembly:
     stated: tuple[Stated, ...] = ()
     stops: tuple[Stop, ...] = ()
     supplies: tuple[Supply, ...] = ()
+    reached: tuple[Reach, ...] = ()
+    removals: tuple[Removal, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -23,6 +23,7 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
         stated += _bracket(i) + _shoulder(i) + _drive(d, i) + _sensor(d, i)
         for j in SIDES:
             stated += _rod(i, j)
+        stated += [Stated(f"pair_{i}", f"rod_spring_{i}_{k}", 1, "rod_spring", f"spring_{i}_{k}") for k in SIDES]
     return tuple(stated)
 
 
@@ -52,7 +53,7 @@ def _drive(d: Dimensions, i: int) -> list[Stated]:
     group, link = f"drive_{i}", f"upper_arm_{i}"
     of_both = [
         Stated(group, f"motor_{i}", 1, "motor", "base"),
-        Stated(group, f"motor_screw_{i}_?", d.motor.mount_count, f"screw_{d.motor.mount_thread}x*", "base"),
+        Stated(group, f"motor_screw_{i}_?", len(d.bracket.motor_screws_rad), f"screw_{d.motor.mount_thread}x*", "base"),
     ]
     if d.capstan is None:  # the arm is clamped on the motor's shaft and turns in the motor's bearings
         return [
@@ -105,6 +106,8 @@ def _rod(i: int, j: int) -> list[Stated]:
     return [
         Stated(f"elbow_{i}_{j}", f"joint_ball_{i}_{j}_elbow", 1, "joint_ball", f"upper_arm_{i}"),
         Stated(f"elbow_{i}_{j}", f"rod_cup_{i}_{j}_elbow", 1, "rod_cup", rod),
+        Stated(f"elbow_{i}_{j}", f"cup_shell_{i}_{j}_elbow", 1, "cup_shell", rod),
+        Stated(f"wrist_{i}_{j}", f"cup_shell_{i}_{j}_wrist", 1, "cup_shell", rod),
         Stated(rod, f"rod_tube_{i}_{j}", 1, "rod_tube", rod),
         Stated(f"wrist_{i}_{j}", f"rod_cup_{i}_{j}_wrist", 1, "rod_cup", rod),
         Stated(rod, f"rod_eye_{i}_{j}_?", 2, "rod_eye", rod),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from delta_cad.catalogue.reader import CatalogueError, Family, OwnParts, optional_columns, read_family
+from delta_cad.catalogue.reader import CatalogueError, Family, OwnParts, read_family
 from delta_cad.catalogue.row import CatalogueRow
 from delta_cad.common.refusal import LONGEST
 
@@ -43,12 +43,6 @@ def read_own(
         for row in own.values():
             _require_partners(f"{name}.csv", row, parts, shared)
     return parts
-
-
-def needed_columns(family: Family) -> tuple[str, ...]:
-    """Gives the columns that a user's own file of a family must have."""
-    optional = optional_columns(family.record)
-    return tuple(name for name in family.columns if name not in optional)
 
 
 def _require_partners(

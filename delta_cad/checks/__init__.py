@@ -12,6 +12,7 @@ from collections.abc import Callable
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.clearance.clearance import with_exact
+from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
@@ -76,6 +77,8 @@ def run_checks(
     progress("parts attached")
     results.append(check_attachment(assembly, meshes))
     results += check_screws(assembly, meshes)
+    progress("access")
+    results += check_access(assembly, limits, meshes)
     meanwhile()
     results += sweep.outline()
     by_meshes = sweep.clearance()

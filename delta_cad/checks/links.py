@@ -1,4 +1,9 @@
-"""Links by name: chains, rigid bodies, pinions that sweep bodies of revolution, rods that turn about themselves."""
+"""Links by name: chains, rigid bodies, pinions that sweep bodies of revolution, rods that turn about themselves.
+
+The springs across a pair of rods are carried by none of them. What turns and leans about a spring's middle is taken
+into its body (`sway_of`), a body of revolution about the shoulder's direction that holds it whatever the rods do. That
+body is then translated with the middle, a point of the parallelogram, on a link of its own, `swaying_i_k`.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +13,10 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.placement import CHAINS, LinkPlacement
+from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, SpringSway, chain_frame, spring_sway
 from delta_cad.solids.part import Occurrence
+
+LEAN_MAX_RAD = np.radians(60.0)  # of rods whose joints state no tilt: more than any cube asks
 
 
 def rigid_link(occurrence: Occurrence, placement: LinkPlacement) -> str:
@@ -78,6 +85,30 @@ def free_turn(tilt_rad: float, lean_rad: np.ndarray) -> np.ndarray:
         (...) largest turn, rad; 0 where the lean takes all of the tilt.
     """
     return np.arccos(np.clip(np.cos(tilt_rad) / np.cos(lean_rad), 0.0, 1.0))
+
+
+def clearance_frames(placement: LinkPlacement, p_mm: np.ndarray) -> dict[str, np.ndarray]:
+    """Computes the (n, 4, 4) frames in which bodies of all links are held apart, at handle positions (n, 3), mm.
+
+    Those of the placement, but of geared pinions, which stand still, and besides those of what holds a swaying spring:
+    its middle with its chain's axes.
+    """
+    links = dict(placement(p_mm))
+    for name in swept_links(placement):
+        links[name] = np.broadcast_to(fixed_frame(name, placement), (len(p_mm), 4, 4))
+    for i in CHAINS:
+        for k in SIDES:
+            moved = np.broadcast_to(chain_frame(i), (len(p_mm), 4, 4)).copy()
+            moved[:, :3, 3] = links[f"spring_{i}_{k}"][:, :3, 3]
+            links[f"swaying_{i}_{k}"] = moved
+    return links
+
+
+def sway_of(placement: LinkPlacement, tilt_rad: float) -> SpringSway:
+    """Bounds how far the springs stray in the frames of `clearance_frames`, the rods' joints tilted by `tilt_rad`."""
+    aside = max(abs(z) for _, z in placement.springs_mm)
+    tilt = tilt_rad or LEAN_MAX_RAD
+    return spring_sway(placement.parallelogram_width_mm, placement.eye_inside_mm, aside, tilt)
 
 
 def turn_about_x(angle_rad: np.ndarray) -> np.ndarray:

@@ -138,6 +138,25 @@ def bore_counts(shape: Any) -> dict[float, int]:
     return {diameter: count for diameter, count in sorted(counts.items()) if count}
 
 
+def slot_count(shape: Any, width_mm: float) -> int:
+    """Counts the slots of a width in a `cadquery.Shape`: pairs of planes that face one another at that distance.
+
+    Faces of two planes face one another where they come as close as the planes are.
+    """
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+
+    planes = features(shape).planes
+    count = 0
+    for k, one in enumerate(planes):
+        for other in planes[k + 1 :]:
+            between = float((other.point - one.point) @ one.normal)
+            if one.normal @ other.normal > -1.0 + 1e-9 or abs(between - width_mm) > DIAMETER_MM:
+                continue
+            apart = BRepExtrema_DistShapeShape(one.face.wrapped, other.face.wrapped).Value()  # type: ignore[attr-defined]
+            count += abs(float(apart) - width_mm) <= DIAMETER_MM
+    return count
+
+
 def compared_bores(part: Part, bores: dict[float, int]) -> tuple[list[str], str]:
     """Holds the bores that a part declares against those found, number of axes by diameter.
 
@@ -147,6 +166,10 @@ def compared_bores(part: Part, bores: dict[float, int]) -> tuple[list[str], str]
     faults = []
     declared: dict[float, int] = {}
     for hole in part.holes:
+        if hole.is_slot:
+            if (seen := slot_count(part.solid, hole.diameter_mm)) != hole.count:
+                faults.append(f"it has {seen} slots {hole.diameter_mm:g} mm wide, {hole.count} are declared")
+            continue
         declared[hole.diameter_mm] = declared.get(hole.diameter_mm, 0) + hole.count
     for diameter, count in declared.items():
         seen = sum(n for d, n in bores.items() if abs(d - diameter) <= DIAMETER_MM)

@@ -8,6 +8,8 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.structure.loads import Load
 from delta_cad.structure.report import KnobStiffness, StructureReport
 
+JOINT_MIN_N_MM = 500.0  # below, the joints are what gives most at the knob
+
 
 def check_structure(found: StructureReport, stiffness_min_N_mm: float | None) -> list[CheckResult]:
     """Checks loads and stiffness of a machine.
@@ -17,11 +19,22 @@ def check_structure(found: StructureReport, stiffness_min_N_mm: float | None) ->
         stiffness_min_N_mm: Least stiffness at the knob that is asked; None: it is told, not judged.
 
     Returns:
-        One result for the stiffness, one for the first mode, which is told alone, and one for each load and case.
+        One result for the stiffness, one for that of a ball joint, one for the first mode, which is told alone, and one
+        for each load and case.
     """
     count = len(found.stiffness.positions_mm)
     loads = [_load(case, force, load, count) for case, (force, all_) in found.cases.items() for load in all_]
-    return [check_knob(found.stiffness, stiffness_min_N_mm), _first_mode(found), *loads]
+    knob = check_knob(found.stiffness, stiffness_min_N_mm)
+    return [knob, check_joint(found.stiffness.table.joint_N_mm), _first_mode(found), *loads]
+
+
+def check_joint(value_N_mm: float) -> CheckResult:
+    """Checks the stiffness of a ball joint with its rod's end, along the rod, N/mm."""
+    detail = (
+        "along the rod at rest, tension or compression: ball in its cup with the largest clearance, and the rod's end"
+    )
+    name = "structure ball joint stiffness"
+    return CheckResult(name, value_N_mm >= JOINT_MIN_N_MM, value_N_mm, JOINT_MIN_N_MM, "N/mm", detail=detail)
 
 
 def check_knob(over: KnobStiffness, asked_N_mm: float | None) -> CheckResult:

@@ -26,7 +26,6 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.commands.inspection import inspection
     from delta_cad.commands.tables import print_inspection
     from delta_cad.design import DesignError, load_design
-    from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import MassError, load_masses
     from delta_cad.mechanism import MechanismError
 
@@ -36,9 +35,7 @@ def run(given: argparse.Namespace) -> int:
             return refuse_hardware(given, design.name, [], reasons)
         inertia = None
         if given.mass_properties is not None:
-            inertia = load_masses(
-                given.mass_properties, design.geometry.forearm_length, drive_torque(design)
-            ).handle_inertia
+            inertia = load_masses(given.mass_properties, design).handle_inertia
         rows = inspection(design, inertia)
     except DesignError as error:
         return refuse_design(given, error)

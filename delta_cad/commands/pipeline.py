@@ -15,7 +15,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.range.cable import check_cable
-from delta_cad.checks.range.drive import check_drive
+from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.structure import check_structure
@@ -151,8 +151,10 @@ def check_machine(
     progress("torque with gravity")
     gravity = np.array(required.gravity_m_s2)
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
-    results += check_drive(drive_torque(d.design))
-    results += check_cable(d)
+    drive = drive_torque(d.design)
+    results += check_drive(drive)
+    results += check_cable(machine.assembly)
+    results += check_bend(drive)
     progress("loads and stiffness")
     results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)
     return results

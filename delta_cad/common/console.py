@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
 from importlib import import_module
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any, NoReturn, TextIO
@@ -20,11 +21,15 @@ from typing import Any, NoReturn, TextIO
 from delta_cad.common.refusal import printable
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
+LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 NOTHING_WRITTEN = "interrupted; nothing was written"
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
 # command is to end.
 GRACE_S, AGAIN_S = 1.0, 0.5
+LATER_S = 0.02  # s until it is tried again where it cannot be at once
+# What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
+BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
 TELL_S = 10.0  # s between two lines of progress where nobody watches, as in a log
 
 
@@ -65,6 +70,7 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         arguments: As typed; None for those of the process.
         extra: Extra of the package that installs what is missing, if a module is.
     """
+    _open_streams()
     try:
         with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
             try:
@@ -88,6 +94,7 @@ def run_program(commands: str) -> NoReturn:
     Args:
         commands: Module with `main() -> exit code`.
     """
+    _open_streams()
     try:
         code = import_module(commands).main()
     except KeyboardInterrupt:
@@ -99,6 +106,21 @@ def run_program(commands: str) -> NoReturn:
             sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _open_streams() -> None:
+    """Opens those of the three streams that the process was started without: what goes to them goes nowhere.
+
+    Their numbers too, or the next file that is opened would get one, and what a library prints would go into it.
+    """
+    if None not in (sys.stdin, sys.stdout, sys.stderr):
+        return
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= LAST_STREAM:
+        pass
+    os.close(descriptor)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115  (as long as the process)
 
 
 def told(error: OSError) -> str:
@@ -237,7 +259,8 @@ class Interrupt:
     """Hears Ctrl-C: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
 
     One that strikes in a callback from C is lost, and who called, such as a compiler, fails for what it did not get:
-    an error after Ctrl-C is taken for its consequence.
+    an error after Ctrl-C is taken for its consequence. One that would strike while a module in C or C++ begins comes
+    right after that: of the kernel's half of its classes would be left, and the process end by a fault in memory.
     """
 
     GRACE = False
@@ -264,11 +287,11 @@ class Interrupt:
         if not isinstance(found.exc_value, KeyboardInterrupt):
             self._hook(found)
 
-    def _take(self, _number: int, _frame: FrameType | None) -> None:
+    def _take(self, number: int, frame: FrameType | None) -> None:
         first, self._asked = not self._asked, True
         signal.setitimer(signal.ITIMER_REAL, GRACE_S, AGAIN_S)
         if not (first and self.GRACE):
-            raise KeyboardInterrupt
+            _interrupt(number, frame)
 
 
 class Request(Interrupt):
@@ -277,19 +300,26 @@ class Request(Interrupt):
     GRACE = True
 
 
-def _interrupt(_number: int, _frame: FrameType | None) -> None:
+def _interrupt(_number: int, frame: FrameType | None) -> None:
+    """Interrupts, or asks again a little later where a module in C begins."""
+    while frame is not None:
+        if frame.f_code in BEGINS:
+            signal.setitimer(signal.ITIMER_REAL, LATER_S, AGAIN_S)
+            return
+        frame = frame.f_back
     raise KeyboardInterrupt
 
 
 class Line:
-    """What a long step is doing, on stderr: one line that lives on a terminal, elsewhere a line each `TELL_S`.
+    """What a long step is doing, on stderr: one line that lives on a terminal that can, elsewhere a line each `TELL_S`.
 
     Each line starts with the seconds since the first. It is told by a thread of its own, so that it also comes while
     one call takes long.
     """
 
     def __init__(self) -> None:
-        self._live, self._text, self._start = sys.stderr.isatty(), "", time.monotonic()
+        self._live = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"  # which erases no line
+        self._text, self._start = "", time.monotonic()
         self._done, self._lock = threading.Event(), threading.Lock()
         self._clock = threading.Thread(target=self._tick, daemon=True)
 

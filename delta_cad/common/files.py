@@ -16,6 +16,7 @@ import os
 import re
 import secrets
 import shutil
+import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -47,6 +48,7 @@ def write_all(contents: Mapping[Path, str | bytes]) -> None:
     """
     encoded = {path: text.encode() if isinstance(text, str) else text for path, text in contents.items()}
     parts: dict[Path, tuple[Path, int]] = {}
+    made = _missing(encoded)
     try:
         for path, content in encoded.items():
             with _naming(path):
@@ -65,6 +67,7 @@ def write_all(contents: Mapping[Path, str | bytes]) -> None:
         for part, lock in parts.values():
             part.unlink(missing_ok=True)
             os.close(lock)
+        _take_away(made)
 
 
 @contextmanager
@@ -83,6 +86,15 @@ def whole_folder(path: Path, to: Callable[[], Path] | None = None) -> Iterator[P
     Raises:
         OSError: It cannot be written, or a file has its name.
     """
+    made = _missing([path])
+    try:
+        yield from _filled(path, to)
+    finally:
+        _take_away(made)
+
+
+def _filled(path: Path, to: Callable[[], Path] | None) -> Iterator[Path]:
+    """See `whole_folder`; the folders above it stay."""
     with _naming(path):
         _require_kind(path, folder=True)
         recover(path)
@@ -112,19 +124,32 @@ def require_room(path: Path, *, folder: bool = False) -> None:
     Raises:
         OSError: It cannot be written, or a file has the folder's name, or a folder the file's; the path is named.
     """
-    missing = [parent for parent in path.parents if not parent.exists()]
-    with _naming(path):
-        _require_kind(path, folder)
-        recover(path)
-        part, lock = _own_part(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
-        try:
-            _write(lock, b"room", 0)  # a full disk lets files be made, but not written
-        finally:
-            part.unlink(missing_ok=True)
-            os.close(lock)
-            with contextlib.suppress(OSError):  # somebody else has put something there
-                for parent in missing:
-                    parent.rmdir()
+    made = _missing([path])
+    try:
+        with _naming(path):
+            _require_kind(path, folder)
+            recover(path)
+            part, lock = _own_part(path, os.O_CREAT | os.O_EXCL | os.O_RDWR)
+            try:
+                _write(lock, b"room", 0)  # a full disk lets files be made, but not written
+            finally:
+                part.unlink(missing_ok=True)
+                os.close(lock)
+    finally:
+        _take_away(made)
+
+
+def _missing(paths: Iterable[Path]) -> list[Path]:
+    """The folders above some paths that are not there yet, the lowest first."""
+    above = {parent for path in paths for parent in path.parents if not parent.exists()}
+    return sorted(above, key=lambda parent: len(parent.parts), reverse=True)
+
+
+def _take_away(folders: Iterable[Path]) -> None:
+    """Removes those of the folders that hold nothing, as where nothing was written into them after all."""
+    for folder in folders:
+        with contextlib.suppress(OSError):  # it holds what was written, or somebody else put something there
+            folder.rmdir()
 
 
 def recover(path: Path) -> None:
@@ -285,6 +310,9 @@ def _opened_alone(path: Path) -> int:
     """Descriptor of the file at a path, which holds the lock on it."""
     while True:
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # reading a pipe would wait for who writes: for us
+            os.close(descriptor)
+            raise OSError(errno.EINVAL, "is no plain file", str(path))
         if not _lock(descriptor):
             os.close(descriptor)
             raise FileInUseError(errno.EWOULDBLOCK, "another run is writing it", str(path))

@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 import llvmlite
 import numba
 from numba import njit  # noqa: TID251 - the only place
-from numba.core import types
+from numba.core import config, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, InTreeCacheLocator
 from numba.extending import typeof_impl
 
@@ -215,7 +215,7 @@ def dispatcher_of(function: Callable[..., Any], inner: bool, **options: Any) -> 
     Raises:
         ImportError: Its file does not name the room, so that an edit of it would not change the folder.
     """
-    if numba.config.DISABLE_JIT:
+    if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         return function
     if inner:
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

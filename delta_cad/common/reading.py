@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
+import select
+import stat
+import time
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -15,6 +19,9 @@ from delta_cad.common.refusal import RefusedError, short
 
 MOST_BYTES = 64_000_000  # largest file that is looked at; the files that we write have less than a tenth of it
 MOST_TOML_BYTES = 1_000_000  # what people write by hand has a thousandth of it
+PIECE = 1_000_000  # bytes read at a time
+NOBODY_S = 2.0  # from opening a pipe until nobody is expected to write into it any more
+LOOK_MS = 50  # between two looks whether somebody has opened it by now
 DEEPEST = 32  # most lists and objects within each other; our files have six
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 # A key of more parts than the deepest table has: reading one takes the square of its length, minutes for 60 kB.
@@ -37,6 +44,8 @@ class _TwiceError(ValueError):
 def read_bounded(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
     """Reads a file, but never more of it than a bound.
 
+    A pipe, such as `/dev/stdin` or the shell's `<(command)`, is read until who writes has closed it.
+
     Args:
         path: The file.
         most_bytes: The bound.
@@ -45,16 +54,45 @@ def read_bounded(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
         All its bytes.
 
     Raises:
-        ReadError: It cannot be read or is larger.
+        ReadError: It cannot be read or is larger, or is a pipe that nobody opens to write.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(most_bytes + 1)
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # that of a pipe would wait for who writes
+        try:
+            content = _content(descriptor, most_bytes + 1, path.name)
+        finally:
+            os.close(descriptor)
     except (OSError, ValueError) as error:  # a name with a null byte is a ValueError
+        if isinstance(error, ReadError):
+            raise
         raise ReadError(path.name, "", "", f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if len(content) > most_bytes:
         raise ReadError(path.name, "", "", f"is larger than {most_bytes / 1e6:g} MB; it must be at most that")
     return content
+
+
+def _content(descriptor: int, most_bytes: int, name: str) -> bytes:
+    """Reads up to a number of bytes of an open file, whatever its kind."""
+    pipe, deadline = stat.S_ISFIFO(os.fstat(descriptor).st_mode), time.monotonic() + NOBODY_S
+    pieces, left = [], most_bytes
+    came = select.poll()
+    came.register(descriptor, select.POLLIN)
+    while left:
+        try:
+            piece = os.read(descriptor, min(left, PIECE))
+        except BlockingIOError:  # somebody has it open and is yet to write
+            came.poll()
+            continue
+        if piece:
+            pieces.append(piece)
+            left -= len(piece)
+        elif not pipe or came.poll(0):  # a pipe says so if somebody had it open and has closed it
+            break
+        elif time.monotonic() > deadline:
+            raise ReadError(name, "", "", "is a pipe that nobody writes into; must be a file, or a pipe with a writer")
+        else:
+            came.poll(LOOK_MS)  # who opens it and is silent does not end this
+    return b"".join(pieces)
 
 
 def text_of(content: bytes, name: str) -> str:

@@ -12,7 +12,6 @@ from delta_cad.design.file import (
     load_design,
 )
 from delta_cad.design.record import (
-    GRAVITY_MAX,
     HARDWARE_FAMILIES,
     NAME_PATTERN,
     NAME_RULE,

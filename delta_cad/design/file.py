@@ -19,7 +19,6 @@ from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
 from delta_cad.design.record import (
     FOLDER_LONGEST,
-    GRAVITY_MAX,
     HARDWARE_FAMILIES,
     NAME_RULE,
     SCHEMA,
@@ -30,6 +29,7 @@ from delta_cad.design.record import (
     Mechanism,
 )
 from delta_cad.design.sums import impossible_sums
+from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
 UNITS = {
@@ -103,7 +103,7 @@ def design_from_dict(
 
 
 def _validated(data: object, file: str, folder: Path, own_parts: Path | None) -> Design:
-    """See `design_from_dict`."""
+    """Validates a design as `design_from_dict` does, which answers where it is nested too deep."""
     if not isinstance(data, Mapping):
         raise DesignError(file, "", short(data), "must be an object")
     if "schema" in data and data["schema"] != SCHEMA:

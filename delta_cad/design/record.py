@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, PrivateAttr, create_model
+from pydantic import Field, JsonValue, PrivateAttr, create_model
 
 from delta_cad.catalogue import CHOSEN, OwnParts
-from delta_cad.common.units import MM_PER_M
+from delta_cad.common.units import DOWN, MM_PER_M
+from delta_cad.design.task import Gravity, Section, Task, limit_fields
 from delta_cad.mechanism.geometry import DeltaGeometry
-from delta_cad.mechanism.limits import LIMITS
 
 SCHEMA = "delta-design/1"
 NAME_PATTERN = r"^[A-Za-z0-9](?:[A-Za-z0-9_-]{0,62}[A-Za-z0-9])?$"
@@ -18,14 +18,9 @@ NAME_RULE = (
     "file name"
 )
 FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
-GRAVITY_MAX = 100.0  # m/s^2, ten times the Earth's: a larger figure is a wrong unit
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-class Mechanism(_Section):
+class Mechanism(Section):
     """The lengths of the mechanism, mm."""
 
     base_radius_mm: float = Field(gt=0, le=1000, description="R: base centre to shoulder axis")
@@ -35,64 +30,24 @@ class Mechanism(_Section):
     parallelogram_width_mm: float = Field(gt=0, le=500, description="L_c: distance of the two rods of a forearm")
 
 
-class DesignCube(_Section):
+class DesignCube(Section):
     """The cube workspace: x, y in [-L, L], z in [H, H + 2 L], mm."""
 
     bottom_height_mm: float = Field(gt=0, le=2000, description="H: bottom face over the plane of the shoulder axes")
     half_side_mm: float = Field(gt=0, le=1000, description="L: half the side")
 
 
-Gravity = Annotated[
-    tuple[
-        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
-        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
-        Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)],
-    ],
-    Field(strict=False),  # JSON has lists, not tuples; the numbers inside stay strict
-]
-
-
-# Optional fields that a design and a requirements file share beside those of the limits: what a machine must bear.
-BEARING_FIELDS: dict[str, Any] = {
-    "peak_force_N": (
-        float | None,
-        Field(default=None, gt=0, le=1000, description="force at the handle for the motor's peak time, any direction"),
-    ),
-    "peak_torque_N_m": (
-        float | None,
-        Field(default=None, gt=0, le=100, description="torque each joint must give for the motor's peak time"),
-    ),
-    "stiffness_min_N_mm": (
-        float | None,
-        Field(default=None, gt=0, le=1e6, description="least stiffness at the knob, any direction, actuators held"),
-    ),
-}
-
-
-class _Task(_Section):
-    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
-    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
-    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
-    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint must give for ever")
-
-
-def limit_fields() -> dict[str, Any]:
-    """Gives the optional fields of all limits, as pydantic declares fields."""
-    stated = (field for limit in LIMITS for field in limit.fields_)
-    return {f.name: (float | None, Field(default=None, description=f.description, **f.bounds)) for f in stated}
-
-
-_Limited: Any = create_model("_Limited", __base__=_Task, **BEARING_FIELDS, **limit_fields())
+_Limited: Any = create_model("_Limited", __base__=Task, **limit_fields())
 
 
 class DesignRequirements(_Limited):
     """The customer's requirements; an optional entry that is given is checked and certified."""
 
     clearance_min_mm: float = Field(default=1.0, ge=0, le=100, description="between bodies that are not neighbours")
-    gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
+    gravity_m_s2: Gravity = DOWN
 
 
-class Hardware(_Section):
+class Hardware(Section):
     """The bought parts and the thicknesses of the made ones; every entry has a default but `catalogue`."""
 
     catalogue: str | None = Field(
@@ -133,7 +88,7 @@ class Hardware(_Section):
         return self._own_parts
 
 
-class Design(_Section):
+class Design(Section):
     """One design: everything the CAD, the checks, the optimiser and the controller start from."""
 
     schema_id: Literal["delta-design/1"] = Field(alias="schema", description="version of this format")

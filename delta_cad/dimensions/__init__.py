@@ -1,4 +1,4 @@
-"""Design -> every dimension of every part, in millimetres; the only place where metres become millimetres.
+"""Design -> every dimension of every part, in millimetres.
 
 One record a group of parts, each in a file of its own with the function that derives it; `dimensions` derives all.
 No CAD kernel is loaded here.

@@ -22,6 +22,9 @@ END_SCREWS = ("M4", "M3", "M2.5")  # in the shaft's end, the largest that its wa
 END_WALL_MM = 1.5
 END_THREAD_DIAMETERS, END_DRILL_MM = 2.0, 2.0  # thread, and the drill's way beyond it
 WASHER_MM = 3.0  # it bears on a narrow ring: strength goes with the square
+SPANNERS_MM = (13.0, 10.0, 8.0, 7.0, 5.5)
+FLATS_DEEP_MM = 0.5  # of the flats on a shaft's head, either side, at least
+FLATS_LONG_MM = 2.5  # they begin at the head's end, before the encoder's board is on
 INSIDE_RING_MM = (
     0.6  # the shaft ends so far before its bearing's face: more than bearings and parts are shorter together
 )
@@ -52,7 +55,8 @@ class ArmDimensions:
 class ShaftDimensions:
     """Carrier of the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct).
 
-    A capstan's shaft has a head against the encoder's bearing and a screw with a washer against the motor's.
+    A capstan's shaft has a head against the encoder's bearing, with flats for a spanner where the magnet leaves them
+    room, and a screw with a washer against the motor's.
     """
 
     diameter_mm: float
@@ -64,6 +68,7 @@ class ShaftDimensions:
     end_screw: str
     end_thread_mm: float
     washer_diameter_mm: float
+    flats_mm: float
 
 
 def arm_dimensions(
@@ -148,6 +153,7 @@ def shaft_dimensions(
             end_screw="",
             end_thread_mm=0.0,
             washer_diameter_mm=0.0,
+            flats_mm=0.0,
         )
     collar = (bearing.shaft_shoulder_min_mm + bearing.inner_ring_outer_mm) / 2
     require(
@@ -172,14 +178,17 @@ def shaft_dimensions(
         catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM,
     )
     sizes = sizes or [END_SCREWS[-1]]
+    wide = max(head, collar)
+    flats = [mm for mm in SPANNERS_MM if head <= mm <= wide - 2 * FLATS_DEEP_MM]
     return ShaftDimensions(
         diameter_mm=shaft_mm,
         y_mm=(end, layers.bearings_mm[1][1] - INSIDE_RING_MM),
-        head_diameter_mm=max(head, collar),
+        head_diameter_mm=wide,
         head_to_y_mm=layers.bearings_mm[0][0],
         magnet_bore_mm=bore,
         magnet_depth_mm=magnet.thickness_mm,
         end_screw=sizes[0],
         end_thread_mm=END_THREAD_DIAMETERS * catalogue.screw(sizes[0]).diameter_mm,
         washer_diameter_mm=collar,
+        flats_mm=flats[0] if flats else 0.0,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan2, cos, hypot, inf, pi, radians, sin, sqrt
+from math import acos, asin, atan2, cos, hypot, inf, pi, remainder, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
@@ -18,11 +18,14 @@ PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
 CLEAR_MM = 2.0  # between parts that nothing brings closer
 FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
 LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
+FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
 FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
 HALVINGS = 50  # of the range in which the base lies: to rounding
 ROUNDING_MM = 1e-9
+KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
+LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class BracketDimensions:
     passage_mm: float
     motor_axis_mm: tuple[float, float]
     motor_pad_radius_mm: float
-    motor_screw_angles_rad: tuple[float, ...]
+    motor_holes_rad: tuple[float, ...]
+    motor_screws_rad: tuple[float, ...]
     foot_u_mm: tuple[float, float]
     foot_height_mm: float
     base_top_mm: float
@@ -126,6 +130,59 @@ def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: f
     normal = atan2(corner[1], corner[0]) + acos(min(radius / far, 1.0))
     elbow = arm.length_mm * cos(stop_rad) - LEG_ASIDE_MM, arm.length_mm * sin(stop_rad)
     return elbow[0] * cos(normal) + elbow[1] * sin(normal) - radius - arm.boss_radius_mm
+
+
+def motor_pattern_rad(count: int, direction_rad: float | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Turns a motor's mounting holes so that a key reaches its screws past a sector.
+
+    Of four holes or more one lies towards the shoulder, on the line of centres, where the sector's rim is in front of
+    it at every angle of the arm: it gets no screw. Of three one lies away from the shoulder, of two both lie
+    aside, and all get theirs.
+
+    Args:
+        count: Number of the motor's holes, equally spaced.
+        direction_rad: From the shoulder to the motor's axis in the chain's plane; None where there is no sector.
+
+    Returns:
+        Angles about the motor's axis of all holes, and of those that get a screw.
+    """
+    step = tau / count
+    if direction_rad is None:
+        holes = tuple(pi / 2 + step * (k + 0.5) for k in range(count))
+        return holes, holes
+    hidden = count > LEAST_MOTOR_SCREWS
+    first = pi if hidden else pi / 2 if count == 2 else 0.0
+    holes = tuple(direction_rad + first + step * k for k in range(count))
+    return holes, holes[1:] if hidden else holes
+
+
+def key_slot_floor_mm(c: CapstanDimensions, inside_mm: float) -> float:
+    """Computes the depth of the key's slot from a motor cheek's inner face, mm.
+
+    Its floor passes the middle of the set screws, which stand in the pinion's collar, by half its width.
+    """
+    return sum(c.collar_y_mm) / 2 + KEY_SLOT_MM / 2 - inside_mm
+
+
+def key_slot_rad(b: BracketDimensions, motor: catalogue.Motor) -> float:
+    """Chooses the direction of the key's slot from the motor's axis, in the chain's plane.
+
+    It is as nearly outwards as the motor's screws leave it room.
+    """
+    radius = motor.mount_circle_mm / 2
+    aside = (KEY_SLOT_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + KEY_SLOT_WALL_MM
+    off = asin(min(aside / radius, 1.0))
+    ways = [0.0, *(angle + side * off for angle in b.motor_screws_rad for side in (-1.0, 1.0))]
+    nearest = [min(abs(remainder(way - angle, tau)) for angle in b.motor_screws_rad) for way in ways]
+    free = [remainder(way, tau) for way, near in zip(ways, nearest, strict=True) if near >= off - ROUNDING_MM]
+    require(
+        bool(free),
+        "motor_cheek",
+        "slot of the key",
+        f"between {len(b.motor_screws_rad)} screws on a circle of {motor.mount_circle_mm:g} mm no key reaches the "
+        "pinion: another hardware.motor",
+    )
+    return min(free, key=abs)
 
 
 def bracket_dimensions(
@@ -236,22 +293,23 @@ def bracket_dimensions(
             u,
             wider,
         )
-    count = motor.mount_count
+    holes, screws = motor_pattern_rad(motor.mount_count, None if capstan is None else capstan.direction_rad)
     return BracketDimensions(
         shoulder_u_mm=u,
         head_radius_mm=head,
         passage_mm=bearing.housing_shoulder_max_mm - 0.6,
         motor_axis_mm=(u + du, dz),
         motor_pad_radius_mm=body + PAD_MARGIN_MM,
-        motor_screw_angles_rad=tuple(radians(90.0 + 360.0 / count * (k + 0.5)) for k in range(count)),
+        motor_holes_rad=holes,
+        motor_screws_rad=screws,
         foot_u_mm=foot,
         foot_height_mm=FOOT_HEIGHT_MM,
         base_top_mm=base_top,
-        cheek_screw_u_mm=(foot[0] + 4.5, foot[1] - 4.5),
-        cheek_dowel_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
+        cheek_screw_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
+        cheek_dowel_u_mm=(foot[0] + FOOT_EDGE_MM, foot[1] - FOOT_EDGE_MM),
         cheek_screw_z_mm=base_top + FOOT_HEIGHT_MM / 2,
         base_screw_u_mm=(foot[0] + 16.5, foot[1] - 16.5),
-        base_dowel_u_mm=(foot[0] + 9.5, foot[1] - 9.5),
+        base_dowel_u_mm=(foot[0] + FOOT_EDGE_MM, foot[1] - FOOT_EDGE_MM),
         stop_pin_mm=STOP_PIN_MM,
         stop_pins_mm=pins,
     )

@@ -10,7 +10,7 @@ Source: developed geometry of crossed internal tangents; grooves of a lathe's pi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan, atan2, cos, exp, hypot, log, pi, sin, sqrt, tan, tau
+from math import acos, atan, atan2, hypot, log, pi, sqrt, tan, tau
 
 GROOVE_PITCHES_MM = (0.5, 0.6, 0.7, 0.75, 0.8, 1.0, 1.25, 1.5, 1.75, 2.0)  # what lathes cut
 PITCH_PER_DIAMETER = 1.25  # least pitch: neighbouring turns keep a quarter of a diameter
@@ -34,11 +34,6 @@ def least_turns(pretension_N: float, difference_N: float, friction: float = FRIC
     """
     tight, slack = pretension_N + difference_N / 2, pretension_N - difference_N / 2
     return log(tight / slack) / (tau * friction)
-
-
-def held_ratio(turns: float, friction: float = FRICTION) -> float:
-    """Computes the largest ratio of the tensions that turns on the pinion hold (Euler, Eytelwein)."""
-    return exp(tau * friction * turns)
 
 
 @dataclass(frozen=True)
@@ -119,11 +114,6 @@ class CableRun:
         return self.spread_mm / 2 + self.middle_mm * self.climb
 
     @property
-    def rim_rad(self) -> float:
-        """Angle of the rim that carries cable."""
-        return self.stroke_rad + 2 * self.beyond_rad + 2 * self.tangent_rad
-
-    @property
     def grooved_mm(self) -> float:
         """Width of the pinion's groove: the turns, their walk and one pitch at either end."""
         return self.spread_mm + self.walk_mm + 2 * self.pitch_mm
@@ -158,14 +148,6 @@ class CableRun:
     def lug_tolerance_mm(self, limit_rad: float = FLEET_LIMIT_RAD) -> float:
         """Computes by how much a lug may be off before a strand leaves the plane across the axes by a limit."""
         return self.shortest_mm * (tan(limit_rad) - self.climb)
-
-    def shaft_load_N(self, pretension_N: float, difference_N: float) -> float:
-        """Computes the load on the pinion's shaft: the pretensions nearly cancel, their difference adds up.
-
-        The strands leave to opposite sides, `tangent_rad` off the common tangent of the pitch circles.
-        """
-        psi = self.tangent_rad
-        return hypot(2.0 * pretension_N * sin(psi), difference_N * cos(psi))
 
     def stiffness_N_mm(self, EA_N: float, turned_rad: float, anchors_mm: float = 0.0) -> float:
         """Computes the stiffness at the sector's pitch circle, both strands together, the pinion held.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, hypot, pi, radians, sin
+from math import acos, ceil, cos, floor, hypot, pi, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
@@ -37,9 +37,14 @@ TENSION_SCREW, TENSION_SCREW_LENGTH_MM = "M3", 10.0
 CARRIAGE_MM = (6.0, 5.0)  # length and thickness of the block that pulls the cable's outer end
 CARRIAGE_RADII_MM = (-7.5, 2.5)  # its inner and outer face from the cable's line
 CARRIAGE_SCREW_MM = -5.0  # line of its screw from the cable's line
-CARRIAGE_FROM_MM, TENSION_TRAVEL_MM = 0.5, 3.5  # where it stands when the cable is put on, and how far it goes
+CARRIAGE_FROM_MM, TENSION_TRAVEL_MM = 1.2, 3.5  # where it stands when the cable is put on, and how far it goes
 LUG_WALL_MM = (1.7, 3.0)  # beside the carriage's pocket, and under its screw's head
+POCKET_FROM_MM = 1.0  # wall between the rim's end and the pocket
+POCKET_CORNER_MM = 1.6  # radius of the pocket's corners and the carriage's: a cutter of 3 mm goes round them
 POCKET_PLAY_MM = 0.1  # of the carriage in its pocket, either side
+CABLE_SLOT_MM, CABLE_PLAY_MM = 1.0, 0.3  # slots that the cable is laid into: least width, and width over the cable
+STRETCH = 0.004  # of the cable's length: its pretension's, and a settling of a thousandth
+BENCH_STEP_MM = 0.1  # to which a length of the cable is measured
 
 
 @dataclass(frozen=True)
@@ -105,10 +110,26 @@ class CapstanDimensions:
 
     @property
     def cable_length_mm(self) -> float:
-        """Length of the cable between the backs of its two sleeves."""
+        """Length of the cable between the backs of its two sleeves, where the carriage stands first."""
         nose = (self.nose_radius_mm + self.cable_diameter_mm / 2) * self.turns_rad[0]
         carriage = CARRIAGE_FROM_MM + CARRIAGE_MM[0]
         return self.run.length_mm() + nose + ANCHOR_MM + CRIMP_MM[1] + carriage
+
+    @property
+    def cable_slot_mm(self) -> float:
+        """Width of the slots that the cable is laid into with its sleeves crimped."""
+        return max(CABLE_SLOT_MM, self.cable_diameter_mm + CABLE_PLAY_MM)
+
+    @property
+    def bench_mm(self) -> tuple[float, float]:
+        """Length of the slack cable between the backs of its crimped sleeves, and its tolerance, either way.
+
+        The shortest goes on where the carriage stands first; the longest is tight, stretched and settled, where the
+        carriage's travel ends.
+        """
+        allowed = (TENSION_TRAVEL_MM - STRETCH * self.cable_length_mm) / 2
+        tolerance = floor(allowed / BENCH_STEP_MM) * BENCH_STEP_MM
+        return ceil((self.cable_length_mm + tolerance) / BENCH_STEP_MM) * BENCH_STEP_MM, tolerance
 
 
 def cable_run(

@@ -15,31 +15,36 @@ from delta_cad.dimensions.joint import (
     CLEARANCE_MM,
     CUP_MATERIAL,
     EYE_MM,
+    LINER_MM,
     JointDimensions,
     chosen_spring,
     joint_dimensions,
 )
 from delta_cad.dimensions.rules import require
+from delta_cad.mechanism.geometry import SIN_60
+from delta_cad.mechanism.placement import spring_sway
 
 CROSS_BAR_MM = 8.0  # the least; it grows with loads and lengths
 BAR_GLUE_MM = 0.02  # radial, bar in its bosses: retaining compound
 BAR_WALL_MM = 1.0  # least metal around a bar that is bonded
 TUBE_GLUE_MM = 0.1  # radial, spigot in the tube: what the epoxy asks
 BALL_GLUE_MM = 0.025  # radial, pin in its ball: retaining compound
-WRAP_RAD = radians(75.0)  # of the cup about its ball: more holds more, but leaves no lip at 90 deg
-CUP_WALL_MM = 1.7
-POCKET_MM = (1.5, 0.6)  # diameter and depth at the pole of a cup: holds grease, keeps the ball off a cutter's centre
+WRAP_RAD = radians(86.0)  # of the cup about its ball: more holds more, but at 90 deg the ball no longer drops in
+CUP_WALL_MM = 1.7  # plastic shell and metal together
+LINER_GLUE_MM = 0.02  # radial, shell in its cup
+END_MATERIAL, TUBE_ADHESIVE = "aluminium-6082", "araldite-2011"
 TILT_MARGIN_RAD = radians(3.0)  # room beyond the largest lean
 LEAN_RAD = radians(28.0)  # where the requirements state none
 ROOM_MM = 2.0  # between a rod and the bar it hangs on, at the largest tilt
 STEM_ROOM_MM = 0.5  # between the end of a rod's stem and the stud, there
+NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend it, the shorter the less
 STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
 EYE_PLAY_MM = 0.9  # beside the spring's wire: a cord of 0.5 mm, and room
 LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
 RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
-BOND_N_MM2 = 2.0  # epoxy on sanded PEEK, unprimed: a tenth of what it bears on metal
+BOND_N_MM2 = 2.0  # even shear for ever, epoxy on sanded aluminium: a tenth of what it bears at once
 BOND_SAFETY = 5.0
 ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
 BOND_LEAST_MM = 8.0
@@ -60,9 +65,11 @@ class ForearmDimensions:
         cone_mm: Length of the cone at 45 deg from the stud's shoulder to the bar.
         lip_mm: From the ball's centre to the plane of the lip, outwards.
         cup_radius_mm: Of the cup's outside, a sphere about the ball's centre.
+        liner_radius_mm: Of the outside of the plastic shell in the cup, likewise.
         stem_mm: Along the rod, where the rod's end reaches across its axis: room for the stud that leans.
         eyes_x_mm: Along the rod, from the elbow's ball to the eyes of its two springs.
-        eye_y_mm: From the rod's axis inwards to the eyes.
+        eye_y_mm: From the rod's axis inwards to the insides of the springs' loops.
+        eye_hole_y_mm: From the rod's axis inwards to the middle of an eye's hole, on whose edges the loop bears.
         eye_z_mm: From the rod's axis aside: of the first away from the arm (-z), of the second towards it (+z).
         eye_room_mm: Least distance of the eyes' lugs from the arm that folds beside them, the rods not turned.
         shoulder_mm: Along the rod, from the ball's centre to the tube.
@@ -84,9 +91,11 @@ class ForearmDimensions:
     cone_mm: float
     lip_mm: float
     cup_radius_mm: float
+    liner_radius_mm: float
     stem_mm: float
     eyes_x_mm: tuple[float, float]
     eye_y_mm: float
+    eye_hole_y_mm: float
     eye_z_mm: float
     eye_diameter_mm: float
     eye_room_mm: float
@@ -133,7 +142,7 @@ def wrist_radius_min_mm(cup_radius_mm: float, width_mm: float, clearance_mm: flo
 
     A wrist lies `r sin 60 - L_c / 4` from the plane half-way to its neighbour's; a cup reaches its sphere's radius.
     """
-    return (cup_radius_mm + clearance_mm / 2 + width_mm / 4) / (sqrt(3.0) / 2)
+    return (cup_radius_mm + clearance_mm / 2 + width_mm / 4) / SIN_60
 
 
 def eyes_mm(
@@ -245,8 +254,10 @@ def forearm_dimensions(
     seat = ball_mm + 2 * CLEARANCE_MM
     coil = spring.mean_diameter_mm + spring.wire_mm
     eye = spring.wire_mm + EYE_PLAY_MM
-    shoulder = stem + 5.0
-    beside = coil / 2 + ROOM_MM + EYE_MM * sin(lean)  # eyes inside the axes turn the spring a little as the rods lean
+    loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
+    shoulder = stem + NECK_MM
+    sway = spring_sway(width_mm, EYE_MM, EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
+    beside = coil / 2 + ROOM_MM + sway.across_mm + sway.turn_rad * boss_width_mm / 2
     end = max(shoulder + RING_MM[1], bar_mm / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
     first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
@@ -287,9 +298,11 @@ def forearm_dimensions(
         cone_mm=bar_mm / 2 - step,
         lip_mm=seat / 2 * cos(WRAP_RAD),
         cup_radius_mm=cup,
+        liner_radius_mm=seat / 2 + LINER_MM,
         stem_mm=stem,
         eyes_x_mm=(first, second),
         eye_y_mm=EYE_MM,
+        eye_hole_y_mm=EYE_MM + loop - sqrt(loop**2 - (LUG_MM / 2) ** 2) - eye / 2,
         eye_z_mm=EYE_Z_MM,
         eye_diameter_mm=eye,
         eye_room_mm=eye_room_mm(arm, fold_rad, lean, min(first, second), EYE_Z_MM + eye / 2 + EYE_WALL_MM),

@@ -2,6 +2,13 @@
 
 An open cup is pressed from outside upon a ball on a stud along the shoulder axis by a spring across the pair of rods.
 The preload is square to the rod and closes all play: no force that the joint holds finds a gap to move through.
+
+A rod ends in aluminium with a thin shell of plastic in its cup. A cup with its neck and spigot of solid PEEK gave 665
+N/mm along the rod by finite elements, the joint with it 368; and the spring bends the spigot for ever, with 41 N/mm^2,
+of which PEEK creeps. A thicker neck ends at the stud it leans beside, a 4 mm spigot asks for a 6x4 tube (12 g more on
+the machine) and still bends. Of metal, end and spigot are ten times as stiff and do not creep, and the plastic that the
+ball slides on is the same: friction, tilt and outside stay, mass grows by 8 g, and a shell is one more part to turn.
+Bronze upon steel rubs twice as much; a rod end as bought has play.
 """
 
 from __future__ import annotations
@@ -9,6 +16,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import cos, hypot, pi, sin, tan
+
+import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
@@ -19,10 +28,16 @@ CLEARANCE_TOLERANCE_MM = 0.0025  # radial, either way: what ball and paste hold 
 FRICTION_RANGE = (0.05, 0.08, 0.15)  # PEEK or POM with PTFE upon polished steel, least, nominal, largest
 FRICTION = FRICTION_RANGE[1]
 CUP_MATERIAL, BALL_MATERIAL = "peek-bearing", "steel"
+LINER_MM = 0.6  # of the plastic shell in a cup: as thin as one turns it; the metal behind it is half of the cup's wall
+POCKET_MM = 0.6  # diameter of the hole at the shell's pole: holds grease, keeps the ball off a cutter's centre
 EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
 PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
 PRELOAD_PER_N = 0.9  # by which the least grows with a larger force: 2 N in a rod per N, over tan(75 deg) less the lean
+LEAST_N = 1e-3  # a load below this rubs in an arm that no longer shrinks: nothing to speak of, and no division by 0
+SPARE_RANGE = 8.0  # times the preload, within which the preload that a load needs is looked for
+HALVINGS = 40
 POISSON = 0.35  # of the plastic; of steel 0.3 changes the modulus of the pair by less than 1 %
+SPRING_SHARE = 0.1  # of a spring's force by which it may be weaker than told: DIN 2097, grade 2
 SPRING_LEAN_MM = 1.0  # the eyes lie inside the rods' axes: so much longer the spring may become when the rods lean
 
 
@@ -38,13 +53,15 @@ class JointDimensions:
         ball_radius_mm: Radius R of the ball.
         clearance_mm: Largest radial clearance c of the cup on its ball; no play, but the ball rolls in it.
         wrap_rad: Angle beta of the lip from the cup's axis.
-        patch_radius_mm: Radius a of the contact under `preload_N`, as all that follows but the friction.
-        pressure_N_mm2: Largest pressure in it.
+        pair_N_mm2: Modulus of the contact, `1 / E* = sum (1 - nu^2) / E`.
+        bed_N_mm3: Pressure that dents the plastic shell by 1 mm, held at its back and sides.
+        patch_radius_mm: Outer radius a of the contact under `preload_N`, as all that follows but the friction.
+        pressure_N_mm2: Largest pressure in it, at the edge of the grease pocket.
         stiffness_axial_N_mm: Along the cup's axis, under the preload.
-        stiffness_radial_N_mm: Square to it at rest, with the largest clearance.
+        stiffness_radial_N_mm: Square to it at rest, with the largest clearance; the cup's metal is left out.
         friction: Coefficient mu that the next two are stated for.
         friction_lean_N_mm: Torque of a ball that leans in its cup, `mu P R`, mean of both ends.
-        friction_turn_N_mm: Torque of a ball that turns about the cup's axis, `3 pi mu P a / 16`.
+        friction_turn_N_mm: Torque of a ball that turns about the cup's axis, see `turning_arm_mm`.
         return_N_mm: Torque of a pair's two springs on the lean, per sine of the lean: the eyes lie inside the axes.
     """
 
@@ -55,6 +72,8 @@ class JointDimensions:
     ball_radius_mm: float
     clearance_mm: float
     wrap_rad: float
+    pair_N_mm2: float
+    bed_N_mm3: float
     patch_radius_mm: float
     pressure_N_mm2: float
     stiffness_axial_N_mm: float
@@ -79,22 +98,49 @@ class JointDimensions:
         """
         return self.preload_N * (cos(lean_rad) * tan(self.wrap_rad) - sin(lean_rad))
 
-    def yield_mm(self, force_N: float) -> float:
-        """Computes how far a rod's end moves along the rod under a force: the ball rolls up its cup.
+    def edge_rad(self, force_N: np.ndarray, lean_rad: np.ndarray, preload_N: np.ndarray | None = None) -> np.ndarray:
+        """Computes how far from its cup's axis the contact reaches under a rod force.
 
-        The contact lies at `asin(F / sqrt(P^2 + F^2))` from the cup's axis, so that the centres, `c` apart, move by
-        `c F / sqrt(P^2 + F^2)`. Elastic deformation is `stiffness_axial_N_mm`'s.
+        The load on the ball, preload along the shoulder axis and rod force along the rod, points so far from the cup's
+        axis, which leans by the lean; half the contact's angle is added, with the least clearance, which spreads it
+        most, and away from the grease pocket. The sign of the force that is the worse of both is taken.
 
         Args:
-            force_N: Rod force, N.
+            force_N: (...) rod force, tension or compression.
+            lean_rad: (...) lean of the rod.
+            preload_N: (...) preload; None: `preload_N` of the joint.
 
         Returns:
-            Displacement, mm; below `clearance_mm` whatever the force.
+            (...) angle, rad; the ball holds while it is below `wrap_rad`.
         """
-        return self.clearance_mm * force_N / hypot(self.preload_N, force_N)
+        preload = self.preload_N if preload_N is None else preload_N
+        across = np.abs(force_N) + preload * np.abs(np.sin(lean_rad))
+        along = preload * np.cos(lean_rad)
+        load = np.hypot(across, along)
+        clearance = self.clearance_mm - 2 * CLEARANCE_TOLERANCE_MM
+        half = patch_angle_rad(self.ball_radius_mm, load, self.pair_N_mm2, self.bed_N_mm3, clearance)
+        return np.arctan2(across, along) + half
+
+    def spare_preload_N(self, force_N: np.ndarray, lean_rad: np.ndarray) -> np.ndarray:
+        """Computes by how much the preload exceeds that with which the contact would reach the lip, (...) N.
+
+        Args:
+            force_N: (...) rod force, tension or compression.
+            lean_rad: (...) lean of the rod.
+
+        Returns:
+            (...) preload left; negative where more is needed than there is, down to `1 - SPARE_RANGE` times it.
+        """
+        low = np.zeros(np.broadcast_shapes(np.shape(force_N), np.shape(lean_rad)))
+        high = np.full_like(low, SPARE_RANGE * self.preload_N)
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2.0
+            holds = self.edge_rad(force_N, lean_rad, middle) <= self.wrap_rad
+            low, high = np.where(holds, low, middle), np.where(holds, middle, high)
+        return self.preload_N - high
 
 
-def preload_range_N(force_N: float) -> tuple[float, float]:
+def spring_range_N(force_N: float) -> tuple[float, float]:
     """Gives the least and the largest preload of a pair's springs for the largest force at the handle, N."""
     least = max(PRELOAD_N[0], PRELOAD_PER_N * force_N)
     return least, PRELOAD_N[1] / PRELOAD_N[0] * least
@@ -115,7 +161,7 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
         DimensionError: None is; the message names the nearest parallelogram width for which one is.
     """
     rows: Mapping[str, catalogue.TensionSpring] = catalogue.tension_spring.rows
-    low, high = preload_range_N(force_N)
+    low, high = spring_range_N(force_N)
 
     def span(row: catalogue.TensionSpring) -> tuple[float, float]:
         shortest = row.free_length_mm + (low - row.initial_tension_N) / row.rate_N_mm
@@ -160,26 +206,91 @@ def pair_N_mm2(cup: catalogue.MaterialData, ball: catalogue.MaterialData) -> flo
     return 1.0 / sum((1.0 - POISSON**2) * per_pascal / row.youngs_modulus_Pa for row in (cup, ball))
 
 
-def patch_radius_mm(ball_radius_mm: float, preload_N: float, pair_N_mm2: float) -> float:
-    """Computes the radius of the contact of a ball in its cup, see `joint_dimensions`."""
-    effective = ball_radius_mm * (ball_radius_mm + CLEARANCE_MM) / CLEARANCE_MM
-    return (3.0 * preload_N * effective / (4.0 * pair_N_mm2)) ** (1.0 / 3.0)
+def bed_N_mm3(liner: catalogue.MaterialData) -> float:
+    """Computes the pressure that dents the plastic shell of a cup by 1 mm, N/mm^3.
+
+    Source:
+        K. L. Johnson, Contact Mechanics, section 5.8, a layer bonded to a rigid base and wide against its thickness h:
+        `(1 - nu) E / ((1 + nu) (1 - 2 nu) h)`.
+    """
+    young = liner.youngs_modulus_Pa / MM_PER_M**2
+    return (1.0 - POISSON) * young / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON) * LINER_MM)
 
 
-def sliding_torques_N_mm(width_mm: float, ball_mm: float, force_N: float = 0.0) -> tuple[float, float]:
-    """Computes the friction of a ball that leans in its cup and of one that turns about the cup's axis, nominal, N mm.
+def hertz_radius_mm(ball_radius_mm: float, load_N: float, pair_N_mm2: float, clearance_mm: float) -> float:
+    """Computes the radius of the contact of a ball in a whole cup, a plastic as thick as one likes, mm."""
+    effective = ball_radius_mm * (ball_radius_mm + clearance_mm) / clearance_mm
+    return (3.0 * load_N * effective / (4.0 * pair_N_mm2)) ** (1.0 / 3.0)
 
-    The spring's whole force counts as preload: what one end of a rod has less the other has more.
+
+def patch_angle_rad(
+    ball_radius_mm: float, load_N: np.ndarray, pair_N_mm2: float, bed_N_mm3: float, clearance_mm: float
+) -> np.ndarray:
+    """Computes half the angle of the contact of a ball in a whole cup, seen from its centre.
+
+    Args:
+        ball_radius_mm: Radius R of the ball.
+        load_N: (...) what presses it.
+        pair_N_mm2: Modulus E* of the contact.
+        bed_N_mm3: Pressure K that dents the plastic by 1 mm.
+        clearance_mm: Radial clearance c.
+
+    Returns:
+        (...) rad. Of Hertz's contact, whose plastic is thick, and that of a thin layer,
+        `load = pi K R^2 c angle^4 / 4`, the smaller: either leaves out something that stiffens.
+    """
+    load = np.maximum(load_N, 0.0)
+    thin = (4.0 * load / (np.pi * bed_N_mm3 * ball_radius_mm**2 * clearance_mm)) ** 0.25
+    effective = ball_radius_mm * (ball_radius_mm + clearance_mm) / clearance_mm
+    thick = (3.0 * load * effective / (4.0 * pair_N_mm2)) ** (1.0 / 3.0) / ball_radius_mm
+    return np.minimum(thin, np.arcsin(np.minimum(thick, 1.0)))
+
+
+def turning_arm_mm(whole_mm: np.ndarray) -> np.ndarray:
+    """Computes the mean radius at which a ball that turns about its cup's axis rubs, mm.
+
+    Args:
+        whole_mm: (...) radius of the contact that the load would have in a cup without pocket.
+
+    Returns:
+        (...) arm of the friction, mm.
+
+    Source:
+        Hertz's pressure outside the pocket, `a^2 = a_whole^2 + a_pocket^2`, times the radius; without pocket
+        `3 pi a / 16` (Johnson, Contact Mechanics, section 3.8).
+    """
+    outer = np.hypot(whole_mm, POCKET_MM / 2)
+    q = POCKET_MM / 2 / outer
+    return 3.0 * outer**4 / (8.0 * whole_mm**3) * (np.arccos(q) + q * np.sqrt(1.0 - q**2) * (1.0 - 2.0 * q**2))
+
+
+def sliding_torques_N_mm(ball_mm: float, load_N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Computes the friction of balls that lean in their cups and that turn about the cups' axes, nominal coefficient.
+
+    Args:
+        ball_mm: Diameter of the balls.
+        load_N: (...) what presses a ball in its cup: preload and rod force together.
+
+    Returns:
+        lean: (...) `mu N R`, N mm.
+        turn: (...) `mu N` times `turning_arm_mm`, N mm.
+    """
+    load, radius = np.asarray(load_N, dtype=float), ball_mm / 2
+    pair = pair_N_mm2(catalogue.material(CUP_MATERIAL), catalogue.material(BALL_MATERIAL))
+    effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
+    whole = np.cbrt(3.0 * np.maximum(load, LEAST_N) * effective / (4.0 * pair))
+    return FRICTION * load * radius, FRICTION * load * turning_arm_mm(whole)
+
+
+def preload_N(width_mm: float, force_N: float = 0.0) -> float:
+    """Computes what the spring across a pair of rods presses each of its balls with, N; both ends alike.
 
     Args:
         width_mm: Distance of the two rods along the shoulder axis.
-        ball_mm: Diameter of the balls.
-        force_N: Largest force at the handle, which the springs are chosen for, N.
+        force_N: Largest force at the handle, which the spring is chosen for, N.
     """
-    between, radius = width_mm - 2 * EYE_MM, ball_mm / 2
-    pull = chosen_spring(between, EYE_MM, force_N).force_N(between)
-    pair = pair_N_mm2(catalogue.material(CUP_MATERIAL), catalogue.material(BALL_MATERIAL))
-    return FRICTION * pull * radius, 3.0 * pi / 16.0 * FRICTION * pull * patch_radius_mm(radius, pull, pair)
+    between = width_mm - 2 * EYE_MM
+    return chosen_spring(between, EYE_MM, force_N).force_N(between)
 
 
 def joint_dimensions(
@@ -196,9 +307,12 @@ def joint_dimensions(
     """Computes preload, stiffness and friction of a ball joint.
 
     The contact is that of Hertz between a ball of radius R and a cup of radius R + c, of effective radius
-    `R (R + c) / c` and modulus `1 / E* = (1 - nu^2) / E_1 + (1 - nu^2) / E_2`: `a^3 = 3 P R_e / (4 E*)`, largest
-    pressure `3 P / (2 pi a^2)`, stiffness `2 a E*`. The patch is half the ball's radius wide: a is right within some
-    10 %. Square to the axis the ball rolls up the cup: P / c in series with the stiffness of the contact.
+    `R_e = R (R + c) / c` and modulus E*, without what its pressure would bear on the grease pocket of radius a_p: the
+    whole one's radius a_w, `a_w^3 = 3 P R_e / (4 E*)`, becomes `a^2 = a_w^2 + a_p^2`, the largest pressure, at the
+    pocket's edge, stays `2 E* a_w / (pi R_e)`, the stiffness along the axis `2 a_w E*`. Square to the axis the ball
+    rolls up the cup, which tilts the pressure as it does under a flat stamp: `4 E* a^3 / (3 R^2)` less the pocket's
+    share, `(4 E* / (3 R^2)) a_w (a^2 + a_p^2 / 2)`; without pocket that is P / c. Finite elements of the cup with its
+    shell find this within 5 % where the shell is half as thick as the contact is wide.
 
     Args:
         ball_mm: Diameter of the ball.
@@ -216,7 +330,8 @@ def joint_dimensions(
         The joint.
 
     Source:
-        K. L. Johnson, Contact Mechanics, 1985, eqs. (4.22) to (4.24) and section 3.8 (torque of a turning contact).
+        K. L. Johnson, Contact Mechanics, 1985, eqs. (4.22) to (4.24), section 5.3 (tilted stamp) and section 3.8
+        (torque of a turning contact). The pocket is our own: pressures beside it as if it were not there.
     """
     radius, worst = ball_mm / 2, CLEARANCE_MM + CLEARANCE_TOLERANCE_MM
 
@@ -226,8 +341,10 @@ def joint_dimensions(
     pull = spring.force_N(eyes(0.0))
     preload = pull * (1.0 - abs(lever))
     pair = pair_N_mm2(cup, ball)
-    patch = patch_radius_mm(radius, preload, pair)
-    axial = 2.0 * patch * pair
+    whole, widest = (hertz_radius_mm(radius, preload, pair, c) for c in (CLEARANCE_MM, worst))
+    effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
+    pocket = POCKET_MM / 2
+    lean, turn = (float(torque) for torque in sliding_torques_N_mm(ball_mm, np.array(pull)))
     return JointDimensions(
         spring_N=pull,
         preload_N=preload,
@@ -236,12 +353,14 @@ def joint_dimensions(
         ball_radius_mm=radius,
         clearance_mm=worst,
         wrap_rad=wrap_rad,
-        patch_radius_mm=patch,
-        pressure_N_mm2=3.0 * preload / (2.0 * pi * patch**2),
-        stiffness_axial_N_mm=axial,
-        stiffness_radial_N_mm=1.0 / (worst / preload + 1.0 / axial),
+        pair_N_mm2=pair,
+        bed_N_mm3=bed_N_mm3(cup),
+        patch_radius_mm=hypot(whole, pocket),
+        pressure_N_mm2=2.0 * pair * whole / (pi * effective),
+        stiffness_axial_N_mm=2.0 * whole * pair,
+        stiffness_radial_N_mm=4.0 * pair / (3.0 * radius**2) * widest * (widest**2 + 1.5 * pocket**2),
         friction=FRICTION,
-        friction_lean_N_mm=FRICTION * pull * radius,
-        friction_turn_N_mm=3.0 * pi / 16.0 * FRICTION * preload * patch,
+        friction_lean_N_mm=lean,
+        friction_turn_N_mm=turn,
         return_N_mm=2.0 * pull * 2.0 * eye_mm * width_mm / eyes(0.0),
     )

@@ -19,10 +19,12 @@ import numpy as np
 
 from delta_cad.common.reading import ReadError, parse_json, read_bounded
 from delta_cad.common.refusal import RefusedError, short
-from delta_cad.drive.report import DriveReport
+from delta_cad.design import Design, design_hash
+from delta_cad.drive.report import DriveReport, drive_torque
 from delta_cad.mechanism.limits import HandleInertia
 
 SCHEMA = "delta-mass-properties/1"
+BUILT_FROM = "input_sha256"  # key of the hash of the design that was built
 CHAINS = range(3)
 # Relative difference up to which chains are the same: the solids are integrated each in its own frame, to rounding.
 ALIKE = 1e-6
@@ -145,39 +147,48 @@ def rod_masses(mass: float, centre: float, inertia: float, length: float) -> tup
     return mass * (1.0 - c) ** 2 + turning, mass * c * (1.0 - c) - turning, mass * c**2 + turning
 
 
-def load_masses(path: str | Path, forearm_length: float, drive: DriveReport | None = None) -> Masses:
-    """Reads `mass_properties.json` of a build.
+def load_masses(path: str | Path, design: Design) -> Masses:
+    """Reads `mass_properties.json` of a design's build.
 
     Args:
         path: The file.
-        forearm_length: L_B, m.
-        drive: Whose rotor and pinion turn with the joint; None for none.
+        design: The design, whose rotors and pinions turn with the joints.
 
     Returns:
         The masses.
 
     Raises:
-        MassError: Unreadable, not of this schema, a body that is missing or malformed, or chains that differ.
+        MassError: Unreadable, not of this schema, of another design, a body that is missing or malformed, or chains
+            that differ.
     """
-    data, _ = read_mass_properties(Path(path))
-    return masses_from_dict(data, forearm_length, drive, Path(path).name)
+    data, _ = read_mass_properties(Path(path), design)
+    return masses_from_dict(data, design.geometry.forearm_length, drive_torque(design), Path(path).name)
 
 
-def read_mass_properties(path: Path) -> tuple[Mapping[str, Any], bytes]:
-    """Reads what a build wrote about masses, and checks nothing but its schema.
+def read_mass_properties(path: Path, design: Design) -> tuple[Mapping[str, Any], bytes]:
+    """Reads what a build wrote about masses, and checks its schema and that it is about a design.
+
+    Args:
+        path: The file.
+        design: The design; a file that does not say which one it is about is taken to be about this.
 
     Returns:
         What the file holds, and its bytes.
 
     Raises:
-        MassError: Unreadable, refused by `parse_json`, or not of this schema.
+        MassError: Unreadable, refused by `parse_json`, not of this schema, or of a build of another design.
     """
     try:
         content = read_bounded(path)
         data = parse_json(content, path.name)
     except ReadError as error:
         raise MassError(error.file, error.field, error.value, error.allowed) from None
-    return _of_schema(data, path.name), content
+    read, own = _of_schema(data, path.name), design_hash(design)
+    built_from = read.get(BUILT_FROM, own)
+    if built_from != own:
+        rule = f"was built from another design than {design.name}, {own[:12]}; build it again"
+        raise MassError(path.name, BUILT_FROM, short(built_from), rule)
+    return read, content
 
 
 def _of_schema(data: object, file: str) -> Mapping[str, Any]:
@@ -189,7 +200,17 @@ def _of_schema(data: object, file: str) -> Mapping[str, Any]:
 def masses_from_dict(
     data: object, forearm_length: float, drive: DriveReport | None = None, file: str = "masses"
 ) -> Masses:
-    """Makes masses of what the file holds; see `load_masses`."""
+    """Makes masses of what a file holds; see `load_masses`.
+
+    Args:
+        data: What it holds.
+        forearm_length: L_B, m.
+        drive: Whose rotor and pinion turn with the joint; None for none.
+        file: Name of the file, for messages.
+
+    Raises:
+        MassError: As `load_masses`; the design is not looked at.
+    """
     bodies = _of_schema(data, file).get("bodies")
     arms = [_body(bodies, f"upper_arm_{i}", file) for i in CHAINS]
     rods = [_body(bodies, f"rod_{i}_0", file) for i in CHAINS]

@@ -47,8 +47,6 @@ class DriveReport:
             less. The cable is tensioned for it.
         verdict: "continuous" when both are given; "peak only" when what is asked for ever is given for a moment alone;
             else "insufficient".
-        ratio_for_continuous: Smallest capstan ratio at which this motor gives the required torque for ever; None for a
-            direct drive.
         reflected_inertia_kg_m2: The rotor's inertia seen at the joint (without the pinion).
         cable: Id in the catalogue; None, as all that follows, for a direct drive.
         cable_pretension_N: Pretension at which the unloaded side keeps `SLACK_N` at the controlled torque.
@@ -69,7 +67,6 @@ class DriveReport:
     required_peak_N_m: float
     controlled_torque_N_m: float
     verdict: Verdict
-    ratio_for_continuous: float | None
     reflected_inertia_kg_m2: float
     cable: str | None
     cable_pretension_N: float | None
@@ -126,7 +123,6 @@ def drive_torque(design: Design) -> DriveReport:
         required_peak_N_m=required_peak,
         controlled_torque_N_m=controlled,
         verdict=verdict,
-        ratio_for_continuous=required / (efficiency * motor.nominal_torque_N_m) if capstan else None,
         reflected_inertia_kg_m2=ratio**2 * motor.rotor_inertia_kg_m2,
         cable=hardware.cable if capstan else None,
         cable_pretension_N=pretension,

@@ -10,9 +10,10 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import G_PER_KG
 
 SCHEMA = "delta-bom/1"
-G_PER_KG = 1000.0
+HOLE_DECIMALS = 3  # a micrometre: what a bore is measured to
 MASS_DECIMALS = 4  # masses are printed to 0.1 mg, far below what any scale in a workshop shows.
 
 
@@ -43,7 +44,7 @@ class BomRow:
 
 @dataclass(frozen=True)
 class HoleRow:
-    """One group of equal bores of one part: diameter in mm, count, callout of the drawing."""
+    """One group of equal bores or slots of one part: diameter or width in mm, count, callout of the drawing."""
 
     part: str
     diameter_mm: float
@@ -109,7 +110,11 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
 def hole_list(assembly: Assembly) -> list[HoleRow]:
     """Lists every declared group of bores of every part that is made, in order of first use."""
     made = (part for part in assembly.parts if part.make)
-    return [HoleRow(part.number, h.diameter_mm, h.count, h.callout) for part in made for h in part.holes]
+    return [
+        HoleRow(part.number, round(h.diameter_mm, HOLE_DECIMALS), h.count, h.callout)
+        for part in made
+        for h in part.holes
+    ]
 
 
 def write_bom(rows: list[BomRow], directory: Path) -> None:

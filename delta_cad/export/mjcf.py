@@ -3,7 +3,8 @@
 Bodies carry the names of the links. Each upper arm turns on a hinge with the rotor's and pinion's inertia as its
 armature; each rod swings about its stud and leans square to it, and is connected to the platform, which slides without
 turning, as the parallelograms have it. The springs across a pair hold its rods from turning about themselves, which the
-ball joints alone would let them: with their centres beside their axes they would hang down. At `qpos = 0` every chain
+ball joints alone would let them: with their centres beside their axes they would hang down. A spring's mass is halved
+upon its rods. At `qpos = 0` every chain
 is closed, so the file loads without a solve. Shapes are for the eye only: nothing collides. Joint angles count from
 home, whose angles a comment of the file gives.
 

@@ -73,31 +73,6 @@ def figures_into(g: DeltaGeometry, coordinates: np.ndarray, out: np.ndarray) -> 
     return PositionFigures(closure, out[1:4].T, kappa)
 
 
-def angle_margins(
-    g: DeltaGeometry, p: ArrayLike, shoulder: tuple[float, float], lean_max: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Smooth margins of the shoulder's range and of the rods' lean, smallest over the chains.
-
-    Args:
-        g: The mechanism.
-        p: (n, 3) platform centres in the base frame, m.
-        shoulder: Smallest and largest shoulder angle allowed, rad, within [-pi, pi].
-        lean_max: Largest lean allowed, rad.
-
-    Returns:
-        cos(theta - middle) - cos(half the range), (n,), NaN where a chain cannot be closed; and
-        sin(lean_max) - |t| / L_B, (n,). Both are positive inside the limits, README (27).
-    """
-    p = np.ascontiguousarray(np.atleast_2d(positions(p)).T)
-    x, y, z = p
-    shoulder_margin, lean_margin = np.empty(len(x)), np.empty(len(x))
-    middle, half = (shoulder[0] + shoulder[1]) / 2.0, (shoulder[1] - shoulder[0]) / 2.0
-    a, la, lb = g.radius_difference, g.upper_arm_length, g.forearm_length
-    cos, sin, least, lean = math.cos(middle), math.sin(middle), math.cos(half), math.sin(lean_max)
-    _angles(x, y, z, a, la, lb, cos, sin, least, lean, shoulder_margin, lean_margin)
-    return shoulder_margin, lean_margin
-
-
 @inlined
 def chain_closure(q, t, z, la, lb):
     """Closes a chain in its own plane: rho^2, m, w^2 and w, README (2), (3); w is NaN where it cannot be closed."""
@@ -190,23 +165,3 @@ def _figures(px, py, pz, a, la, lb, closure, arm1, arm2, arm3, kappa):
         arm2[k] = math.inf if det == 0.0 else scale * w2 * math.sqrt(n2)
         arm3[k] = math.inf if det == 0.0 else scale * w3 * math.sqrt(n3)
         kappa[k] = _kappa(w1, w2, w3, g12, g13, g23, n1, n2, n3, det, lb2)
-
-
-@compiled
-def _angles(px, py, pz, a, la, lb, cos_middle, sin_middle, cos_half, sin_lean, shoulder, lean):
-    """Fills shoulder margin and lean margin, each (n,)."""
-    for k in range(len(px)):
-        x, y, z = px[k], py[k], pz[k]
-        xc, yc, xs, ys = -0.5 * x, -0.5 * y, SIN_60 * x, SIN_60 * y
-        q2, q3, t2, t3 = xc + ys - a, xc - ys - a, yc - xs, yc + xs
-        _, _, r1, z1 = _chain(x - a, y, z, la, lb)
-        _, _, r2, z2 = _chain(q2, t2, z, la, lb)
-        _, _, r3, z3 = _chain(q3, t3, z, la, lb)
-        m1 = cos_middle * (x - a - r1) + sin_middle * (z - z1)
-        m2 = cos_middle * (q2 - r2) + sin_middle * (z - z2)
-        m3 = cos_middle * (q3 - r3) + sin_middle * (z - z3)
-        closed = m1 + m2 + m3  # NaN if one of them is
-        lower = m1 if m1 < m2 else m2
-        lower = lower if lower < m3 else m3
-        shoulder[k] = lower / la - cos_half if closed == closed else math.nan
-        lean[k] = sin_lean - max(abs(y), abs(t2), abs(t3)) / lb

@@ -6,16 +6,18 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, degrees, sin
 
 import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.tolerances import LENGTH_MM, minutes, seat_tilt_rad
 from delta_cad.solids.making import hull_y, made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
@@ -36,18 +38,18 @@ BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
+BOARD_THREAD_MM, BOARD_DRILL_MM = 8.0, 2.0  # thread, and the drill's way beyond it
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
 ROUNDING_MM = 1e-9
-KEY_SLOT_MM = 3.4  # for the key of the pinion's set screws
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     """(x, z) of the motor's mounting screws in the shoulder's frame."""
     b, radius = d.bracket, d.motor.mount_circle_mm / 2
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
-    return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screw_angles_rad]
+    return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screws_rad]
 
 
 def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -120,6 +122,13 @@ def stop_pin_length_mm(d: Dimensions) -> float:
     return min(length for length in stock if length >= needed)
 
 
+def board_thread_mm(d: Dimensions) -> tuple[float, float | None]:
+    """Depth of the encoder board's threads, and where their drill ends along the shoulder's axis; None: through."""
+    face, inside = d.layers.encoder_head_mm[0], d.layers.encoder_cheek_mm[1]
+    deep = face + BOARD_THREAD_MM + BOARD_DRILL_MM
+    return (BOARD_THREAD_MM, deep) if deep < inside - BOARD_DRILL_MM else (inside - face, None)
+
+
 def _foot(d: Dimensions) -> list[Circle]:
     b = d.bracket
     low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
@@ -158,10 +167,8 @@ def make_motor_cheek(d: Dimensions) -> Part:
     tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
     holes = [
         Hole(d.motor.pilot_diameter_mm, 1, f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot"),
-        Hole(screw.clearance_hole_mm, d.motor.mount_count, f"{screw.clearance_hole_mm:g} through, motor screws"),
-        Hole(
-            screw.counterbore_diameter_mm, d.motor.mount_count, f"counterbore {seat_depth:g} deep from the arm's side"
-        ),
+        Hole(screw.clearance_hole_mm, len(motor_screws), f"{screw.clearance_hole_mm:g} through, motor screws"),
+        Hole(screw.counterbore_diameter_mm, len(motor_screws), f"counterbore {seat_depth:g} deep from the arm's side"),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
         *([Hole(block.counterbore_diameter_mm, 2, f"counterbore {sink:g} deep from the motor's side")] if sink else []),
@@ -172,18 +179,27 @@ def make_motor_cheek(d: Dimensions) -> Part:
             *_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0),
             _set_screw_slot(d, d.capstan, (x, z), outline),
         ]
+        deep, angle = key_slot_floor_mm(d.capstan, inside), degrees(key_slot_rad(b, d.motor))
+        slot = f"slot {KEY_SLOT_MM:g} wide, {deep:.2f} deep from the arm's side, from the pilot's bore out to the edge"
+        holes.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
         holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
-    description, extent = f"motor cheek, plate {outside - inside:g}", hull_y(outline, (inside, outside))
+    description = f"motor cheek, plate {outside - inside:g}{_reamed(d)}"
+    extent = hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
 
 
 def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
-    """Slot from the pilot's bore to the cheek's inner edge, through which a key reaches the pinion's set screws."""
-    inside, half = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2
-    deep = sum(c.collar_y_mm) / 2 + half
-    edge = min(x - r for x, _, r in outline) - THROUGH_MM
-    return box((edge, inside - THROUGH_MM, at[1] - half), (at[0], deep, at[1] + half))
+    """Slot from the pilot's bore out to the cheek's edge, through which a straight key reaches the set screws."""
+    inside, half, angle = d.layers.motor_cheek_mm[0], KEY_SLOT_MM / 2, key_slot_rad(d.bracket, d.motor)
+    along, aside = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
+    edge = max((x - at[0]) * along[0] + (z - at[1]) * along[1] + r for x, z, r in outline) + THROUGH_MM
+    corners = [
+        (at[0] + s * along[0] + t * aside[0], at[1] + s * along[1] + t * aside[1], 0.0)
+        for s in (0.0, edge)
+        for t in (-half, half)
+    ]
+    return hull_along_y(corners, (inside - THROUGH_MM, inside + key_slot_floor_mm(c, inside)))
 
 
 def make_encoder_cheek(d: Dimensions) -> Part:
@@ -202,11 +218,13 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
         body = fuse(body, upper)
     screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
-    tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, through) for at in board]
+    thread, drilled = board_thread_mm(d)
+    tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, (through[0], drilled or through[1])) for at in board]
     tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
     tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
+    callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"
     holes = [
-        *([Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} through, encoder board")] if board else []),
+        *([Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} {callout}, encoder board")] if board else []),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
     ]
@@ -219,8 +237,16 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
     extent = hull_y([*leg, *head], (face, inside))
-    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:g}"
+    description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:.2f}{_reamed(d)}"
     return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+
+
+def _reamed(d: Dimensions) -> str:
+    """How a cheek's dowel holes are made, so that both bearings' seats are in line."""
+    if d.capstan is None:
+        return ""
+    tilt = minutes(seat_tilt_rad(d.bracket))
+    return f", dowel holes reamed on the foot block with a mandrel through both seats: they tilt by {tilt:.0f}' at most"
 
 
 def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -> list[cq.Shape]:
@@ -238,7 +264,7 @@ def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -
 def _bearing_holes(d: Dimensions, depth: float, fit: str, what: str) -> list[Hole]:
     outer = d.bearing.outer_mm
     return [
-        Hole(outer, 1, f"{outer:g} {fit} x {depth:g} from the arm's side, {what}"),
+        Hole(outer, 1, f"{outer:g} {fit} x {depth:.3f} +-{LENGTH_MM:g} from the arm's side, {what}"),
         Hole(d.bracket.passage_mm, 1, f"{d.bracket.passage_mm:g} through, shaft passage and lip"),
     ]
 
@@ -279,4 +305,5 @@ def make_foot_block(d: Dimensions) -> Part:
         ),
     )
     extent = (low, high), y, z
-    return made_part(number, "foot block between the cheeks", solid, material("aluminium-6082"), extent, holes)
+    description = f"foot block between the cheeks, {y[1] - y[0]:.3f} +-{LENGTH_MM:g} wide"
+    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)

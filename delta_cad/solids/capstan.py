@@ -20,6 +20,8 @@ from delta_cad.dimensions.capstan import (
     CARRIAGE_SCREW_MM,
     CRIMP_MM,
     LUG_WALL_MM,
+    POCKET_CORNER_MM,
+    POCKET_FROM_MM,
     POCKET_PLAY_MM,
     SET_SCREW,
     SHOULDER_MM,
@@ -27,6 +29,7 @@ from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     lug_length_mm,
 )
+from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
@@ -48,8 +51,7 @@ from delta_cad.solids.primitive import (
 )
 from delta_cad.solids.upper_arm import dowel_positions, polar_positions
 
-CABLE_BORE_MM = 0.3  # by which a bore is wider than the cable
-BARE_END_MM = 40.0  # cable to pull by before the sleeve is crimped and the rest cut off
+BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
 LIGHTENING_MM = 7.0
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
@@ -148,12 +150,17 @@ def make_sector(d: Dimensions) -> Part:
     pocket_y = (c.end_y_mm[1] - CARRIAGE_MM[1] / 2, c.end_y_mm[1] + CARRIAGE_MM[1] / 2 + POCKET_PLAY_MM)
 
     def beside(
-        end: int, radial: tuple[float, float], along: tuple[float, float], wide: tuple[float, float]
+        end: int,
+        radial: tuple[float, float],
+        along: tuple[float, float],
+        wide: tuple[float, float],
+        corner: float = 0.0,
     ) -> cq.Shape:
-        """Prism beside a rim's end: off the cable's line, along it from the end, along the shoulder's axis."""
+        """Prism beside a rim's end: off the cable's line, along it from the end, along the shoulder's axis; corners."""
         point, tangent, normal = rim_end(d, end)
-        corners = [point + r * normal + s * tangent for r in radial for s in along]
-        return hull_along_y([(float(p[0]), float(p[2]), 0.0) for p in corners], wide)
+        r0, r1, s0, s1 = radial[0] + corner, radial[1] - corner, along[0] + corner, along[1] - corner
+        corners = [point + r * normal + s * tangent for r in (r0, r1) for s in (s0, s1)]
+        return hull_along_y([(float(p[0]), float(p[2]), corner) for p in corners], wide)
 
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
@@ -180,13 +187,19 @@ def make_sector(d: Dimensions) -> Part:
     lights = lightening(c)
     tools += [bore_y(LIGHTENING_MM, at, through) for at in lights]
     free = POCKET_PLAY_MM
-    pocket = (CARRIAGE_FROM_MM - 0.2, length - LUG_WALL_MM[1])
+    pocket = (POCKET_FROM_MM, length - LUG_WALL_MM[1])
     radial = (CARRIAGE_RADII_MM[0] - free, CARRIAGE_RADII_MM[1] + free)
-    tools.append(beside(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1])))
-    bore = c.cable_diameter_mm + CABLE_BORE_MM
-    for end, lengths in ((0, (-THROUGH_MM, ANCHOR_MM + THROUGH_MM)), (1, (-THROUGH_MM, 1.0))):
+    tools.append(beside(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1]), POCKET_CORNER_MM))
+    slot = c.cable_slot_mm
+    half = slot / 2
+    for end, last, side in (
+        (0, ANCHOR_MM + THROUGH_MM, y[1] + THROUGH_MM),
+        (1, POCKET_FROM_MM + THROUGH_MM, pocket_y[0] - THROUGH_MM),
+    ):
         point, tangent, _ = rim_end(d, end)
-        tools.append(cylinder(bore, tuple(point + lengths[0] * tangent), tuple(point + lengths[1] * tangent)))
+        tools.append(cylinder(slot, tuple(point - THROUGH_MM * tangent), tuple(point + last * tangent)))
+        open_y = min(c.end_y_mm[end], side), max(c.end_y_mm[end], side)
+        tools.append(beside(end, (-half, half), (-THROUGH_MM, last), open_y))
     point, tangent, normal = rim_end(d, 1)
     line = point + CARRIAGE_SCREW_MM * normal
     ends = (length - LUG_WALL_MM[1] - THROUGH_MM, length + THROUGH_MM)
@@ -197,12 +210,17 @@ def make_sector(d: Dimensions) -> Part:
         Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, dowels"),
         Hole(c.slot_width_mm, 2, f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends"),
         Hole(screw.clearance_hole_mm, 1, f"{screw.clearance_hole_mm:g} into the pocket, tension screw"),
-        Hole(bore, 2, f"{bore:g} tangential, cable"),
+        Hole(
+            slot,
+            2,
+            f"tangential slot {slot:g} wide with a round bottom, cable; open to the motor's side, and to the arm's",
+        ),
         *([Hole(LIGHTENING_MM, len(lights), f"{LIGHTENING_MM:g} through, lightening")] if lights else []),
     )
     lead = c.run.pitch_mm * c.ratio
     description = (
-        f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1"
+        f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
+        f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
     )
     extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
     return made_part(number, description, solid, material("aluminium-7075"), extent, holes)
@@ -212,18 +230,22 @@ def make_carriage(d: Dimensions) -> Part:
     """Block in the sector's pocket that pulls the cable's sleeve by a screw and cannot turn; frame `carriage_frame`."""
     number, c = "tension_carriage", capstan_of(d)
     (low, high), (length, thick) = CARRIAGE_RADII_MM, CARRIAGE_MM
-    screw, bore = catalogue.screw(TENSION_SCREW), c.cable_diameter_mm + CABLE_BORE_MM
-    seat = CRIMP_MM[0] + 0.2
-    body = box((low, -thick / 2, 0.0), (high, thick / 2, length))
+    screw, slot = catalogue.screw(TENSION_SCREW), c.cable_slot_mm
+    seat, into, open_y = CRIMP_MM[0] + 0.2, length - CRIMP_MM[1], -thick / 2 - THROUGH_MM
+    r = POCKET_CORNER_MM
+    corners = [(x, z, r) for x in (low + r, high - r) for z in (r, length - r)]
+    body = hull_along_y(corners, (-thick / 2, thick / 2))
     tools = [
-        bore_z(bore, (0.0, 0.0), (-THROUGH_MM, length)),
-        bore_z(seat, (0.0, 0.0), (length - CRIMP_MM[1], length + THROUGH_MM)),
+        bore_z(slot, (0.0, 0.0), (-THROUGH_MM, length)),
+        box((-slot / 2, open_y, -THROUGH_MM), (slot / 2, 0.0, length)),
+        bore_z(seat, (0.0, 0.0), (into, length + THROUGH_MM)),
+        box((-seat / 2, open_y, into), (seat / 2, 0.0, length + THROUGH_MM)),
         bore_z(screw.tap_drill_mm, (CARRIAGE_SCREW_MM, 0.0), (-THROUGH_MM, length + THROUGH_MM)),
     ]
     solid = feature(number, "bores", "hardware.cable", lambda: cut(body, tools))
     holes = (
-        Hole(bore, 1, f"{bore:g} through, cable"),
-        Hole(seat, 1, f"counterbore {CRIMP_MM[1]:g} deep, sleeve"),
+        Hole(slot, 1, f"slot {slot:g} wide with a round bottom, open to the arm's side, cable"),
+        Hole(seat, 1, f"slot {seat:g} wide with a round bottom, {CRIMP_MM[1]:g} from the end, open likewise, sleeve"),
         Hole(screw.tap_drill_mm, 1, f"{TENSION_SCREW} through"),
     )
     extent = CARRIAGE_RADII_MM, (-thick / 2, thick / 2), (0.0, length)
@@ -273,7 +295,11 @@ def make_cable(d: Dimensions, end: int) -> Part:
     rim = _arcs(c.pitch_radius_mm, (0.0, 0.0), ends, c.end_y_mm[end], sense * run.climb)
     if not end:
         return _piece(d, "capstan_cable_inner", rim)
-    text = f"{d.cable.description}, cut {c.cable_length_mm + BARE_END_MM:.0f} mm, bare ends; crimp on the machine"
+    length, tolerance = c.bench_mm
+    text = (
+        f"{d.cable.description}, cut {length + BARE_END_MM:.0f} mm, sleeves crimped on the bench: "
+        f"{length:.1f} +-{tolerance:.1f} mm between their backs, slack"
+    )
     return replace(_piece(d, "capstan_cable", rim), description=text, piece_of="")
 
 

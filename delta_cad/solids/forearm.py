@@ -9,15 +9,15 @@ import cadquery as cq
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import (
     BALL_GLUE_MM,
-    CUP_MATERIAL,
+    END_MATERIAL,
     EYE_WALL_MM,
+    LINER_GLUE_MM,
     LUG_MM,
-    POCKET_MM,
     RING_MM,
     TUBE_GLUE_MM,
     ForearmDimensions,
 )
-from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
+from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM, CUP_MATERIAL, POCKET_MM
 from delta_cad.solids.making import made_part, ordered, round_y
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part
@@ -36,7 +36,7 @@ from delta_cad.solids.primitive import (
 )
 
 RING_GLUE_MM, RING_WALL_MM = 0.05, 1.1  # radial
-GUSSET = 0.8  # of the cup's radius: where the gusset leaves the cup, inside its sphere
+GUSSET = (0.65, 0.9)  # of the cup's radius, along and across the rod: the gusset's shoulder, before the cup's dome
 
 
 def make_cross_bar(d: Dimensions) -> Part:
@@ -68,41 +68,63 @@ def rim_mm(f: ForearmDimensions) -> float:
 
 
 def make_rod_cup(d: Dimensions) -> Part:
-    """End of a rod: open cup towards +y about the origin, gusset, spigot along +x."""
+    """End of a rod: open cup towards +y about the origin for its plastic shell, gusset, spigot along +x."""
     number, f = "rod_cup", d.forearm
     rod, outer, lip = f.tube_outer_mm / 2, f.cup_radius_mm, f.lip_mm
     end, gusset = f.shoulder_mm + f.spigot_length_mm, f.shoulder_mm - 1.0
+    along, across = (share * outer for share in GUSSET)
 
     def body() -> cq.Shape:
-        cup = ball(2 * outer, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).cut(
-            box((-outer - 1.0, -outer - 1.0, -outer - 1.0), (outer + 1.0, lip, outer + 1.0))
-        )
-        upper = [(0.0, lip, 0.0), (0.0, GUSSET * outer, 0.0), (gusset, rod, 0.0), (gusset, lip, 0.0)]
+        upper = [(0.0, lip, 0.0), (0.0, across, 0.0), (along, across, 0.0), (gusset, rod, 0.0), (gusset, lip, 0.0)]
         stem = box((f.stem_mm, -rod, -rod), (f.shoulder_mm, rod, rod))
         spigot = cylinder(f.spigot_diameter_mm, (f.shoulder_mm - THROUGH_MM, 0, 0), (end, 0, 0))
-        return fuse(cup, hull_along_z(upper, (-rod, rod)), stem, spigot)
+        return fuse(_bowl(outer, lip), hull_along_z(upper, (-rod, rod)), stem, spigot)
 
     shape = feature(number, "body", "hardware.ball_diameter_mm", body)
-    seat, (pocket, deep) = f.seat_diameter_mm / 2, POCKET_MM
-    tools: list[cq.Shape] = [
-        ball(f.seat_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-        bore_y(pocket, (0.0, 0.0), (lip, seat + deep)),
-    ]
-    solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, tools))
-    hole = Hole(pocket, 1, f"{pocket:g}, {deep:g} deep at the pole: grease")
+    bore = 2 * (f.liner_radius_mm + LINER_GLUE_MM)
+    seat = ball(bore, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat]))
     description = (
-        f"cup, seat {f.seat_diameter_mm:.3f} +-{2 * CLEARANCE_TOLERANCE_MM:g} finished with ball and paste, gauged; "
-        f"spigot {f.spigot_diameter_mm:g} sanded, bonded with {TUBE_GLUE_MM:g} around it"
+        f"rod's end, cup milled round {bore:.2f} for its shell; "
+        f"spigot {f.spigot_diameter_mm:g} anodised and sanded, bonded with {TUBE_GLUE_MM:g} around it"
     )
     wide = sqrt(outer**2 - lip**2)
     extent = (-wide, end), (-rod, outer), (-wide, wide)
+    return made_part(number, description, solid, material(END_MATERIAL), extent)
+
+
+def make_cup_shell(d: Dimensions) -> Part:
+    """Plastic shell in a rod's cup, on which the ball slides; open towards -y about the origin, its pole along +y."""
+    number, f = "cup_shell", d.forearm
+    outer, lip = f.liner_radius_mm, f.lip_mm
+    shape = feature(number, "body", "hardware.ball_diameter_mm", lambda: _bowl(outer, lip))
+    tools: list[cq.Shape] = [
+        ball(f.seat_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+        bore_y(POCKET_MM, (0.0, 0.0), (lip, outer + 1.0)),
+    ]
+    solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, tools))
+    hole = Hole(POCKET_MM, 1, f"{POCKET_MM:g} through at the pole: grease")
+    description = (
+        f"shell {2 * outer:.3f} round, bonded in its cup; then seat {f.seat_diameter_mm:.3f} "
+        f"+-{2 * CLEARANCE_TOLERANCE_MM:g} finished with ball and paste, gauged"
+    )
+    wide, top = sqrt(outer**2 - lip**2), sqrt(outer**2 - (POCKET_MM / 2) ** 2)
+    extent = (-wide, wide), (lip, top), (-wide, wide)
     return made_part(number, description, solid, material(CUP_MATERIAL, BLUE), extent, [hole])
 
 
+def _bowl(radius: float, lip: float) -> cq.Shape:
+    """What of a ball about the origin lies above the plane of the lip."""
+    beyond = radius + 1.0
+    return ball(2 * radius, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).cut(
+        box((-beyond, -beyond, -beyond), (beyond, lip, beyond))
+    )
+
+
 def make_rod_eye(d: Dimensions) -> Part:
-    """Ring on a rod's tube, about x, with the eye of a spring at (0, -y, +z)."""
+    """Ring on a rod's tube, about x, with the eye of a spring at (0, -y, +z), on whose edges its loop bears."""
     number, f, (outer, width) = "rod_eye", d.forearm, RING_MM
-    bore, y, z = f.tube_outer_mm + 2 * RING_GLUE_MM, -f.eye_y_mm, f.eye_z_mm
+    bore, y, z = f.tube_outer_mm + 2 * RING_GLUE_MM, -f.eye_hole_y_mm, f.eye_z_mm
     around = f.eye_diameter_mm / 2 + EYE_WALL_MM
     wide = max(outer, bore + 2 * RING_WALL_MM)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from math import sqrt
 from typing import TypedDict, Unpack
 
@@ -45,9 +46,9 @@ def made_part(
     Raises:
         BuildError: The shape is not one valid solid.
     """
-    groups: dict[float, list[Hole]] = {}
+    groups: dict[tuple[float, bool], list[Hole]] = {}
     for hole in holes:
-        groups.setdefault(round(hole.diameter_mm, 6), []).append(hole)
+        groups.setdefault((round(hole.diameter_mm, 6), hole.is_slot), []).append(hole)
     bores = tuple(map(_joined, groups.values()))
     return Part(number, description, one_solid(shape, number), substance, True, bores, extent_mm=extent_mm, **order)
 
@@ -113,4 +114,6 @@ def cut_circle(radius: float, half_slit: float) -> float:
 
 def _joined(same: list[Hole]) -> Hole:
     callouts = "; ".join(f"{hole.count}x {hole.callout}" for hole in same)
-    return Hole(same[0].diameter_mm, sum(hole.count for hole in same), callouts) if len(same) > 1 else same[0]
+    if len(same) == 1:
+        return same[0]
+    return replace(same[0], count=sum(hole.count for hole in same), callout=callouts)

@@ -39,11 +39,13 @@ class Hole:
         diameter_mm: Modelled bore diameter (tap drill for a thread).
         count: Number of distinct bore axes with a concave cylinder of this diameter.
         callout: What the drawing says, such as "M3 x 8" or "16 H7 x 5".
+        is_slot: Whether it is a slot of that width, between two planes, and not a bore.
     """
 
     diameter_mm: float
     count: int
     callout: str
+    is_slot: bool = False
 
 
 @dataclass(frozen=True)
@@ -201,6 +203,38 @@ class Stop:
     angle_rad: float
     sense: int
     least_mm: float
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A screw that a hexagon key must reach in the finished machine.
+
+    Attributes:
+        screw: Occurrence name; its socket opens along z of its frame.
+        way_mm: How far it must come out along its axis before it lets go of what it holds.
+        reason: What it is loosened for, a few words.
+    """
+
+    screw: str
+    way_mm: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Removal:
+    """A part that comes off the finished machine in a straight line.
+
+    Attributes:
+        name: Occurrence name.
+        along: Unit vector in the part's frame, the way it goes.
+        loose: Names of the occurrences that are loosened or taken off first.
+        reason: What it comes off for, a few words.
+    """
+
+    name: str
+    along: tuple[float, float, float]
+    loose: tuple[str, ...]
+    reason: str
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.arm import END_DRILL_MM, WASHER_MM
+from delta_cad.dimensions.arm import END_DRILL_MM, FLATS_LONG_MM, WASHER_MM
+from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.solids.making import made_part, round_y
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, turned
+from delta_cad.solids.primitive import THROUGH_MM, bore_y, box, cut, feature, turned
 
 if TYPE_CHECKING:
     import cadquery as cq
@@ -35,8 +36,16 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
         drill = catalogue.screw(s.end_screw).tap_drill_mm
         tools.append(bore_y(drill, (0.0, 0.0), (y1 - s.end_thread_mm - END_DRILL_MM, y1 + THROUGH_MM)))
         holes.append(Hole(drill, 1, f"{s.end_screw} x {s.end_thread_mm:g}, clamps the inner rings"))
+    if s.flats_mm:
+        for side in (-1.0, 1.0):
+            edges = sorted((side * s.flats_mm / 2, side * (head + THROUGH_MM)))
+            tools.append(box((-head, y0 - THROUGH_MM, edges[0]), (head, y0 + FLATS_LONG_MM, edges[1])))
     solid = feature(number, "bores", "hardware.magnet", lambda: cut(turned(profile), tools))
     description = f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}"
+    if s.end_screw:
+        torque = END_TORQUE_N_m[s.end_screw]
+        held = f"flats {s.flats_mm:g} across on its head" if s.flats_mm else "its head held in soft jaws"
+        description += f", {held}, {s.end_screw} in its end tightened to {torque:g} N m"
     return made_part(number, description, solid, material("stainless-1.4305"), round_y(head, s.y_mm), holes)
 
 

@@ -13,6 +13,7 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
+from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.solids.making import cut_circle, made_part
 from delta_cad.solids.materials import ORANGE, material
 from delta_cad.solids.part import Hole, Part
@@ -80,6 +81,9 @@ def make_upper_arm(d: Dimensions) -> Part:
     flange = max(a.flange_radius_mm, a.beam_root_radius_mm)
     extent = (-flange, length + a.boss_radius_mm), (first, max(y[1], boss[1])), (-flange, cut_circle(flange, cut_off))
     description = f"upper arm, {length:g} mm between axes"
+    if d.capstan is not None:
+        stack = y[1] - d.layers.bearings_mm[0][1]
+        description += f", {stack:.3f} +-{LENGTH_MM:g} from its collar to the sector"
     return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, holes)
 
 

@@ -216,14 +216,3 @@ def softest(parts: dict[str, np.ndarray]) -> Softest:
         name: (direction[..., None, :] @ part @ direction[..., None])[..., 0, 0] / most for name, part in parts.items()
     }
     return Softest(np.where(sound, 1.0 / most, 0.0), direction, shares)
-
-
-def knob_stiffness(table: StructureTable, p_mm: np.ndarray) -> np.ndarray:
-    """Computes the least stiffness at the knob over all directions of a force, (...) N/mm; 0 where nothing holds."""
-    return softest(compliance(table, p_mm).at_knob()).stiffness_N_mm
-
-
-def platform_stiffness(table: StructureTable, p_mm: np.ndarray) -> np.ndarray:
-    """Computes the least stiffness at the platform's centre, in the wrists' plane, (...) N/mm."""
-    parts = {name: part[..., :3, :3] for name, part in compliance(table, p_mm).parts.items()}
-    return softest(parts).stiffness_N_mm

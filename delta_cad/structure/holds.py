@@ -6,13 +6,15 @@ A redesigned part changes its lines here, as it does in `table.py`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians, sqrt, tau
+from math import cos, hypot, pi, radians, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
 from delta_cad.dimensions.capstan import WEB_MM
-from delta_cad.dimensions.forearm import BOND_N_MM2, LEAN_RAD, ForearmDimensions
+from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, TUBE_ADHESIVE, ForearmDimensions
+from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
+from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.drive import drive_torque
 from delta_cad.structure.bearing import BallBearing, ball_bearing
 from delta_cad.structure.section import ring
@@ -24,10 +26,14 @@ RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: 
 SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
 SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
+FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
 MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
 MOTOR_SHAFT_MM = 6.0
 MOTOR_LOAD_MM = 5.0
 MOTOR_SPAN = 0.7  # distance of a motor's two bearings over its length; from memory
+END_USE = 0.5  # of the proof stress of aluminium, which does not creep at room temperature
+PLASTIC_USE = 0.25  # of the yield stress: what thermoplastics bear for years at room temperature; from memory: check
+GLUE_USE = 0.25  # of an epoxy's lap shear strength: what it bears for years at room temperature; from memory: check
 LIFE_HOURS = 10_000.0  # five years of eight hours a working day
 STROKES_PER_S = 0.5  # the duty: full strokes there and back, at the worst place under the whole force
 
@@ -39,7 +45,7 @@ class Holds:
     Attributes:
         bearing: Of the shoulder.
         stroke_rad: From the smallest to the largest shoulder angle over the cube.
-        preload_N: Axial, of the shoulder's bearings.
+        preload_N: Axial, of the shoulder's bearings, the least over the tolerances.
         motor_N: What the motor's shaft may bear across.
         stub_mm: Diameter of the motor's shaft where it carries the arm.
         stub_lever_mm: From the motor's face to the arm's middle.
@@ -49,7 +55,11 @@ class Holds:
         turns: Turns of the cable on the pinion.
         stud_1_mm2: Largest bending stress in a stud for 1 N of a rod square to it.
         stud_N_mm2: Proof stress of the stud.
-        joint_N: Rod force at which the ball reaches the lip of its cup, at the largest lean.
+        forearm: The rods, for their ends and ball joints.
+        spare_N: Least preload that must be left when a joint bears its load.
+        end_N_mm2: Stress that a rod's end may bear for ever.
+        plastic_N_mm2: Pressure that the shell of a cup may bear for ever.
+        tilt_N_mm2: Stress across the bond of a spigot that it may bear for ever.
         bond_mm2: Area by which a cup's spigot is bonded into the tube.
         bond_N_mm2: Shear stress that the bond may bear.
         buckling_N: What a rod may bear in compression.
@@ -65,6 +75,11 @@ class Holds:
         foot_pin_N: What one of them may bear.
         foot_edge_mm: From the screws of a cheek to the edge of the block that it would tilt over.
         foot_screw_N: Clamping force of one of these screws.
+        motor_mm: From the motor's face to the strands on its pinion.
+        motor_edge_mm: From the middle of its screws to the edge that it would tilt over.
+        motor_slip: Clamping force of a screw that keeps the motor from turning, for a force of 1 N at the cable.
+        motor_screws: How many hold it.
+        motor_screw_N: Clamping force of one of them.
         base_mm: Height of the shoulder over the base plate.
         base_edge_mm: From the middle of the foot block to the edge that it would tilt over.
         base_screw_N: Clamping force of one of the screws from below.
@@ -82,7 +97,11 @@ class Holds:
     turns: float | None
     stud_1_mm2: float
     stud_N_mm2: float
-    joint_N: float
+    forearm: ForearmDimensions
+    spare_N: float
+    end_N_mm2: float
+    plastic_N_mm2: float
+    tilt_N_mm2: float
     bond_mm2: float
     bond_N_mm2: float
     buckling_N: float
@@ -98,6 +117,11 @@ class Holds:
     foot_pin_N: float
     foot_edge_mm: float
     foot_screw_N: float
+    motor_mm: float
+    motor_edge_mm: float
+    motor_slip: float
+    motor_screws: int
+    motor_screw_N: float
     base_mm: float
     base_edge_mm: float
     base_screw_N: float
@@ -153,7 +177,11 @@ def holds(d: Dimensions) -> Holds:
     arm = layers.arm_mm[1] - layers.arm_mm[0]
     boss = layers.elbow_boss_mm[1] - layers.elbow_boss_mm[0]
     cheek = min(y1 - y0 for y0, y1 in (layers.encoder_cheek_mm, layers.motor_cheek_mm))
-    lean = d.design.requirements.lean_max_deg
+    metal, plastic = (catalogue.material(one).yield_strength_Pa for one in (END_MATERIAL, CUP_MATERIAL))
+    glue = catalogue.adhesive(TUBE_ADHESIVE).shear_strength_MPa
+    assert metal is not None
+    assert plastic is not None
+    assert glue is not None
     bonded = min(boss, d.platform.boss_length_mm)
     if capstan is None:
         hub = clamp_N_mm(CLAMP_SCREW, arm)
@@ -162,7 +190,7 @@ def holds(d: Dimensions) -> Holds:
     return Holds(
         bearing=None if capstan is None else ball_bearing(d.bearing),
         stroke_rad=max(shoulder, radians(1.0)),
-        preload_N=0.0 if d.preload is None else d.preload.force_N,
+        preload_N=0.0 if d.preload is None else preload_range_N(d.preload)[0],
         motor_N=_motor_N(d),
         stub_mm=d.motor.shaft_diameter_mm if capstan is None else None,
         stub_lever_mm=layers.motor_cheek_mm[1],
@@ -172,7 +200,11 @@ def holds(d: Dimensions) -> Holds:
         turns=None if capstan is None else capstan.run.wrap_rad / tau,
         stud_1_mm2=stud_stress_1_mm2(f),
         stud_N_mm2=stud * 1e-6,
-        joint_N=f.joint.held_force_N(LEAN_RAD if lean is None else radians(lean)),
+        forearm=f,
+        spare_N=SPRING_SHARE * f.joint.preload_N,
+        end_N_mm2=END_USE * metal * 1e-6,
+        plastic_N_mm2=PLASTIC_USE * plastic * 1e-6,
+        tilt_N_mm2=GLUE_USE * glue,
         bond_mm2=pi * f.spigot_diameter_mm * f.spigot_length_mm,
         bond_N_mm2=BOND_N_MM2,
         buckling_N=euler / BUCKLING_FACTOR,
@@ -188,10 +220,27 @@ def holds(d: Dimensions) -> Holds:
         foot_pin_N=PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
         foot_edge_mm=b.foot_height_mm / 2,
         foot_screw_N=screw_N("M3"),
+        motor_mm=layers.motor_cheek_mm[1] - (0.0 if capstan is None else capstan.middle_y_mm),
+        motor_edge_mm=d.motor.diameter_mm / 2 - _off_mm(d),
+        motor_slip=0.0 if capstan is None else _slip(d, capstan.run.pinion_mm),
+        motor_screws=len(b.motor_screws_rad),
+        motor_screw_N=screw_N(d.motor.mount_thread),
         base_mm=-b.base_top_mm,
         base_edge_mm=(b.foot_u_mm[1] - b.foot_u_mm[0]) / 2,
         base_screw_N=screw_N("M4"),
     )
+
+
+def _slip(d: Dimensions, pinion_mm: float) -> float:
+    """Computes the clamping force of each screw whose friction holds a motor against 1 N at the cable."""
+    return pinion_mm / (FACE_FRICTION * d.motor.mount_circle_mm / 2 * len(d.bracket.motor_screws_rad))
+
+
+def _off_mm(d: Dimensions) -> float:
+    """Distance of the middle of a motor's screws from its axis: 0 unless one of its holes is left empty."""
+    angles = d.bracket.motor_screws_rad
+    across = hypot(sum(map(cos, angles)), sum(map(sin, angles)))
+    return d.motor.mount_circle_mm / 2 * across / len(angles)
 
 
 def _motor_N(d: Dimensions) -> float:

@@ -7,16 +7,20 @@ makes of it; of two numbers at once (a bearing's radial load) the largest stretc
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions.cable_run import FRICTION, least_turns
+from delta_cad.mechanism.geometry import TANGENTIAL
+from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.workspace import Cube, cube_grid
 from delta_cad.structure.bearing import dynamic_equivalent_N, life_hours, static_equivalent_N
 from delta_cad.structure.holds import LIFE_HOURS, ROPE_FACTOR, STROKES_PER_S, Holds
 from delta_cad.structure.modes import Moving
+from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
 from delta_cad.structure.table import StructureTable
 from delta_cad.structure.unit_loads import UnitLoads, at_knob, bearing_map, shoulder_map, unit_loads
 
@@ -165,8 +169,8 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
 
     h = limits
     add("rod buckling", given.rod, h.buckling_N, "N", "a third of Euler's load between the balls")
-    add("ball joint", given.rod, h.joint_N, "N", "the ball reaches its cup's lip, no friction, at the largest lean")
-    bond = "even shear on the spigot; epoxy on sanded plastic, a tenth of what it bears on metal"
+    _add_ends(add, table, h, p_mm, given)
+    bond = "even shear on the spigot; epoxy on sanded aluminium, a tenth of what it bears at once"
     add("rod bond", given.rod / h.bond_mm2, h.bond_N_mm2, "N/mm^2", bond)
     root = "bending 32 F a / (pi d^3) in pin or neck, the rod square to the stud (Roark); proof stress of 7075"
     add("stud", given.rod * h.stud_1_mm2, h.stud_N_mm2, "N/mm^2", root)
@@ -199,6 +203,9 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
             "N",
             "both strands; its row's limit, or RE 30's 28 N by the area",
         )
+        tilt = across * h.motor_mm / (h.motor_screws * h.motor_edge_mm)
+        how = "tilt over the motor's edge by the strands, and slip by its torque; clamping force, VDI 2230"
+        add("motor screw", tilt + given.cable * h.motor_slip, h.motor_screw_N, "N", how)
         tension = h.pretension_N + given.cable / 2.0
         add("cable", tension, h.cable_N, "N", f"pretension and half the difference; breaking load over {ROPE_FACTOR}")
         add("cable's slack strand", given.cable / 2.0, h.pretension_N, "N", "half the difference; the pretension")
@@ -232,6 +239,30 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
     base = total * h.base_mm / (2.0 * h.base_edge_mm)
     add("base screw", base, h.base_screw_N, "N", "tilt over the foot's end by both bearings; clamping force, VDI 2230")
     return found
+
+
+def _add_ends(add: Callable[..., None], table: StructureTable, h: Holds, p_mm: np.ndarray, given: Borne) -> None:
+    """Adds what the ball joints and the rods' ends bear, pose by pose with the lean that each rod has there."""
+    f, rod = h.forearm, given.rod
+    along = forearm_vectors(table.geometry, p_mm / MM_PER_M) / table.geometry.forearm_length
+    lean = np.arcsin(np.clip((along * TANGENTIAL).sum(axis=-1), -1.0, 1.0))
+    j = f.joint
+    add(
+        "ball joint",
+        np.degrees(j.edge_rad(rod, lean)),
+        float(np.degrees(j.wrap_rad)),
+        "deg",
+        "where the load points in its cup, and half of the contact; the cup's lip",
+    )
+    left = "preload less that with which the contact would reach the cup's lip; a tenth, which springs may lack"
+    add("ball joint preload", j.spare_preload_N(rod, lean), h.spare_N, "N", left, least=True)
+    pressed = j.preload_max_N * j.spring_max_N / j.spring_N + rod
+    shell = "Hertz, preload and rod force in one line; a quarter of the plastic's yield stress, for ever"
+    add("cup shell", contact_N_mm2(f, pressed), h.plastic_N_mm2, "N/mm^2", shell)
+    bending = "the springs' preload for ever, 32 P x / (pi d^3) at the tube, and the rod's force; half of proof stress"
+    add("rod end bending", spigot_bending_N_mm2(f, rod), h.end_N_mm2, "N/mm^2", bending)
+    tilt = "the preload's moment, 6 M / (d b^2), and the rod's force; a quarter of the epoxy's strength, for ever"
+    add("rod bond, tilt", bond_tilt_N_mm2(f, rod), h.tilt_N_mm2, "N/mm^2", tilt)
 
 
 def _across(table: StructureTable, h: Holds, given: Borne) -> np.ndarray:

@@ -15,8 +15,6 @@ from delta_cad.structure.compliance import Compliance, compliance
 from delta_cad.structure.table import StructureTable
 from delta_cad.structure.unit_loads import unit_loads
 
-G_PER_KG = 1000.0  # N/mm over kg is 1000/s^2
-
 
 @dataclass(frozen=True)
 class MovingBody:
@@ -137,7 +135,7 @@ def first_mode_Hz(table: StructureTable, what: Moving, p_mm: np.ndarray, grip_kg
     mass = mass_matrix(table, what, p_mm, given, grip_kg)
     root = np.linalg.cholesky(mass)
     most = np.linalg.eigvalsh(np.swapaxes(root, -1, -2) @ given.platform @ root)[..., -1]
-    return np.sqrt(G_PER_KG / most) / (2.0 * np.pi)
+    return np.sqrt(MM_PER_M / most) / (2.0 * np.pi)
 
 
 def _turning(arm: np.ndarray) -> np.ndarray:

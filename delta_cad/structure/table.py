@@ -13,7 +13,9 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import ANCHOR_MM, CARRIAGE_FROM_MM, CARRIAGE_MM
+from delta_cad.dimensions.forearm import END_MATERIAL
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -22,13 +24,11 @@ from delta_cad.structure.bearing import (
     ball_bearing,
     radial_stiffness_N_mm,
 )
-from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring
+from delta_cad.structure.rod_end import joint_N_mm
+from delta_cad.structure.section import POISSON, Section, circle, rectangle, ribs, ring, stepped_plate
 
 # Young's modulus of a rope over its full circle, N/mm^2, by construction; one that is not listed counts as the softest.
 # Of a settled rope, from memory; a maker's stretch of 302 stainless, 1.20e-5 W[lb] / D[in]^2 for 7x7, gives 73 GPa.
-# A rod's cup with its spigot along the rod, N/mm: bearing PEEK, 6 mm ball, 35 deg of the seat loaded, by finite
-# elements. It goes with its size as every solid does.
-CUP_N_mm, CUP_BALL_MM = 665.0, 6.0
 ROPE_N_mm2 = {"7x7": 57.3e3, "7x19": 42.4e3}
 SPOKE_ROOT = 1.1  # thicknesses by which a platform's web goes on in its hub, which gives way: by finite elements
 CHEEK_ROOT = 0.5  # thicknesses by which a cheek's foot gives on its block: between the free length and one thickness
@@ -103,7 +103,7 @@ class StructureTable:
         elbow_bar: Cross-bar from the elbow's boss to its end, where the stud begins.
         wrist_bar: The same from the platform's boss.
         rod: Tube of a rod.
-        joint_N_mm: Stiffness of one ball joint and its cup along the rod, in tension and compression alike.
+        joint_N_mm: Stiffness of one ball joint and its rod's end along the rod, in tension and compression alike.
         spoke: Platform from the hub to a wrist's boss; x outwards, y along the boss, z up.
         spoke_up_mm: Height of the spoke's middle over the wrists.
         stem: Handle from the platform's top to the knob's centre.
@@ -154,7 +154,7 @@ def structure_table(d: Dimensions) -> StructureTable:
         elbow_bar=_bar(d, elbow_boss),
         wrist_bar=_bar(d, d.platform.boss_length_mm),
         rod=Beam((rod,)),
-        joint_N_mm=1.0 / (1.0 / f.joint.stiffness_radial_N_mm + CUP_BALL_MM / (CUP_N_mm * f.ball_diameter_mm)),
+        joint_N_mm=joint_N_mm(f, moduli_N_mm2(END_MATERIAL)[0]),
         spoke=_spoke(d),
         spoke_up_mm=top - d.platform.plate_mm / 2,
         stem=Beam((stem,)),
@@ -240,12 +240,28 @@ def _cheek(d: Dimensions, head: list[Circle], open_: list[Circle], y_mm: tuple[f
     top = b.base_top_mm + b.foot_height_mm
     foot = [(u - b.shoulder_u_mm, z, 0.0) for u in b.foot_u_mm for z in (b.base_top_mm, top)]
     circles = [*head, *foot]
+    slot = key_slot_rad(b, d.motor) if open_ else 0.0
+    deep = key_slot_floor_mm(d.capstan, y_mm[0]) if open_ and d.capstan is not None else 0.0
 
     def section(z: float) -> Section:
         bores = sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in open_)
-        return rectangle(thickness, outline_width_mm(circles, max(z, top)) - bores)
+        width = outline_width_mm(circles, max(z, top)) - bores
+        slotted = sum(_slotted_mm(z, bore, slot, deep, circles) for bore in open_)
+        return rectangle(thickness, width) if not slotted else stepped_plate(thickness, width, deep, slotted)
 
     return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
+
+
+def _slotted_mm(z: float, bore: Circle, angle_rad: float, deep_mm: float, circles: list[Circle]) -> float:
+    """Width that the key's slot takes at a height, from a bore out to the edge at an angle, mm.
+
+    The cheek folds along the slot's line, which counts as level at its middle's height; on either side the stress takes
+    the slot's depth to spread over the whole thickness again (by finite elements: 13 % of what the cheek gives).
+    """
+    x, at, r = bore
+    edge = max((cx - x) * cos(angle_rad) + (cz - at) * sin(angle_rad) + cr for cx, cz, cr in circles)
+    middle = at + (r + edge) / 2 * sin(angle_rad)
+    return edge - r if abs(z - middle) < KEY_SLOT_MM / 2 + deep_mm else 0.0
 
 
 def _motor_stub(d: Dimensions) -> Beam:

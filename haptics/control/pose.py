@@ -12,12 +12,11 @@ from typing import NamedTuple
 
 from delta_cad.common.jit import compiled
 from delta_cad.drive.masses import Masses
-from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 from haptics.control.pose_margins import singularity_margins
 
 POSITION, RATES, HOLDING = 3, 4, 5  # Rows of what `pose` fills; rows 0-2 are the Jacobian's columns
 ROWS = 6
-_SIN_60 = float(RADIAL[1, 1])
 
 
 class Model(NamedTuple):
@@ -91,8 +90,8 @@ def pose(known, theta, out):
     r0, r1, r2 = a + la * c0, a + la * c1, a + la * c2
     # sphere centres: the elbows, moved in by the platform's radius
     x0, y0, z0 = r0, 0.0, la * s0
-    x1, y1, z1 = -0.5 * r1, _SIN_60 * r1, la * s1
-    x2, y2, z2 = -0.5 * r2, -_SIN_60 * r2, la * s2
+    x1, y1, z1 = -0.5 * r1, SIN_60 * r1, la * s1
+    x2, y2, z2 = -0.5 * r2, -SIN_60 * r2, la * s2
     bx, by, bz = x1 - x0, y1 - y0, z1 - z0
     cx, cy, cz = x2 - x0, y2 - y0, z2 - z0
     nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
@@ -108,8 +107,8 @@ def pose(known, theta, out):
     ex, ey, ez = px - x2, py - y2, pz - z2
     # w: the forearm along the elbow's direction of motion, -sin radial + cos up
     w0 = c0 * az - s0 * ax
-    w1 = c1 * dz - s1 * (_SIN_60 * dy - 0.5 * dx)
-    w2 = c2 * ez - s2 * (-_SIN_60 * ey - 0.5 * ex)
+    w1 = c1 * dz - s1 * (SIN_60 * dy - 0.5 * dx)
+    w2 = c2 * ez - s2 * (-SIN_60 * ey - 0.5 * ex)
     fx, fy, fz = dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex
     det = ax * fx + ay * fy + az * fz
     scale = la / det
@@ -122,7 +121,7 @@ def pose(known, theta, out):
     gx, gy, gz = known.gravity_x, known.gravity_y, known.gravity_z
     for i in range(3):
         c, s = (c0, s0) if i == 0 else ((c1, s1) if i == 1 else (c2, s2))
-        g = gx if i == 0 else (_SIN_60 * gy - 0.5 * gx if i == 1 else -_SIN_60 * gy - 0.5 * gx)  # along the radius
+        g = gx if i == 0 else (SIN_60 * gy - 0.5 * gx if i == 1 else -SIN_60 * gy - 0.5 * gx)  # along the radius
         platform = out[i, 0] * gx + out[i, 1] * gy + out[i, 2] * gz
         out[5, i] = -known.hanging * platform - known.moment * (c * gz - s * g) + known.across * (c * g + s * gz)
     return singularity_margins(w0, w1, w2, det, lb)

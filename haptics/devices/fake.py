@@ -51,7 +51,7 @@ class FakeDevice:
         return entry if isinstance(entry, Reading) else Reading(np.array(entry, dtype=float), self.time)
 
     def write(self, torques: ArrayLike) -> None:
-        """See `Device`."""
+        """Keeps the torques, (3,) N m, in `written`; raises what the script refuses them with."""
         self._require_open()
         self._writes += 1
         refusal = self._refusals.get(self._writes - 1)
@@ -60,7 +60,7 @@ class FakeDevice:
         self.written.append(three_torques(torques))
 
     def close(self) -> None:
-        """See `Device`."""
+        """Counts the calls in `closed`; a later reading or command raises `DeviceError`."""
         self.closed += 1
 
     def _require_open(self) -> None:
@@ -86,7 +86,7 @@ class DisturbedDevice:
         return self.device.time
 
     def read(self) -> Reading:
-        """See `Device`."""
+        """Reads the other device, and puts in the fault that is due at this reading."""
         sample = self.device.read()
         self._reads += 1
         disturbance = self._disturbances.get(self._reads - 1)

@@ -50,11 +50,6 @@ class SimulatedDevice:
         """Time of the last reading, s."""
         return max(self._tick, 0) * self.period
 
-    @property
-    def true_angles(self) -> np.ndarray:
-        """(3,) angles without quantisation, rad."""
-        return self._theta.copy()
-
     def read(self) -> Reading:
         """Moves the plant on by a period, but for the first time, and reads its encoders; see `Device`."""
         self._require_open()
@@ -69,12 +64,12 @@ class SimulatedDevice:
         return Reading(read, self.time)
 
     def write(self, torques: ArrayLike) -> None:
-        """See `Device`."""
+        """Sets the torques that the motors are asked for until the next call, (3,) N m."""
         self._require_open()
         self.torques = three_torques(torques)
 
     def close(self) -> None:
-        """See `Device`."""
+        """Takes the torques away; a later reading or command raises `DeviceError`."""
         self.torques, self._closed = np.zeros(3), True
 
     def _require_open(self) -> None:

@@ -121,7 +121,7 @@ def _place(p: np.ndarray) -> str:
 
 
 def feel_markdown(sheet: Feel) -> str:
-    """The page."""
+    """Writes the feel sheet as a Markdown page: figures over the cube, other devices, walls, what is assumed."""
     machine, design = sheet.machine, sheet.machine.design
     side = 2.0 * design.cube.half_side_mm
     low, usual, most = (1e3 * torque for torque in joint_friction(machine).drive)

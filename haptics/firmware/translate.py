@@ -79,7 +79,11 @@ class _Function(Expressions):
     """One function on its way to C, statement by statement."""
 
     def text(self, name: str) -> str:
-        """The definition."""
+        """Writes the definition of the function in C: its head, its variables, its statements.
+
+        Args:
+            name: What it is called in C.
+        """
         for statement in self.tree.body:
             self.statement(statement)
         parts = [f"{c_type(self.types[a])} {self.local(a)}".replace("* ", "*") for a in self.arguments]

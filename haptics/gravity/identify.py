@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from delta_cad.common.units import MM_PER_M
+from delta_cad.common.units import GRAVITY_M_S2, MM_PER_M
 from delta_cad.drive.masses import PointMasses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
 
-GRAVITY = 9.81
 # Where the origin of the handle's travel is looked for over the base plane; not printed either.
 ORIGIN_MM = (50.0, 100.0)
 
@@ -65,7 +64,7 @@ def identify() -> Identified:
         """(6, 3) torque per kg of m1, m2 and m3."""
         p = _positions(height)
         unit = [PointMasses(*row) for row in np.eye(3)]
-        down = [0.0, 0.0, -GRAVITY]
+        down = [0.0, 0.0, -GRAVITY_M_S2]
         return np.stack([gravity_torque(g, masses, p, down).ravel() for masses in unit], axis=-1)
 
     def sums(height: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,8 @@
 """Friction of the rods' ball joints at the handle, and as torque at the motors' joints.
 
 A cup is pressed on a ball whose stud lies along the shoulder axis: it leans with its rod and turns about its own axis.
-What it takes from the hand is power, `sum T_lean |lean rate| + T_turn |turn rate|` over twelve joints.
+What it takes from the hand is power, `sum T_lean |lean rate| + T_turn |turn rate|` over twelve joints. The torques
+follow what presses the ball in its cup: the springs' preload along the shoulder axis and the rod's force along the rod.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.dimensions.joint import FRICTION_RANGE, sliding_torques_N_mm
+from delta_cad.dimensions.joint import FRICTION_RANGE, preload_N, sliding_torques_N_mm
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
@@ -63,18 +64,46 @@ def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> JointRates:
     return JointRates(np.hypot(about * lean[..., None], leaning[..., None]), np.abs(about * upright[..., None]))
 
 
-def ball_friction_N(design: Design, p: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def _preload_N(design: Design) -> float:
+    return preload_N(design.mechanism.parallelogram_width_mm, largest_force_N(design.requirements))
+
+
+def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarray:
+    """Computes what presses the balls of the rods in their cups while the platform bears a force.
+
+    Args:
+        design: Whose rods and springs these are.
+        p: (..., 3) position, m.
+        force_N: (..., 3) force on the platform's centre, weight included, N. Its moment is left out: it adds to one rod
+            of a pair what it takes from the other.
+
+    Returns:
+        (..., 3 chains, 2 rods) N, alike at both ends: `|+-P t + S n / 2|`, S the force along n of both rods together.
+    """
+    g, pull = design.geometry, _preload_N(design)
+    n = forearm_vectors(g, p) / g.forearm_length
+    force = np.broadcast_to(np.asarray(force_N, dtype=float), (*n.shape[:-2], 3))
+    along = np.linalg.solve(np.swapaxes(n, -1, -2), force[..., None])[..., 0] / 2.0
+    across = np.array([-1.0, 1.0])[:, None] * pull * TANGENTIAL[:, None, :]  # (3, 2, 3)
+    return np.linalg.norm(along[..., None, None] * n[..., None, :] + across, axis=-1)
+
+
+def ball_friction_N(
+    design: Design, p: np.ndarray, direction: np.ndarray, force_N: np.ndarray | None = None
+) -> np.ndarray:
     """Computes the ball joints' friction at the handle, coefficient nominal, N.
 
     Args:
         design: Whose rods and springs these are.
         p: (..., 3) position, m.
         direction: (..., 3) of a steady motion, unit vectors.
+        force_N: (..., 3) force on the platform's centre, weight included, N; None: the preload alone presses.
     """
-    width, ball = design.mechanism.parallelogram_width_mm, design.hardware.ball_diameter_mm
-    lean, turn = sliding_torques_N_mm(width, ball, largest_force_N(design.requirements))
     rates = joint_rates(design.geometry, p, direction)
-    return 2.0 * (lean * rates.lean + turn * rates.turn).sum(axis=(-2, -1)) / MM_PER_M  # both rods of every chain
+    load = np.array([_preload_N(design)] * 2) if force_N is None else ball_loads_N(design, p, force_N)
+    lean, turn = (torque.sum(axis=-1) for torque in sliding_torques_N_mm(design.hardware.ball_diameter_mm, load))
+    taken = lean[..., None] * rates.lean + turn[..., None] * rates.turn  # both rods of every chain
+    return taken.sum(axis=(-2, -1)) / MM_PER_M
 
 
 def ball_friction(design: Design, p: np.ndarray) -> tuple[float, float, float]:

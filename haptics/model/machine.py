@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import Design, DesignError, design_hash, load_design
+from delta_cad.design import Design, DesignError, load_design
 from delta_cad.drive import DriveReport, drive_torque
-from delta_cad.drive.masses import MassError, Masses, masses_from_dict, read_mass_properties
+from delta_cad.drive.masses import MassError, Masses, load_masses
 from delta_cad.mechanism import DeltaGeometry, closure_margin, direct_margin
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 
@@ -70,12 +70,7 @@ def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: 
         raise MassError(
             str(path), "", "", f"is missing; run `python -m delta_cad build --design {design_file}` or give --masses"
         )
-    data, _ = read_mass_properties(path)
-    built_from = data.get("input_sha256")  # a file that does not say is trusted
-    if built_from is not None and built_from != design_hash(design):
-        raise MassError(path.name, "", "", f"was built from another design than {design.name}; build it again")
-    drive = drive_torque(design)
-    return MachineModel(design, masses_from_dict(data, design.geometry.forearm_length, drive, path.name), drive)
+    return MachineModel(design, load_masses(path, design), drive_torque(design))
 
 
 def _require_assembled(design: Design, file: Path) -> None:

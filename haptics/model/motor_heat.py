@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from delta_cad.catalogue import Motor
 from delta_cad.common.jit import inlined
+from delta_cad.common.units import G_PER_KG
 
 COPPER = 0.0039  # Rise of copper's resistance per kelvin, about 25 C
 REFERENCE_C = 25.0  # Temperature of the catalogue's resistance and ambient
@@ -83,7 +84,7 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
         return Heat(continuous, 0.0, DERATE_SHARE, 1.0, 1.0 / (continuous**2 * time), 0.0, time, 0.0, 1.0)
     if not ambient_C < hottest - DERATE_K:
         raise ValueError(f"ambient_C is {ambient_C!r}; it must be below {hottest - DERATE_K:g} C for {motor.id}")
-    housing = motor.mass_g / 1000.0 * SPECIFIC_HEAT
+    housing = motor.mass_g / G_PER_KG * SPECIFIC_HEAT
     current = 1.0 / (motor.torque_constant_N_m_A * drive)
     return Heat(
         continuous=continuous,

@@ -26,12 +26,12 @@ import math
 from typing import NamedTuple
 
 from delta_cad.common.jit import compiled
+from delta_cad.common.units import DOWN
 from delta_cad.drive.masses import Masses
-from delta_cad.mechanism.geometry import RADIAL, DeltaGeometry
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 from delta_cad.mechanism.kernel import chain_closure
 
 STATES = 12  # p (m), v (m/s), bristles (1) and torque of the motors at the joints (N m), three of each
-_SIN_60 = float(RADIAL[1, 1])
 
 
 class Plant(NamedTuple):
@@ -98,7 +98,7 @@ FREE = Hand(0.0, 0.0, 0.0)  # No hand
 def plant(
     geometry: DeltaGeometry,
     masses: Masses,
-    gravity_vector: tuple[float, float, float] = (0.0, 0.0, -9.81),
+    gravity_vector: tuple[float, float, float] = DOWN,
     *,
     coulomb: float = 0.0,
     viscous: float = 0.0,
@@ -161,7 +161,7 @@ def chain(par, i, x, y, z):
         Cosine and sine of the azimuth, cosine and sine of the shoulder angle, w (m), and the forearm s (m) in the base
         frame: 8 floats; NaN where the chain cannot be closed.
     """
-    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, _SIN_60) if i == 1 else (-0.5, -_SIN_60))
+    ca, sa = (1.0, 0.0) if i == 0 else ((-0.5, SIN_60) if i == 1 else (-0.5, -SIN_60))
     q, t = ca * x + sa * y - par.radius_difference, ca * y - sa * x
     la, lb = par.upper_arm_length, par.forearm_length
     rho2, m, _, w = chain_closure(q, t, z, la, lb)

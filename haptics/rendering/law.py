@@ -103,27 +103,43 @@ def spring_energy(stiffness, stretch, longest):
 
 
 def finite(unit: str) -> Parameter:
-    """A finite number."""
+    """Declares a parameter of one column that must be a finite number.
+
+    Args:
+        unit: Unit of the number.
+    """
     return Parameter(unit, 1, _finite)
 
 
 def not_negative(unit: str) -> Parameter:
-    """A finite number of at least 0."""
+    """Declares a parameter of one column that must be finite and at least 0.
+
+    Args:
+        unit: Unit of the number.
+    """
     return Parameter(unit, 1, _not_negative)
 
 
 def positive(unit: str) -> Parameter:
-    """A finite number above 0."""
+    """Declares a parameter of one column that must be finite and above 0.
+
+    Args:
+        unit: Unit of the number.
+    """
     return Parameter(unit, 1, _positive)
 
 
 def vector(unit: str) -> Parameter:
-    """Three finite numbers in the base frame."""
+    """Declares a parameter of three columns: finite numbers in the base frame.
+
+    Args:
+        unit: Unit of the numbers.
+    """
     return Parameter(unit, 3, _vector)
 
 
 def direction() -> Parameter:
-    """Three finite numbers that are not all 0; the table holds the unit vector."""
+    """Declares a direction: three finite numbers that are not all 0, of which the table holds the unit vector."""
     return Parameter("1", 3, _direction)
 
 

@@ -175,11 +175,6 @@ class StableGains(NamedTuple):
         """Top of the lowest stable interval, wherever that begins; 0 where there is none."""
         return self.intervals[0][1] if self.intervals else 0.0
 
-    @property
-    def monotone(self) -> bool:
-        """Whether it is stable up to one gain and nowhere above it (as far as the scan sees)."""
-        return not self.intervals or (len(self.intervals) == 1 and self.intervals[0][0] == 0.0)
-
 
 def sampled_loop(
     body: SampledBody,

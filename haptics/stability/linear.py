@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.model.plant import STATES, Hand, Plant, motion
-from haptics.stability.discrete import SampledBody, SampledLoop, Timing, axis, sampled_loop
+from haptics.stability.discrete import SampledBody, SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 
 UNIT = 1e-9  # Deviation of a normal's length from 1 that rounding may cause
@@ -61,15 +61,6 @@ class Linearised:
             ValueError: Not a unit vector.
         """
         return float(self.viscous / np.square(self.jacobian.T @ _unit(normal)).sum())
-
-    def axis_loop(self, normal: ArrayLike, hand: Hand, timing: Timing, estimator: LinearEstimator) -> SampledLoop:
-        """A wall seen along its normal alone, with the effective mass and friction; gains in N/m and N s/m.
-
-        Raises:
-            ValueError: Not a unit vector.
-        """
-        body = axis(self.effective_mass(normal), self.effective_friction(normal), hand)
-        return sampled_loop(body, timing, estimator)
 
     def joint_loop(self, normal: ArrayLike, hand: Hand, timing: Timing, estimator: LinearEstimator) -> SampledLoop:
         """A wall with all of the device behind it, in the joints, where velocity is estimated and commands arrive.

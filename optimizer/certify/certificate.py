@@ -19,10 +19,13 @@ from delta_cad.design import Design, design_hash
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
-from delta_cad.mechanism.proof.prove import Progress, prove
+from delta_cad.mechanism.proof.prove import DEEPEST, Progress, half_of, prove
 from optimizer.certify.gravity import GravityShare
 from optimizer.certify.replay import breaks, replay
 from optimizer.certify.tiling import Cell, TilingError, check_tiling, corners
+
+# Relative difference between a figure told and the same computed here: by two machines, with some hundred roundings.
+SAME = 1e-9
 
 
 class CertificateError(ValueError):
@@ -47,7 +50,7 @@ class Certificate:
         leaves: (n, 6) boxes that cover the half y >= 0 of the cube, see `delta_cad.mechanism.proof`; empty where
             nothing is proved.
         boxes: Boxes that the prover examined; a file holds those that its leaves are made of.
-        gravity: What of the torque was left for gravity; None if nothing was.
+        gravity: How gravity is counted in; None if it is not.
         tolerance: What is proved is proved for every machine whose lengths and offsets are within it, m, README (43).
     """
 
@@ -90,17 +93,21 @@ class Replay:
     boxes: int
 
 
-def values_of(design: Design, inertia: HandleInertia | None = None) -> dict[str, Any]:
+def values_of(
+    design: Design, inertia: HandleInertia | None = None, gravity: GravityShare | None = None
+) -> dict[str, Any]:
     """Gathers what the limits of a design are made from.
 
     Args:
         design: The design.
         inertia: What moves, where it is known.
+        gravity: How gravity is counted in.
 
     Returns:
-        Fields of its requirements, and `inertia`.
+        Fields of its requirements, and `inertia` and `held_masses`, where they are known.
     """
-    return design.requirements.model_dump() | {"inertia": inertia}
+    held = None if gravity is None else gravity.masses
+    return design.requirements.model_dump() | {"inertia": inertia, "held_masses": held}
 
 
 def certify(
@@ -117,7 +124,7 @@ def certify(
     Args:
         design: The design.
         limits: The limits, with room for gravity already left; None takes those of its requirements, less the room.
-        gravity: What of the torque is left for gravity; None leaves nothing.
+        gravity: How gravity is counted in; None leaves it out.
         tolerance: Of every length and offset of every chain, m.
         max_boxes: Boxes after which what is open is undecided.
         progress: As `prove` calls it.
@@ -152,7 +159,7 @@ def limits_of(design: Design, gravity: GravityShare | None, inertia: HandleInert
 
     Args:
         design: The design.
-        gravity: What of the torque is left for gravity; None leaves nothing.
+        gravity: How gravity is counted in; None leaves it out.
         inertia: What moves, where it is known.
 
     Returns:
@@ -201,8 +208,7 @@ def verify(certificate: Certificate, design: Design | None = None, *, progress: 
             raise CertificateError(f"{finding.condition}: the limit of its finding is not the one proved")
     sorted_ = {v: tuple(f.condition for f in c.findings if f.verdict == v) for v in ("proved", "refuted", "undecided")}
     for finding in c.findings:
-        if finding.verdict == "refuted":
-            _check_point(c, finding)
+        _check_figures(c, finding)
     boxes = _prove_again(c, sorted_["proved"], progress) if sorted_["proved"] else 0
     return Replay(sorted_["proved"], sorted_["refuted"], sorted_["undecided"], len(c.leaves), boxes)
 
@@ -218,7 +224,8 @@ def _same_design(c: Certificate, design: Design) -> None:
     r, share = design.requirements, c.gravity
     if share is not None and (share.force, share.torque) != (r.force_N, r.joint_torque_N_m):
         raise CertificateError("torque: gravity is taken off another force or torque than the design's")
-    if share is not None and share.masses is not None and share.masses.acceleration != r.gravity_m_s2:
+    masses, (x, y, z) = None if share is None else share.masses, r.gravity_m_s2
+    if masses is not None and (masses.gravity_x, masses.gravity_y, masses.gravity_z) != (x, abs(y), z):
         raise CertificateError("torque: gravity is another than the design's gravity_m_s2")
     mass = c.limits.get(EffectiveMass)
     if mass is None and r.effective_mass_max_kg is not None:
@@ -234,6 +241,34 @@ def _inside(c: Certificate, point: tuple[float, float, float]) -> bool:
     return bool((p >= c.cube.lower).all() and (p <= c.cube.upper).all())
 
 
+def _check_figures(c: Certificate, finding: Finding) -> None:
+    """Refuses figures that a finding of its verdict does not have, and those that it has but are not so."""
+    name, verdict = finding.condition, finding.verdict
+    own = {"proved": (), "refuted": ("point", "value"), "undecided": ("box",)}[verdict]
+    for figure in ("point", "value", "box"):
+        if figure not in own and getattr(finding, figure) is not None:
+            raise CertificateError(f"{name}: it is {verdict}, but has a {figure}, which says nothing of it")
+    if verdict == "refuted":
+        _check_point(c, finding)
+    if verdict == "undecided" and (finding.box is None or not _is_part(c.cube, finding.box)):
+        raise CertificateError(f"{name}: it is undecided, but not in a box that halving the cube makes")
+
+
+def _is_part(cube: Cube, box: tuple[tuple[float, float, float], tuple[float, float, float]]) -> bool:
+    """Whether a box is one of the subdivision of the half y >= 0, to the rounding of its corners."""
+    low, high = (np.array(corner) for corner in box)
+    origin, edges = half_of(cube)
+    if not (high > low).all():
+        return False
+    halvings = np.round(np.log2(edges / (high - low)))
+    if (halvings < 0.0).any() or (halvings > DEEPEST).any():
+        return False
+    size = edges / 2.0**halvings
+    at = np.round((low - origin) / size)
+    inside = (at >= 0.0).all() and (at < 2.0**halvings).all()
+    return bool(inside and (low == origin + at * size).all() and (high == origin + (at + 1.0) * size).all())
+
+
 def _check_point(c: Certificate, finding: Finding) -> None:
     name, point = finding.condition, finding.point
     if point is None:
@@ -242,6 +277,10 @@ def _check_point(c: Certificate, finding: Finding) -> None:
         raise CertificateError(f"{name}: the point {_mm(point)} lies outside the cube")
     if not breaks(c.geometry, c.limits[name], np.array(point)):
         raise CertificateError(f"{name}: the point {_mm(point)} does not break it")
+    value = c.limits[name].broken(c.geometry, np.array(point))
+    told = math.nan if finding.value is None else finding.value
+    if (math.isfinite(told) or math.isfinite(value)) and not math.isclose(told, value, rel_tol=SAME):
+        raise CertificateError(f"{name}: the value at {_mm(point)} is {value:.9g}, not {told:.9g}")
 
 
 def _prove_again(c: Certificate, conditions: tuple[str, ...], progress: Progress | None) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.units import G_PER_KG
 from delta_cad.common.units import MM_PER_M as MM
 from delta_cad.mechanism import reach_excess
 from delta_cad.mechanism.limits import POSE_LIMITS, FigureOfMerit, PoseLimit, Reach, Torque
@@ -116,9 +117,8 @@ def _row(
     allowed = None if limit is None else limit.bound(figure) * scale
     if kind is Torque:
         name = "torque, no gravity"
-        if c.gravity is not None:  # force and gravity together, against the whole torque
-            name = "torque with gravity"
-            allowed, scale, added = c.gravity.torque, 1.0 + c.gravity.weight / c.gravity.force, c.gravity.reserve
+        if c.gravity is not None and c.gravity.reserve is not None:  # against the whole torque
+            name, allowed, added = "torque with gravity by hand", c.gravity.torque, c.gravity.reserve
     proved = None if bound is None or bound.proved is None else bound.proved * scale + added
     verdict = "not asked" if finding is None or allowed is None else finding.verdict
     if verdict == "refuted" and proved is not None and allowed is not None:  # of a pair of figures, the one in order
@@ -223,35 +223,22 @@ def _cells(row: Row) -> tuple[str, ...]:
     return row.figure, row.verdict, limit, proved, extreme, at, room
 
 
-def gravity_sentence(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> str:
-    """Says what was taken off for gravity, and what it comes to."""
+def gravity_sentence(c: Certificate) -> str:
+    """Says how gravity is counted in."""
     share = c.gravity
     if share is None:
         return (
             "gravity is NOT taken off the torque: give --mass-properties (of a build) or --gravity-torque; `verify` "
             "exits 1 for it unless it is told --without-gravity"
         )
-    given = f"{share.reserve:g} N m of every joint's {share.torque:g} N m, as given by hand"
     if share.masses is None:
-        return f"gravity is taken off: {given}"
-    text = (
-        f"gravity is taken off: the wrists carry {1e3 * share.masses.carried_mass:.4g} g, which act as "
-        f"{share.weight:.4g} N more than the {share.force:g} N in the worst direction; upper arms, elbows and pinions "
-        f"take {share.reserve:.4g} N m"
+        return f"gravity is taken off: {share.reserve:g} N m of every joint's {share.torque:g} N m, as given by hand"
+    m = share.masses
+    return (
+        f"gravity is counted in: {G_PER_KG * m.carried_mass:.4g} g at the wrists, {m.arm_moment:.4g} kg m of every "
+        f"chain's arm and rods about its shoulder, and {G_PER_KG * m.loose_mass:.3g} g and {m.loose_moment:.3g} kg m "
+        "in whatever direction is the worst"
     )
-    most = _gravity_most(c, proved_bounds)
-    return text if most is None else f"{text}; gravity alone is at most {rounded(most, True)} N m (proved)"
-
-
-def _gravity_most(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> float | None:
-    """Computes a bound of gravity's torque on any joint in the cube, N m; None where it is not known."""
-    share = c.gravity
-    if share is None:
-        return None
-    if share.masses is None:
-        return share.reserve
-    torque = next((one.proved for one in proved_bounds if isinstance(one.limit, Torque)), None)
-    return None if torque is None else torque / share.force * share.weight * (1.0 + 1e-12) + share.reserve
 
 
 def mm(length: float) -> str:
@@ -311,7 +298,7 @@ def tolerance_facts(c: Certificate, largest: LargestTolerance | None) -> dict[st
     }
 
 
-def facts(c: Certificate, rows: list[Row], proved_bounds: tuple[ProvedBound, ...]) -> dict[str, Any]:
+def facts(c: Certificate, rows: list[Row]) -> dict[str, Any]:
     """Gathers the report as plain data for JSON."""
     share = c.gravity
     masses = None if share is None else share.masses
@@ -322,14 +309,12 @@ def facts(c: Certificate, rows: list[Row], proved_bounds: tuple[ProvedBound, ...
         "verdict": c.verdict,
         "conditions": [row.record() for row in rows],
         "gravity": {
-            "taken_off": share is not None,
+            "counted_in": share is not None,
             "source": source,
-            "weight_N": None if share is None else share.weight,
             "reserve_N_m": None if share is None else share.reserve,
             "carried_mass_kg": None if masses is None else masses.carried_mass,
             "arm_moment_kg_m": None if masses is None else masses.arm_moment,
-            "mass_properties_sha256": None if masses is None else masses.sha256,
-            "torque_max_N_m": _gravity_most(c, proved_bounds),
+            "mass_properties_sha256": None if share is None else share.sha256,
         },
         "boxes": c.boxes,
         "leaves": len(c.leaves),

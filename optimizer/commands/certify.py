@@ -43,7 +43,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--mass-properties",
         type=Path,
         metavar="FILE",
-        help="mass_properties.json of a build: the weight of what moves is taken off the torque; "
+        help="mass_properties.json of a build: the torque is proved with the weight of what moves; "
         "effective_mass_max_kg needs it, too",
     )
     gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
@@ -87,7 +87,7 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        _require_provable(given.design.name, design, given.mass_properties)
+        _require_masses(given.design.name, design, given.mass_properties)
         _require_tolerance(design, given.tolerance)
         require_room(given.out)
         share = share_of(design, given.mass_properties, given.gravity_torque)
@@ -99,17 +99,8 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{given.design.name}: {error}", BAD_INPUT)
 
 
-def _require_provable(file: str, design: Design, masses: Path | None) -> None:
-    """Names the field that the prover would refuse as a limit without one, or that needs masses which are not given."""
-    from delta_cad.mechanism.limits.torque import RANGE
-
-    low, high = RANGE
-    for field, unit in (("force_N", "N"), ("joint_torque_N_m", "N m")):
-        value = getattr(design.requirements, field)
-        if not low <= value <= high:
-            raise _UnprovableError(
-                f"{file}: requirements.{field} = {value:g}: must be within {low:g} and {high:g} {unit} to be proved"
-            )
+def _require_masses(file: str, design: Design, masses: Path | None) -> None:
+    """Names the field that needs masses which are not given."""
     mass = design.requirements.effective_mass_max_kg
     if mass is not None and masses is None:
         raise _UnprovableError(
@@ -143,10 +134,10 @@ def share_of(design: Design, masses: Path | None, reserve: float | None, toleran
     Raises:
         GravityError: The file or the number is refused.
     """
-    from optimizer.certify.gravity import given_share, read_masses, share_of_masses
+    from optimizer.certify.gravity import given_share, share_of_masses
 
     if masses is not None:
-        return share_of_masses(design, read_masses(masses, design, tolerance))
+        return share_of_masses(masses, design, tolerance)
     return None if reserve is None else given_share(design, reserve)
 
 
@@ -163,10 +154,9 @@ def inertia_of(design: Design, masses: Path) -> HandleInertia:
     Raises:
         MassError: The file is refused.
     """
-    from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import load_masses
 
-    return load_masses(masses, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    return load_masses(masses, design).handle_inertia
 
 
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
@@ -207,7 +197,7 @@ def _certify(
         progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
-            worst = worst_figures(geometry, cube, values_of(design, inertia))
+            worst = worst_figures(geometry, cube, values_of(design, inertia, share))
         except UnreachableError:
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
@@ -235,7 +225,7 @@ def _certify(
     except CertificateError as error:
         return refuse(str(error), NOT_MET)
     if given.json:
-        report = facts(certificate, rows, proved_bounds) | {
+        report = facts(certificate, rows) | {
             "certificate": str(given.out),
             "tight": largest is None and written is not certificate,
             "tolerance": tolerance_facts(written, largest),
@@ -246,7 +236,7 @@ def _certify(
         verdict = "proved at every point" if certificate.verdict == "proved" else certificate.verdict
         print(f"{design.name}: {verdict} of the cube of {side:g} mm, {low:g} to {low + side:g} mm high")
         print(table(rows))
-        print(gravity_sentence(certificate, proved_bounds))
+        print(gravity_sentence(certificate))
         about = "the limits asked" if written is certificate else "the column `proved`"
         if largest is not None:
             print(tolerance_sentence(written, largest))

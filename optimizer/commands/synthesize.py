@@ -228,15 +228,14 @@ def _summary(result: Result) -> str:
     lengths = ", ".join(
         f"{name} {value:.4g}" for name, value in zip(("L_A", "L_B", "R", "r", "H", "L"), result.design_mm, strict=True)
     )
-    heaviest = result.max_effective_mass
-    mass = "" if heaviest is None else f", effective mass {heaviest:.4g} kg"
-    held = f"torque {result.max_torque:.4g} N m, kappa {result.max_kappa:.4g}{mass}"
+    figures = [(limit.figures[0], result.worst(type(limit))) for limit in result.told]
+    told = ", ".join(f"{one.words} {value * one.scale:.4g} {one.unit}".rstrip() for one, value in figures)
     goal = "worst kappa" if result.problem.step == 3 else "half side"
     unit = "" if result.problem.step == 3 else " mm"
     return (
         f"step {result.problem.step} {result.method}: {goal} {result.objective:.5g}{unit} at {lengths} mm; "
         f"{_bound(result, unit)}"
-        f"{held}, couple index {result.min_couple_index:.4g}; {result.status}: {result.advice}"
+        f"{told}; {result.status}: {result.advice}"
     )
 
 

@@ -43,7 +43,14 @@ def arguments(command: argparse.ArgumentParser) -> None:
     gravity.add_argument(
         "--without-gravity",
         action="store_true",
-        help="a certificate that leaves out the gravity that the design states is enough",
+        help="gravity is not asked: a certificate is enough whatever it leaves for that, and if nothing",
+    )
+    command.add_argument(
+        "--as-recorded",
+        action="store_true",
+        help="take the certificate's word for masses and gravity's share: by itself a share that was compared with "
+        "nothing is not enough for a design that states gravity, nor are such masses for one that limits the "
+        "effective mass",
     )
     command.add_argument(
         "--tolerance",
@@ -104,7 +111,9 @@ def run(given: argparse.Namespace) -> int:
         if given.json:
             print(json.dumps({"certificate": str(given.certificate), "holds": False, "reason": reason}, indent=1))
         return refuse(f"{reason}; the certificate does not hold", NOT_MET)
-    reason = _missing(certificate, replay) or _weightless(given, certificate, design)
+    reason = _missing(certificate, replay)
+    if design is not None:
+        reason = reason or _weightless(given, certificate, design) or _unweighed(given, design)
     if given.json:
         print(json.dumps(_facts(given, certificate, replay, reason), indent=1))
     elif not reason:
@@ -116,11 +125,10 @@ def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Checks that gravity's share is that of the file."""
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
-    from optimizer.certify.gravity import read_masses
+    from optimizer.certify.gravity import share_of_masses
     from optimizer.commands.certify import inertia_of
 
-    recorded = None if certificate.gravity is None else certificate.gravity.masses
-    if recorded != read_masses(path, design, certificate.tolerance):
+    if certificate.gravity != share_of_masses(path, design, certificate.tolerance):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
     mass = certificate.limits.get(EffectiveMass)
     if mass is not None and mass.inertia != inertia_of(design, path):
@@ -132,12 +140,13 @@ def _enough_reserve(certificate: Certificate, design: Design, reserve: float) ->
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import given_share
 
-    wanted, share = given_share(design, reserve).reserve, certificate.gravity
+    given_share(design, reserve)  # refuses what is no reserve
+    wanted, share = reserve, certificate.gravity
     if share is None and wanted == 0.0:
         return
     if share is None:
         raise CertificateError(f"torque: nothing is left for gravity, not {wanted:.9g} N m")
-    if share.masses is not None:
+    if share.reserve is None:
         raise CertificateError("torque: gravity's share comes from a mass file: compare it with that")
     if share.reserve < wanted:
         raise CertificateError(f"torque: only {share.reserve:.9g} N m are left for gravity, not {wanted:.9g} N m")
@@ -151,23 +160,47 @@ def _missing(certificate: Certificate, replay: Replay) -> str:
     for finding in certificate.findings:
         if finding.condition in replay.refuted and finding.point is not None:
             x, y, z = finding.point
-            parts.append(f"{finding.condition} is refuted at {place((1e3 * x, 1e3 * y, 1e3 * z))}, confirmed")
+            parts.append(
+                f"{finding.condition} is refuted at {place((MM_PER_M * x, MM_PER_M * y, MM_PER_M * z))}, confirmed"
+            )
         elif finding.condition in replay.undecided:
             parts.append(f"{finding.condition} is undecided")
     return "it does not prove the design: " + "; ".join(parts) if parts else ""
 
 
-def _weightless(given: argparse.Namespace, certificate: Certificate, design: Design | None) -> str:
-    """Why a certificate that leaves gravity out is not enough for a design that states it; "" if it is."""
-    told = given.without_gravity or given.gravity_torque == 0.0
-    stated = design is not None and any(design.requirements.gravity_m_s2)
-    if design is None or not stated or told or certificate.gravity is not None:
+def _weightless(given: argparse.Namespace, certificate: Certificate, design: Design) -> str:
+    """Why a certificate's share of gravity is not enough for a design that states gravity; "" if it is.
+
+    Whoever wrote a certificate may have written any share, and a digest that fits it: what counts is what the share was
+    compared with, or that whoever asks takes its word.
+    """
+    compared = given.mass_properties is not None or given.gravity_torque is not None
+    if compared or given.without_gravity or not any(design.requirements.gravity_m_s2):
         return ""
     x, y, z = design.requirements.gravity_m_s2
+    share, states = certificate.gravity, f"{given.design.name} states requirements.gravity_m_s2 = [{x:g}, {y:g}, {z:g}]"
+    if share is None or share.reserve == 0.0:
+        return (
+            f"it does not prove the design: {states}, and nothing of the torque is left for it; certify with "
+            "--mass-properties (of a build) or --gravity-torque, or verify with --without-gravity"
+        )
+    if given.as_recorded:
+        return ""
+    left = "masses that gravity acts on" if share.reserve is None else f"{share.reserve:.4g} N m left for it"
     return (
-        f"it does not prove the design: {given.design.name} states requirements.gravity_m_s2 = [{x:g}, {y:g}, {z:g}], "
-        "and nothing of the torque is left for it; certify with --mass-properties (of a build) or --gravity-torque, "
-        "or verify with --without-gravity"
+        f"it does not prove the design: {states}, and the {left} were compared with nothing; give "
+        "--mass-properties (of a build) or --gravity-torque, or --as-recorded to take its word"
+    )
+
+
+def _unweighed(given: argparse.Namespace, design: Design) -> str:
+    """Why the masses of a certificate are not enough for a design that limits the effective mass; "" if they are."""
+    most = design.requirements.effective_mass_max_kg
+    if most is None or given.mass_properties is not None or given.as_recorded:
+        return ""
+    return (
+        f"it does not prove the design: {given.design.name} states requirements.effective_mass_max_kg = {most:g}, and "
+        "the masses were compared with nothing; give --mass-properties (of a build), or --as-recorded to take its word"
     )
 
 
@@ -190,10 +223,9 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
-        "gravity_taken_off": share is not None,
-        "gravity_weight_N": None if share is None else share.weight,
+        "gravity_counted_in": share is not None,
         "gravity_reserve_N_m": None if share is None else share.reserve,
-        "mass_properties_sha256": None if share is None or share.masses is None else share.masses.sha256,
+        "mass_properties_sha256": None if share is None else share.sha256,
         "leaves": replay.leaves,
         "boxes": replay.boxes,
     }
@@ -207,8 +239,8 @@ def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay
         within = certificate.tolerance * MM_PER_M
         about = f" and for every machine within {within:g} mm of the drawn lengths and offsets{about}"
     g, cube = certificate.geometry, certificate.cube
-    L_A, L_B, R, r = (1e3 * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
-    side, low = 2e3 * cube.half_side, 1e3 * cube.bottom_height
+    L_A, L_B, R, r = (MM_PER_M * x for x in (g.upper_arm_length, g.forearm_length, g.base_radius, g.platform_radius))
+    side, low = 2.0 * MM_PER_M * cube.half_side, MM_PER_M * cube.bottom_height
     return (
         f"{given.certificate.name} holds: {', '.join(replay.proved)} proved again at every point of the cube{about}; "
         f"{_gravity_sentence(given, certificate.gravity)}\n"
@@ -235,7 +267,7 @@ def _mass_sentence(given: argparse.Namespace, certificate: Certificate) -> str:
 
 
 def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> str:
-    """Says for what share of gravity it holds, and what that was compared with: a re-digested share holds as well."""
+    """Says for what share of gravity it holds, and what that was compared with: of a design, what it asks for is."""
     nothing = "NOTHING GIVEN TO COMPARE THAT WITH: --gravity-torque or --mass-properties"
     if share is None:
         compared = "as asked" if given.gravity_torque == 0.0 or given.without_gravity else nothing
@@ -245,9 +277,9 @@ def _gravity_sentence(given: argparse.Namespace, share: GravityShare | None) -> 
         if given.gravity_torque is None:
             return f"{left}, {nothing}"
         return f"{left}, at least the {given.gravity_torque:g} N m given"
-    m = share.masses
+    m, file = share.masses, share.sha256 or ""
     checked = "checked" if given.mass_properties is not None else "AS RECORDED, its file not given: --mass-properties"
     return (
-        f"GRAVITY is taken off, {m.carried_mass:.4g} kg at the wrists and {share.reserve:.4g} N m, of the mass file of "
-        f"SHA-256 {m.sha256[:12]}, {checked}"
+        f"GRAVITY is counted in, {m.carried_mass:.4g} kg at the wrists and {m.arm_moment:.4g} kg m about the shoulder, "
+        f"of the mass file of SHA-256 {file[:12]}, {checked}"
     )

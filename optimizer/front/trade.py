@@ -99,12 +99,7 @@ def further(tracer: Tracer, given: Requirements, name: str, words: str) -> Curve
 
 def largest_reach(given: Requirements) -> float:
     """Computes the largest R + L_A that the outline allows, mm; the rectangle either way round."""
-    limits, task = given.limits, given.requirements
-    if limits.outline_radius_max_mm is not None:
-        return limits.outline_radius_max_mm
-    width, depth = (float(size) for size in outline_of(given).size_mm(np.array(0.0)))
-    W, D = task.envelope_width_mm, task.envelope_depth_mm
-    return max(min((a - width) / math.sqrt(3.0), (b - depth) / 1.5) for a, b in ((W, D), (D, W)))
+    return outline_of(given).reach_max_mm
 
 
 def scaled_outline(given: Requirements, part: float) -> Requirements:

@@ -143,7 +143,7 @@ def _shortfalls(problem: Problem, result: Result) -> tuple[Shortfall, ...]:
     if "torque" in broken and math.isfinite(result.max_torque):
         faults.append(Shortfall("torque", result.max_torque - problem.torque_for_force, "N m"))
     elif "torque" in broken and "reach" not in broken:
-        faults.append(Shortfall("singularity", -float(np.min(direct_margin(*worst("torque")))), ""))
+        faults.append(Shortfall("assembly_mode", -float(np.min(direct_margin(*worst("torque")))), ""))
     for letter, value, low, high in zip(LETTERS, design, problem.lower, problem.upper, strict=True):
         if not low <= value <= high:
             faults.append(Shortfall(f"bounds of {letter}", max(low - value, value - high), "mm"))

@@ -13,7 +13,7 @@ import numpy as np
 
 from delta_cad.common.jit import compiled, inlined
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.kernel import _kappa
+from delta_cad.mechanism.kernel import _kappa, chain_closure
 
 TINY = float(np.finfo(float).tiny)
 
@@ -41,10 +41,8 @@ def figures_compiled(
 @inlined
 def _closed(q, t, z, la, lb):
     """Closes a chain in its own plane: w^2, w, cosine and sine of the shoulder angle; w is 0 beyond the reach."""
-    rho2 = q * q + z * z
+    rho2, m, w2, _ = chain_closure(q, t, z, la, lb)
     rho2 = rho2 if rho2 > TINY else TINY
-    m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
-    w2 = rho2 - m * m
     w = math.sqrt(w2 if w2 > 0.0 else 0.0)
     return w2, w, (q * m + z * w) / rho2, (z * m - q * w) / rho2
 

@@ -11,26 +11,24 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, PrivateAttr, ValidationError, create_model
+from pydantic import BaseModel, Field, JsonValue, PrivateAttr, ValidationError, create_model
 
 from delta_cad.common.reading import MOST_TOML_BYTES, ReadError, parse_toml, read_bounded
 from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
-from delta_cad.design import GRAVITY_MAX, NAME_PATTERN, NAME_RULE, DesignError
+from delta_cad.common.units import DOWN
+from delta_cad.design import NAME_PATTERN, NAME_RULE, DesignError
 from delta_cad.design.file import UNITS
-from delta_cad.design.record import BEARING_FIELDS, limit_fields
+from delta_cad.design.task import Gravity, Section, Task, limit_fields
 from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits import LIMITS, HandleInertia
 from optimizer.problem.hardware import check_hardware, placed_hardware
 
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
+CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
 
 
 class RequirementsError(RefusedError):
     """Requirements that are refused."""
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 # [lower, upper]: TOML has lists, not tuples; the numbers inside stay strict
@@ -43,25 +41,9 @@ Height = Annotated[tuple[_Height, _Height], Field(strict=False)]
 HalfSide = Annotated[tuple[_Side, _Side], Field(strict=False)]
 Angle = Annotated[tuple[_Degrees, _Degrees], Field(strict=False)]
 Overhead = Annotated[tuple[_Side, _Side], Field(strict=False)]
-Component = Annotated[float, Field(ge=-GRAVITY_MAX, le=GRAVITY_MAX)]
-Gravity = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
-class _Task(_Table):
-    envelope_width_mm: float = Field(gt=0, le=5000, description="W of the horizontal outline; may be turned")
-    envelope_depth_mm: float = Field(gt=0, le=5000, description="D of the horizontal outline; may be turned")
-    force_N: float = Field(gt=0, le=1000, description="force at the handle, any direction, anywhere in the cube")
-    joint_torque_N_m: float = Field(gt=0, le=100, description="torque each joint can give, gravity's share included")
-
-
-_Borne: Any = create_model("_Borne", __base__=_Task, **BEARING_FIELDS)
-
-
-class Task(_Borne):
-    """What the customer asks for: table `[requirements]`."""
-
-
-class Bounds(_Table):
+class Bounds(Section):
     """Range of each design variable, mm; equal bounds fix it: table `[bounds_mm]`."""
 
     upper_arm_length: Length = Field(description="L_A: shoulder to elbow")
@@ -72,7 +54,7 @@ class Bounds(_Table):
     half_side: HalfSide = Field(description="L: half the side of the cube")
 
 
-class _Hardware(_Table):
+class _Hardware(Section):
     outline_radius_max_mm: float | None = Field(default=None, gt=0, le=5000, description="largest R + L_A")
     parallelogram_width_mm: float = Field(default=48.0, gt=0, le=500, description="L_c: distance of a forearm's rods")
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
@@ -90,13 +72,13 @@ class LimitTable(_Limited):
     """What the hardware asks beyond the paper; all optional: table `[limits]`."""
 
     shoulder_deg: Angle | None = Field(default=None, description="smallest and largest shoulder angle")
-    clearance_min_mm: float | None = Field(default=None, ge=0, le=100, description="between neighbouring wrist joints")
+    clearance_min_mm: float | None = Field(default=None, ge=0, le=100, description=CLEARANCE)
     joint_diameter_mm: float = Field(default=8.0, gt=0, le=100, description="ball joint at a rod's end")
     gravity_torque_N_m: float = Field(default=0.0, ge=0, le=100, description="taken off each joint's torque")
-    gravity_m_s2: Gravity = Field(default=(0.0, 0.0, -9.81), description="gravity in the base frame")
+    gravity_m_s2: Gravity = DOWN
 
 
-class InertiaTable(_Table):
+class InertiaTable(Section):
     """What moves, as the effective mass at the handle sees it: table `[inertia]`."""
 
     carried_mass_kg: float = Field(gt=0, le=1000, description="platform and the rods' share that moves with it")
@@ -105,13 +87,13 @@ class InertiaTable(_Table):
     joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")
 
 
-class Step3(_Table):
+class Step3(Section):
     """The third step: table `[step_3]`."""
 
     half_side_mm: float | None = Field(default=None, gt=0, le=LENGTH_MAX_MM, description="L; else what step 2 reached")
 
 
-class Requirements(_Table):
+class Requirements(Section):
     """One task for the optimiser."""
 
     name: str = Field(pattern=NAME_PATTERN, description="name of the design")

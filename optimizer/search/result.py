@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.mechanism.limits import CoupleIndex
-from optimizer.problem.evaluator import VARIABLES, figures, fold_points
+from delta_cad.mechanism.limits import POSE_LIMITS, Kappa, PoseLimit, Torque
+from optimizer.problem.evaluator import CENTRE, VARIABLES, figures, fold_points
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import SIDE, TINY_MM, Problem, outline_of
 from optimizer.search.active_set import ROUNDING
@@ -138,42 +138,36 @@ class Result:
             return self.proof.certified
         return self.max_kappa if self.problem.step == 3 else self.design_mm[SIDE]
 
-    @cached_property
+    @property
     def max_kappa(self) -> float:
         """Largest condition number over the cube; infinite where the determinant changes sign or a chain folds."""
-        quality = self._extremes["quality"]
-        return 1.0 / quality if quality > 0.0 else math.inf
+        return self.worst(Kappa)
 
-    @cached_property
+    @property
     def max_torque(self) -> float:
         """Largest joint torque over the cube and all directions of the force, N m; infinite where it is not held."""
-        if self._extremes["determinant"] <= 0.0 or self._extremes["closure"] < 0.0:
-            return math.inf
-        return -self._extremes["torque"] * self.problem.requirements.requirements.force_N
+        return self.worst(Torque)
 
     @cached_property
-    def max_effective_mass(self) -> float | None:
-        """Largest effective mass over the cube, kg, infinite at a fold; None where the masses are not stated."""
-        inertia = self.problem.requirements.values["inertia"]
-        if inertia is None:
-            return None
-        row = self._row
+    def told(self) -> tuple[PoseLimit, ...]:
+        """The limits whose worst figure can be told, bounding nothing; without those whose masses are not stated."""
+        values = self.problem.requirements.values
+        measured = (limit.measured(values) for limit in POSE_LIMITS if limit.told_as)
+        return tuple(limit for limit in measured if limit is not None)
 
-        def lightness(points: np.ndarray) -> dict[str, np.ndarray]:
-            return {"lightness": figures(row, points, False, False).lightness(inertia)[0]}
+    def worst(self, kind: type[PoseLimit]) -> float:
+        """Computes the worst value of a limit's figure over the cube.
 
-        least = float(worst_points(lightness, FINE_GRID)["lightness"].values[0])
-        return inertia.carried_mass / least if least > 0.0 else math.inf
+        Args:
+            kind: A limit of `told`.
 
-    @cached_property
-    def min_couple_index(self) -> float:
-        """Smallest couple index over the cube, of the chains as they are continued beyond their reach."""
-        row, free = self._row, CoupleIndex(0.0)
-
-        def index(points: np.ndarray) -> dict[str, np.ndarray]:
-            return {"index": free.margin(figures(row, points, False, False))[0]}
-
-        return float(worst_points(index, FINE_GRID)["index"].values[0])
+        Returns:
+            SI units; infinite where it grows without bound.
+        """
+        if kind not in self._worst:
+            limit = next(limit for limit in self.told if type(limit) is kind)
+            self._worst.update(self._sought([limit]))
+        return self._worst[kind]
 
     @property
     def _row(self) -> np.ndarray:
@@ -181,21 +175,24 @@ class Result:
         return np.array(self.design_mm)[None] / MM_PER_M
 
     @cached_property
-    def _extremes(self) -> dict[str, float]:
-        row = self._row
+    def _worst(self) -> dict[type[PoseLimit], float]:
+        """Those of the worst values that are known; what grows without bound at a singularity is sought together."""
+        return self._sought([limit for limit in self.told if limit.infinite_at_singularity])
+
+    def _sought(self, limits: list[PoseLimit]) -> dict[type[PoseLimit], float]:
+        row, wanted = self._row, {name for limit in limits for name in limit.evaluates}
+        near = fold_points(row)[0] if any(limit.infinite_at_singularity for limit in limits) else np.empty((0, 3))
 
         def values(points: np.ndarray) -> dict[str, np.ndarray]:
-            f = figures(row, points, angles=False)
-            floor = np.maximum(f.determinant[0], np.finfo(float).tiny)
-            return {
-                "quality": f.quality[0],
-                "determinant": f.determinant[0],
-                "closure": f.closure[0],
-                "torque": -f.moment[0] / floor,
-            }
+            f = figures(row, points, "quality" in wanted, "angles" in wanted)
+            return {f"{a.name} {name}": value[0] for a in limits for name, value in a.sought(f).items()}
 
-        worst_of = worst_points(values, FINE_GRID, np.concatenate([np.zeros((1, 3)), fold_points(row)[0]]))
-        return {name: float(worst.values[0]) for name, worst in worst_of.items()}
+        found = worst_points(values, FINE_GRID, np.concatenate([CENTRE, near]))
+        least: dict[str, dict[str, float]] = {}
+        for key, worst in found.items():
+            limit, _, name = key.partition(" ")
+            least.setdefault(limit, {})[name] = float(worst.values[0])
+        return {type(limit): limit.worst_of(least[limit.name]) for limit in limits}
 
     def better_than(self, other: Result) -> bool:
         """Tells whether this one is feasible and the other is not, or its objective is better, or it violates less."""
@@ -218,9 +215,7 @@ class Result:
             "objective": finite(self.objective),
             "objective_name": self.problem.objective_name,
             "variables": {f"{name}_mm": value for name, value in zip(VARIABLES, self.design_mm, strict=True)},
-            "max_torque_N_m": finite(self.max_torque),
-            "max_kappa": finite(self.max_kappa),
-            "min_couple_index": self.min_couple_index,
+            **{limit.told_as: finite(self.worst(type(limit)) * limit.figures[0].scale) for limit in self.told},
             "proven_bound": bound,
             "gap": gap,
             "boxes": boxes,

@@ -170,7 +170,6 @@ def readers(folder: Path) -> list[Reader]:
     recording = Recording(np.arange(5.0), np.ones((5, 3)), np.zeros((5, 3)))
     for name in ("whole.csv", "whole.npz"):
         save_recording(recording, folder / name)
-    length = design.geometry.forearm_length
     found = [
         Reader("design", "d.json", _of_tree(json.loads(BEST.read_text()), json_text), load_design, (DesignError,),
                (delta_cad_cli.main, lambda p: ["inspect", "--design", str(p)])),
@@ -179,7 +178,7 @@ def readers(folder: Path) -> list[Reader]:
         Reader("grid", "g.toml", _of_tree(grid, toml_text), load_grid, (RequirementsError,),
                (optimizer_cli.main, lambda p: ["atlas", str(p), "--out", str(p.parent)])),
         Reader("masses", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
-               lambda p: load_masses(p, length), (MassError,),
+               lambda p: load_masses(p, design), (MassError,),
                (haptics_cli.main, lambda p: ["gravity", "--design", str(BEST), "--masses", str(p)])),
         Reader("certificate", "c.json", _of_tree(certificate, json_text, redigested), read_certificate,
                (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),

@@ -13,11 +13,16 @@ FACT = re.compile(r"--[a-z-]+|[A-Za-z]\w*(?:[._]\w+)+(?:\[\d+\])*|-?\d+(?:,\d{3}
 
 
 def holds(text: str, wanted: str) -> bool:
-    """Tells whether a text has all names and numbers of another, and what stands before its first colon."""
+    """Tells whether a text has all names and numbers of another, and what stands before its first colon.
+
+    Raises:
+        AssertionError: There is neither in the other: any text would do.
+    """
     head, colon, _ = wanted.partition(": ")
-    numbers = set(FACT.findall(text))
+    facts, numbers = FACT.findall(wanted), set(FACT.findall(text))
+    assert colon or facts, f"{wanted!r} has no name, number or colon, so that every text holds it"
     return (not colon or head in text) and all(
-        fact in numbers or (fact[0].isalpha() and fact in text) for fact in FACT.findall(wanted)
+        fact in numbers or (fact[0].isalpha() and fact in text) for fact in facts
     )
 
 

@@ -22,7 +22,7 @@ class Bearing(CatalogueRow):
         outer_ring_inner_mm: Inside diameter of the outer ring's shoulder.
         shaft_shoulder_min_mm: Smallest diameter of the shaft's abutment.
         housing_shoulder_max_mm: Largest bore of the housing's abutment.
-        fillet_max_mm: Largest fillet of shaft and housing at the seat.
+        fillet_max_mm: Largest fillet of shaft and housing at the seat; None when it is not known.
         static_load_N: Basic static load rating C0.
         dynamic_load_N: Basic dynamic load rating C.
         ball_count: Number of balls; None when no source was opened.
@@ -39,7 +39,7 @@ class Bearing(CatalogueRow):
     outer_ring_inner_mm: float
     shaft_shoulder_min_mm: float
     housing_shoulder_max_mm: float
-    fillet_max_mm: float
+    fillet_max_mm: float | None
     mass_g: float
     static_load_N: float
     dynamic_load_N: float

@@ -24,7 +24,7 @@ class Encoder(CatalogueRow):
         magnet: Id of the magnet it is meant for.
         air_gap_min_mm: Smallest distance from chip to magnet.
         air_gap_max_mm: Largest distance.
-        centring_mm: Largest offset of the magnet's axis from the chip's centre.
+        centring_mm: Largest offset of the magnet's axis from the chip's centre; None when it is not known.
         counts_per_turn: Resolution.
         noise_rms_deg: Noise of one reading, rms; None when no source was opened.
         nonlinearity_deg: Largest error of the angle over a turn with the magnet placed at its best, before any
@@ -45,7 +45,7 @@ class Encoder(CatalogueRow):
     magnet: str
     air_gap_min_mm: float
     air_gap_max_mm: float
-    centring_mm: float
+    centring_mm: float | None
     counts_per_turn: int
     mass_g: float
     noise_rms_deg: float | None

@@ -86,11 +86,6 @@ class Motor(CatalogueRow):
     cogging_torque_N_m: float | None
     encoder_counts_per_turn: int | None
 
-    @property
-    def idle_friction_N_m(self) -> float | None:
-        """Torque of brushes and bearings, idling at `nominal_voltage_V`; None when the no-load current is unknown."""
-        return None if self.no_load_current_A is None else self.no_load_current_A * self.torque_constant_N_m_A
-
     def fault(self) -> str:
         """Says which shaft, pilot or mounting circle cannot be, or that a drive is not known."""
         if self.drives != ("none",) and not set(self.drives) <= {"capstan", "direct"}:

@@ -28,11 +28,6 @@ class Tube(CatalogueRow):
     material: str
     youngs_modulus_Pa: float | None
 
-    @property
-    def wall_mm(self) -> float:
-        """Thickness of the wall."""
-        return (self.outer_mm - self.inner_mm) / 2.0
-
     def fault(self) -> str:
         """Says that the tube has no wall."""
         return "" if self.inner_mm < self.outer_mm else "must have inner_mm < outer_mm"

@@ -11,6 +11,7 @@ import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.checks.links import turn_about_x
+from delta_cad.mechanism.placement import SpringSway
 from delta_cad.solids.part import Occurrence
 
 REVOLUTION_SIDES = 48  # circumscribed polygon: 0.2 % of the radius too large, never too small
@@ -108,7 +109,10 @@ def body(name: str, key: str, link: str, mesh: Mesh, placement: np.ndarray) -> C
 
 
 def bodies_of(
-    occurrences: Iterable[Occurrence], meshes: Meshes, swept_links: Sequence[str] = ()
+    occurrences: Iterable[Occurrence],
+    meshes: Meshes,
+    swept_links: Sequence[str] = (),
+    sway: SpringSway | None = None,
 ) -> dict[str, CollisionBody]:
     """Bodies of occurrences by name.
 
@@ -117,6 +121,7 @@ def bodies_of(
         meshes: Their parts' meshes.
         swept_links: Links that turn about their own y axis through any angle: their occurrences become the bodies of
             revolution that they sweep, which hold the parts at every angle.
+        sway: How far springs stray: their bodies hold it, on links "swaying_i_k". None: they are as they are drawn.
 
     Returns:
         Occurrence name -> body.
@@ -128,12 +133,15 @@ def bodies_of(
             swept = revolved_about_y(mesh, o.placement)
             where = np.round(o.placement, 7).tolist()  # equal placements to 1e-7 mm give one shape
             bodies[o.name] = body(o.name, f"{number} revolved in {where}", o.link, swept, np.eye(4))
+        elif sway is not None and o.link.startswith("spring"):
+            swept = revolved_about_y(mesh, o.placement, sway)
+            bodies[o.name] = body(o.name, f"{number} swaying", o.link.replace("spring", "swaying"), swept, np.eye(4))
         else:
             bodies[o.name] = body(o.name, number, o.link, mesh, o.placement)
     return bodies
 
 
-def revolved_about_y(mesh: Mesh, placement: np.ndarray) -> Mesh:
+def revolved_about_y(mesh: Mesh, placement: np.ndarray, sway: SpringSway | None = None) -> Mesh:
     """A solid of revolution about the y axis of the link's frame that holds a part at every angle, bores filled.
 
     Along the axis the part is cut into slabs at its vertices; each slab gets the largest radius of a vertex of any
@@ -142,17 +150,24 @@ def revolved_about_y(mesh: Mesh, placement: np.ndarray) -> Mesh:
     Args:
         mesh: The part's mesh, watertight.
         placement: (4, 4) part frame to link frame, mm.
+        sway: How far it strays from the axis besides: a turn by `a` about the origin brings a point at `r` from the
+            axis and `y` along it to `r + |y| sin(a)` and moves it along by `r sin(a) + |y| (1 - cos(a))`, at most.
 
     Returns:
         The mesh in the link's frame, with the part's deviation.
     """
     points = mesh.vertices @ placement[:3, :3].T + placement[:3, 3]
     radius, y = np.hypot(points[:, 0], points[:, 2]), points[:, 1]
-    levels = np.unique(np.round(y, 6))
+    aside = np.zeros(len(y))
+    if sway is not None:
+        sine, lost = np.sin(sway.turn_rad), 1.0 - np.cos(sway.turn_rad)
+        aside = sway.along_mm + radius * sine + np.abs(y) * lost
+        radius = radius + np.abs(y) * sine + sway.across_mm
+    levels = np.unique(np.round(np.concatenate([y - aside, y + aside]), 6))
     if len(levels) > REVOLUTION_SLABS + 1:
         levels = np.linspace(levels[0], levels[-1], REVOLUTION_SLABS + 1)
-    levels[0], levels[-1] = y.min(), y.max()
-    low, high = y[mesh.faces].min(axis=1), y[mesh.faces].max(axis=1)
+    levels[0], levels[-1] = (y - aside).min(), (y + aside).max()
+    low, high = (y - aside)[mesh.faces].min(axis=1), (y + aside)[mesh.faces].max(axis=1)
     largest = radius[mesh.faces].max(axis=1)
     tolerance = 2e-6  # the levels are rounded to 1e-6 mm
     inside = (low[:, None] < levels[1:] - tolerance) & (high[:, None] > levels[:-1] + tolerance)
@@ -262,12 +277,6 @@ class DistanceEngine:
         d = float(fcl.distance(*placed, fcl.DistanceRequest(enable_nearest_points=True), result))
         at_a, at_b = result.nearest_points
         return max(d, 0.0), np.asarray(at_a), np.asarray(at_b)
-
-    def meet(self, a: CollisionBody, b: CollisionBody, pose_a: np.ndarray, pose_b: np.ndarray) -> bool:
-        """Whether two meshes intersect, arguments as `distance`: a tenth of its time where they do."""
-        import fcl
-
-        return fcl.collide(*self._placed(a, b, pose_a, pose_b)) > 0
 
     def _placed(self, a: CollisionBody, b: CollisionBody, pose_a: np.ndarray, pose_b: np.ndarray) -> tuple[Any, Any]:
         """The collision objects of two bodies at their poses; each call is counted."""

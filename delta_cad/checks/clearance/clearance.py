@@ -38,7 +38,7 @@ class CloseSample:
         pose_mm: Handle position.
         distance_mm: Distance of the meshes.
         allowed_mm: By how much the exact distance may differ: the deviations of both meshes, and the kernel's own.
-        swept: Whether one of them is a pinion's body of revolution: that may be closer than the pinion, never farther.
+        swept: Whether one of them is a body of revolution, of a pinion or a spring: that may be closer, never farther.
     """
 
     names: tuple[str, str]
@@ -218,12 +218,14 @@ def _sampled(name: str, samples: Sequence[PairSample], limit: float, sampler: Sa
     worst = samples[0]
     a, b = worst.pair.a, worst.pair.b
     swept = any(" revolved in " in x.key for x in (a, b))
+    swaying = any(x.key.endswith(" swaying") for x in (a, b))
     detail = (
         f"mesh distance {worst.distance_mm:.3f} mm less the meshes' deviations "
         f"{a.mesh.deviation_mm:.3f} and {b.mesh.deviation_mm:.3f} mm, "
         f"smallest of {sampler.described(worst.pair)}"
         + (f", {calls} distance calls" if calls else "")
         + ("; a geared pinion counts as the body of revolution that it sweeps" if swept else "")
+        + ("; a spring counts with all that it strays while its rods lean and turn" if swaying else "")
     )
     passed = worst.certain_mm >= limit
     return CheckResult(name, passed, worst.certain_mm, limit, "mm", _pose(sampler, worst), (a.name, b.name), detail)
@@ -248,7 +250,7 @@ def _tightest(assembly: Assembly, samples: Sequence[PairSample], sampler: Sample
     for s in sorted(samples, key=lambda s: s.certain_mm - s.pair.limit_mm):
         kinds.setdefault(frozenset((s.pair.a.key, s.pair.b.key)), s)
     link = {o.name: o.link for o in assembly.occurrences}
-    swept = swept_links(assembly.placement)
+    swept = {*swept_links(assembly.placement), *(o.link for o in assembly.occurrences if o.link.startswith("spring"))}
 
     def close(s: PairSample) -> CloseSample:
         """The sample with the frames of the solids, not of the bodies that they sweep."""

@@ -6,9 +6,9 @@ subdivided (configuration spaces).
 | base, swept pinions among themselves | none | all fixed |
 | base or a swept pinion - upper arm i | theta_i | the arm only turns |
 | upper arm i - upper arm k | theta_i, theta_k | |
-| rod i 0 - rod i 1 | lean | the two stay parallel |
-| rod i j - platform | direction of the forearm | the platform does not turn |
-| rod i j - upper arm i | direction of the forearm seen from the arm | |
+| rod i 0 - rod i 1, springs between them | lean | the two stay parallel |
+| rod i j or spring i k - platform | direction of the forearm | the platform does not turn |
+| rod i j or spring i k - upper arm i | direction of the forearm seen from the arm | |
 | all others | the handle's position | |
 
 Where the variables are joint angles, pairs that are the same after a turn by 120 degrees are one pair, over the union
@@ -27,7 +27,7 @@ from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap, rectangles_gap
 from delta_cad.checks.clearance.joint_ranges import Raster
 from delta_cad.checks.links import turn_about_z
-from delta_cad.mechanism.placement import frames
+from delta_cad.mechanism.placement import LinkPlacement, frames
 
 X, Y, Z = np.eye(3)
 ROUNDING = 1e-12  # of cosines and their squares: a thousand roundings of doubles
@@ -276,12 +276,25 @@ class TwoSwings(ConfigurationSpace):
 
 
 class ParallelRods(ConfigurationSpace):
-    """The two rods of a chain in the frame of rod 0: the lean."""
+    """The two rods of a chain and the springs between them in the frame of rod 0: the lean.
 
-    def __init__(self, name: str, pairs: Pairs, width_mm: float, lean: tuple[float, float]) -> None:
-        super().__init__(name, pairs, ("rod_0", "rod_1"))
-        self._width, self._lean = width_mm, lean
-        self._moves = np.array([b.link == "rod_1" for b in pairs.bodies], dtype=float)
+    A spring's middle goes half as far as rod 1 does; its direction, that of the width less both eyes, turns with the
+    lean at most by `width / (width - 2 e)`.
+    """
+
+    def __init__(self, name: str, pairs: Pairs, placement: LinkPlacement, lean: tuple[float, float]) -> None:
+        super().__init__(name, pairs, ("rod_0", "rod_1", "spring_0", "spring_1"))
+        self._width, self._lean = placement.parallelogram_width_mm, lean
+        self._eye, self._springs = placement.eye_inside_mm, placement.springs_mm
+        rate = self._width / (self._width - 2.0 * self._eye)
+        self._levers = np.array(
+            [
+                self._width / 2.0 + rate * b.lever(np.zeros(3))
+                if b.link.startswith("spring")
+                else self._width * (b.link == "rod_1")
+                for b in pairs.bodies
+            ]
+        )
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
@@ -290,14 +303,18 @@ class ParallelRods(ConfigurationSpace):
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
-        out = np.broadcast_to(np.eye(4), (len(centres), 2, 4, 4)).copy()
-        out[:, 1, 0, 3] = self._width * np.sin(centres[:, 0])
-        out[:, 1, 1, 3] = self._width * np.cos(centres[:, 0])
+        out = np.broadcast_to(np.eye(4), (len(centres), 4, 4, 4)).copy()
+        across = self._width * np.stack([np.sin(centres[:, 0]), np.cos(centres[:, 0]), np.zeros(len(centres))], axis=1)
+        out[:, 1, :3, 3] = across
+        between = across - 2.0 * self._eye * Y
+        between = between / np.linalg.norm(between, axis=1, keepdims=True)
+        for k, (x, z) in enumerate(self._springs):
+            out[:, 2 + k] = frames(np.cross(between, Z), between, across / 2.0 + x * X + z * Z)
         return out
 
     def motion(self, centres: np.ndarray, halves: np.ndarray) -> list[np.ndarray]:  # noqa: ARG002
         """Travel of every body in the boxes."""
-        return [self._width * halves * self._moves]
+        return [halves * self._levers]
 
 
 def _directions(count: int) -> np.ndarray:

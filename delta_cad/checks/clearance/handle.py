@@ -8,7 +8,8 @@ elbow and wrist are translated with the arm's end and with the handle. While the
 so its travel along a unit vector n is at most `(1 - f) T + f B + min(rotation, 2) |v|`, with
 `B = sum_k |n_k| h_k >= |n . dp|` and T the travel of the elbow along n. Of two bodies with shares f and g only the
 difference of the shares of dp counts: `(1 - f) T + (1 - g) T' + |f - g| B`, convex in f and g, so it is largest at the
-ends of both ranges. What the platform carries has f = 1 and no elbow, what an arm or the base carries has f = 0.
+ends of both ranges. What the platform carries has f = 1 and no elbow, what an arm or the base carries has f = 0. A
+spring is translated with its middle, a point at the share f of the way and at v square to it, in its pair's middle.
 
 T: the elbow goes round a circle, `n . E = const + L_A s cos(theta - alpha)`, with s and alpha the length and the angle
 of n in the chain's plane. Over a range of theta the lowest cosine is -1 if the range holds alpha + pi, otherwise that
@@ -29,7 +30,7 @@ import numpy as np
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.configuration_spaces import ConfigurationSpace, Falls, Pairs
 from delta_cad.checks.clearance.motion import BoxMotion, box_motion
-from delta_cad.checks.links import chain_of, fixed_frame, swept_links
+from delta_cad.checks.links import chain_of, clearance_frames
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.placement import LinkPlacement
@@ -68,11 +69,15 @@ class Handle(ConfigurationSpace):
         g, count = placement.geometry, len(pairs.bodies)
         self._arm = g.upper_arm_length * MM_PER_M
         self._chain = np.array([max(chain_of(b.link), 0) for b in pairs.bodies])
-        self._rod = np.array([b.link.startswith("rod") for b in pairs.bodies])
+        self._spring = np.array([b.link.startswith("swaying") for b in pairs.bodies])
+        self._rod = self._spring | np.array([b.link.startswith("rod") for b in pairs.bodies])
         self._lever, self._off_axis, self._share = np.zeros(count), np.zeros(count), np.zeros((count, 2))
         for k, b in enumerate(pairs.bodies):
             if b.link.startswith("upper_arm") or (b.link.startswith("pinion") and placement.drive_ratio == 1.0):
                 self._lever[k] = b.lever_about_y()
+            elif self._spring[k]:
+                x, z = placement.springs_mm[int(b.link[-1])]
+                self._share[k], self._off_axis[k] = x / (g.forearm_length * MM_PER_M), abs(z)
             elif self._rod[k]:
                 self._share[k], self._off_axis[k] = _rod_levers(b, g.forearm_length * MM_PER_M)
             elif b.link == "platform":
@@ -84,9 +89,7 @@ class Handle(ConfigurationSpace):
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
-        links = dict(self._placement(centres))
-        for name in swept_links(self._placement):
-            links[name] = np.broadcast_to(fixed_frame(name, self._placement), (len(centres), 4, 4))
+        links = clearance_frames(self._placement, centres)
         return np.stack([links[name] for name in self.links], axis=1)
 
     def angles(self, centres: np.ndarray, halves: np.ndarray) -> tuple[BoxMotion, np.ndarray, np.ndarray]:
@@ -181,6 +184,8 @@ class Handle(ConfigurationSpace):
             if self._rod[k]:
                 elbow = self._elbow_fall(i, direction, theta[box, i], low[box, i], high[box, i])[:, None]
                 share, off = points[:, 0] / forearm, np.hypot(points[:, 1], points[:, 2])
+                if self._spring[k]:
+                    share, off = np.full(len(points), self._share[k, 0]), np.full(len(points), self._off_axis[k])
                 spin = rotation[box, i][:, None] * (off + stray)
                 return np.abs(1.0 - share) * elbow + np.abs(share) * handle + spin + stray / forearm * (elbow + handle)
             if self._lever[k]:

@@ -24,10 +24,10 @@ from delta_cad.checks.clearance.configuration_spaces import (
 )
 from delta_cad.checks.clearance.handle import Handle
 from delta_cad.checks.clearance.joint_ranges import JointRanges, Raster
-from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, TurningRodAtJoint
+from delta_cad.checks.clearance.rod_at_joint import RodAtJoint, SpringAtJoint, TurningRodAtJoint
 from delta_cad.checks.clearance.segments import cells_of, cut, near, segments_of
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import chain_of, fixed_frame, rigid_link, swept_links, turn_about_z
+from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, rigid_link, sway_of, swept_links, turn_about_z
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.placement import LinkPlacement
 
@@ -64,21 +64,31 @@ def held_apart(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[
         meshes: The parts' meshes.
 
     Returns:
-        The pairs; parts of geared pinions as the bodies of revolution that they sweep.
+        The pairs; parts of geared pinions as the bodies of revolution that they sweep, springs with all they stray.
+        Beside what hangs on the same rods a spring is as it is drawn: its eyes are the rods', however these turn.
     """
     moved = [replace(o, link=rigid_link(o, assembly.placement)) for o in assembly.occurrences]
-    bodies = bodies_of(moved, meshes, swept_links(assembly.placement))
+    sway = sway_of(assembly.placement, free_tilt(assembly))
+    bodies = bodies_of(moved, meshes, swept_links(assembly.placement), sway)
+    drawn = bodies_of((o for o in moved if o.link.startswith("spring")), meshes)
     fits = {frozenset((fit.a, fit.b)): fit for fit in assembly.fits}
     pairs = []
     for a, b in combinations(bodies.values(), 2):
         if a.link == b.link:
             continue
         fit = fits.get(frozenset((a.name, b.name)))
+        if _on_one_pair(a, b):
+            a, b = (drawn.get(x.name, x) for x in (a, b))
         if fit is None:
             pairs.append(HeldApart(a, b, limits.clearance_min_mm, False))
         elif fit.kind == "running gap":
             pairs.append(HeldApart(a, b, fit.gap_mm, True))
     return pairs
+
+
+def _on_one_pair(a: CollisionBody, b: CollisionBody) -> bool:
+    """Whether both bodies are rods or springs of one chain."""
+    return chain_of(a.link) == chain_of(b.link) and all(x.link.startswith(("rod", "spring", "swaying")) for x in (a, b))
 
 
 def spaces_of(
@@ -129,7 +139,13 @@ def spaces_of(
         "fixed": lambda p: [Fixed("fixed links", p, ("fixed",))],
         "swing": lambda p: [Swing("an arm and what is fixed (shoulder angle)", _arms_in_segments(p), base, theta)],
         "arms": lambda p: [TwoSwings("two arms (shoulder angles)", p, base, ranges.neighbours)],
-        "rods": lambda p: [ParallelRods("the rods of a chain (lean)", p, width, lean)],
+        "rods": lambda p: [ParallelRods("the rods of a chain (lean)", p, placement, lean)],
+        "spring at wrist": lambda p: [
+            SpringAtJoint("a spring and the platform", p, wrist * X, forearm, placement, ranges.at_wrist)
+        ],
+        "spring at elbow": lambda p: [
+            SpringAtJoint("a spring and its arm", p, arm * X, 0.0, placement, ranges.at_elbow)
+        ],
         "wrist": lambda p: at_joint("a rod and the platform", p, (wrist * X, forearm), ranges.at_wrist),
         "elbow": lambda p: at_joint("a rod and its arm", p, (arm * X, 0.0), ranges.at_elbow),
         "handle": lambda p: [
@@ -165,8 +181,14 @@ def _classified(pair: HeldApart, placement: LinkPlacement, moved: _Moved) -> tup
         if (chain_a + 1) % 3 != chain_b:
             a, b = b, a
         return "arms", replace(a, link="arm"), replace(b, link="next_arm")
-    if a.link.startswith("rod") and b.link.startswith("rod") and chain_a == chain_b:
-        return "rods", replace(a, link="rod_0"), replace(b, link="rod_1")
+    if _on_one_pair(a, b):
+        one, other = (replace(x, link=f"{x.link.split('_')[0]}_{x.link[-1]}") for x in (a, b))
+        return "rods", one, other
+    if a.link == "platform" and b.link.startswith("swaying"):
+        back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
+        return "spring at wrist", moved(a, "holder", back), replace(b, link=f"spring_{b.link[-1]}")
+    if a.link.startswith("swaying") and b.link.startswith("upper_arm") and chain_a == chain_b:
+        return "spring at elbow", replace(b, link="holder"), replace(a, link=f"spring_{a.link[-1]}")
     if a.link == "platform" and b.link.startswith("rod"):
         back = turn_about_z(-2.0 * np.pi / 3.0 * chain_b)
         return "wrist", moved(a, "holder", back), replace(b, link=f"rod_{b.link[-1]}")

@@ -19,7 +19,7 @@ from delta_cad.checks.clearance.configuration_spaces import (
 )
 from delta_cad.checks.clearance.joint_ranges import Raster
 from delta_cad.checks.links import turn_about_x
-from delta_cad.mechanism.placement import frames
+from delta_cad.mechanism.placement import LinkPlacement, frames
 
 SLENDER = 4.0  # a box moves a body by so much more through one variable than through another at most
 CUT_SHARE = 0.5  # of the largest travel: what moves less is left whole for the next time
@@ -203,3 +203,54 @@ class TurningRodAtJoint(RodAtJoint):
         least = np.maximum(np.abs(centres[:, 1:]) - halves[:, 1:], 0.0)
         free = np.cos(least).prod(axis=1) >= np.cos(self._tilt) - ROUNDING
         return free & super().reachable(centres[:, :2], halves[:, :2])
+
+
+class SpringAtJoint(RodAtJoint):
+    """The springs of a pair of rods against the link that holds the rods' balls, in its frame turned to the chain.
+
+    A spring is translated with its middle, a point of the frame that turns about the middle of both balls; all else
+    that it does its body holds, see `sway_of`. So every point of it moves as that one does.
+
+    Args:
+        name, pairs, centre_mm, ball_mm, rasters: As `RodAtJoint` has them, springs on links "spring_0" and "spring_1".
+        placement: The placement of the links.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pairs: Pairs,
+        centre_mm: np.ndarray,
+        ball_mm: float,
+        placement: LinkPlacement,
+        rasters: Sequence[Raster],
+    ) -> None:
+        super().__init__(name, pairs, centre_mm, ball_mm, placement.parallelogram_width_mm, rasters)
+        self.links, self._centre = ("holder", "spring_0", "spring_1"), centre_mm
+        self._middles = [np.array([x - ball_mm, 0.0, z]) for x, z in placement.springs_mm]
+        levers = {f"spring_{k}": float(np.linalg.norm(v)) for k, v in enumerate(self._middles)}
+        self._lever = np.array([levers.get(b.link, 0.0) for b in pairs.bodies])
+
+    def frames(self, centres: np.ndarray) -> np.ndarray:
+        """Frames of the links at the variables."""
+        rods = super().frames(centres)[:, 1, :3, :3]
+        out = np.broadcast_to(np.eye(4), (len(centres), 3, 4, 4)).copy()
+        for k, middle in enumerate(self._middles):
+            out[:, 1 + k, :3, 3] = self._centre + rods @ middle
+        return out
+
+    def falls(self, centres: np.ndarray, halves: np.ndarray) -> Falls:
+        """Every point moves as the middle does: by its own speed along the direction, and a bound on what bends it."""
+        a, b = halves.T
+        bend = (a**2 + b**2 + a * b) / 2.0
+        axes, rods = self._axes(centres), super().frames(centres)[:, 1, :3, :3]
+
+        def fall(k: int, box: np.ndarray, direction: np.ndarray, _: np.ndarray, points: np.ndarray) -> np.ndarray:
+            if not self._lever[k]:
+                return np.zeros((len(box), len(points)))
+            middle = rods[box] @ self._middles[int(self.pairs.bodies[k].link[-1])]
+            speed = np.abs((np.cross(direction[:, None], axes[box]) * middle[:, None]).sum(axis=-1))
+            out = bend[box] * self._lever[k] + (halves[box] * speed).sum(axis=1)
+            return np.broadcast_to(out[:, None], (len(box), len(points)))
+
+        return fall

@@ -22,7 +22,7 @@ from delta_cad.checks.clearance.bodies import CollisionBody, DistanceEngine, box
 from delta_cad.checks.clearance.half_plane import HalfPlaneProfile, profile_gap
 from delta_cad.checks.clearance.pairing import HeldApart
 from delta_cad.checks.clearance.segments import near
-from delta_cad.checks.links import chain_of, fixed_frame, free_turn, swept_links, turn_about_x, turn_about_z
+from delta_cad.checks.links import chain_of, clearance_frames, free_turn, swept_links, turn_about_x, turn_about_z
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.placement import CHAINS, LinkPlacement
@@ -73,9 +73,7 @@ class Sampler:
         self, placement: LinkPlacement, poses_mm: np.ndarray, engine: DistanceEngine, tilt_rad: float = 0.0
     ) -> None:
         self._placement = placement
-        self.frames = dict(placement(poses_mm))
-        for name in swept_links(placement):
-            self.frames[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses_mm), 4, 4))
+        self.frames = clearance_frames(placement, poses_mm)
         self.poses_mm, self._engine = poses_mm, engine
         self._profiles: dict[tuple[str, str], HalfPlaneProfile] = {}
         self._spread = [_spread(self.frames[f"upper_arm_{i}"][:, 2, 0]) for i in CHAINS]

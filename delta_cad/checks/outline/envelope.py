@@ -8,6 +8,7 @@ Upper bounds, body by body:
     platform: the mesh, moved by the cube's half side.
     rod: branch and bound over boxes of handle positions, at every turn about itself that its sockets leave it, see
         `rod_reach`.
+    spring across a pair of rods: the same of its middle, and what its body holds about that, see `sway_of`.
 Each gets the mesh's deviation on top. The same extents over the sampled positions show how much this adds.
 """
 
@@ -24,9 +25,18 @@ from delta_cad.checks.clearance.bodies import CollisionBody, bodies_of
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
-from delta_cad.checks.links import chain_of, fixed_frame, free_tilt, free_turn, rigid_link, swept_links
+from delta_cad.checks.links import (
+    chain_of,
+    clearance_frames,
+    fixed_frame,
+    free_tilt,
+    free_turn,
+    rigid_link,
+    sway_of,
+    swept_links,
+)
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
-from delta_cad.checks.outline.rod_reach import RodReach, turned_reach
+from delta_cad.checks.outline.rod_reach import RodReach, SpringReach, turned_reach
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, DeltaGeometry
@@ -107,30 +117,39 @@ def swept_outline(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> Sw
     """
     placement = assembly.placement
     moved = [replace(o, link=rigid_link(o, placement)) for o in assembly.occurrences]
-    bodies = list(bodies_of(moved, meshes, swept_links(placement)).values())
+    tilt = free_tilt(assembly)
+    bodies = list(bodies_of(moved, meshes, swept_links(placement), sway_of(placement, tilt)).values())
     theta = shoulder_range(placement.geometry, limits)
-    rods = RodReach(placement, limits, theta, free_tilt(assembly))
-    reach = np.stack([_reach(b, placement, limits, theta, rods) for b in bodies])
+    swinging = {
+        "rod": RodReach(placement, limits, theta, tilt),
+        "swaying": SpringReach(placement, limits, theta),
+    }
+    searched = [swinging.get(b.link.split("_")[0]) for b in bodies]
+    reach = np.stack([_reach(b, placement, limits, theta, one) for b, one in zip(bodies, searched, strict=True)])
     sampler = _Sampled(assembly, limits.poses_mm())
     for d in range(len(DIRECTIONS)):
         floor = max(sampler.reach(bodies[k], d)[0] for k in np.argsort(reach[:, d])[-FLOOR_BODIES:])
         for k in np.flatnonzero(reach[:, d] > floor):
-            if bodies[k].link.startswith("rod"):
-                reach[k, d] = rods.coarse(bodies[k], DIRECTIONS[d])
+            if (one := searched[k]) is not None:
+                reach[k, d] = one.coarse(bodies[k], DIRECTIONS[d])
         for k in np.argsort(-reach[:, d]):
-            if reach[k, d] > floor and bodies[k].link.startswith("rod"):
-                reach[k, d], floor = rods.refined(bodies[k], DIRECTIONS[d], floor)
+            if reach[k, d] > floor and (one := searched[k]) is not None:
+                reach[k, d], floor = one.refined(bodies[k], DIRECTIONS[d], floor)
     reach += np.array([b.mesh.deviation_mm for b in bodies])[:, None]
     decides = reach.argmax(axis=0)
     return SweptOutline(reach.max(axis=0), tuple(bodies[k] for k in decides))
 
 
 def _reach(
-    b: CollisionBody, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray, rods: RodReach
+    b: CollisionBody,
+    placement: LinkPlacement,
+    limits: CheckLimits,
+    theta: np.ndarray,
+    searched: RodReach | SpringReach | None,
 ) -> np.ndarray:
     """(4,) bound on a mesh's reach along the directions, mm."""
-    if b.link.startswith("rod"):
-        return np.array([rods.roughest(b, d) for d in DIRECTIONS])
+    if searched is not None:
+        return np.array([searched.roughest(b, d) for d in DIRECTIONS])
     if b.link == "base" or b.link in swept_links(placement):
         frame = fixed_frame(b.link, placement)
         return (DIRECTIONS @ (frame[:3, :3] @ b.vertices.T + frame[:3, 3:])).max(axis=1)
@@ -194,9 +213,7 @@ class _Sampled:
 
     def __init__(self, assembly: Assembly, poses: np.ndarray) -> None:
         placement = assembly.placement
-        self._links, self._tilt = dict(placement(poses)), free_tilt(assembly)
-        for name in swept_links(placement):
-            self._links[name] = np.broadcast_to(fixed_frame(name, placement), (len(poses), 4, 4))
+        self._links, self._tilt = clearance_frames(placement, poses), free_tilt(assembly)
 
     def reach(self, b: CollisionBody, direction: int) -> tuple[float, int]:
         """Reach of the body's mesh, mm, and the index of the position."""

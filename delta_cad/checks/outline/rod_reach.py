@@ -14,10 +14,12 @@ cutting the boxes closes the gap.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from delta_cad.assembly.tessellation import Mesh
 from delta_cad.checks.clearance.bodies import CollisionBody
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
 from delta_cad.checks.limits import CheckLimits
@@ -25,7 +27,7 @@ from delta_cad.checks.links import chain_of, free_turn
 from delta_cad.checks.outline.enclosed_maximum import enclosed_maximum
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL
-from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.mechanism.placement import LinkPlacement, chain_frame
 
 BOXES = 7  # boxes along an edge of the cube at first, 11 mm: most bodies are told apart with these
 GAP_MM = 0.02  # what the bound may leave above an attained reach; less than a mesh's deviation
@@ -134,6 +136,49 @@ class RodReach:
         middle = boxes.centres @ d + outwards * g.platform_radius * MM_PER_M + side
         wrist = (middle + np.stack([-1.0, 1.0])[:, None] * (boxes.halves @ np.abs(d)))[..., None]
         return elbow, wrist
+
+
+class SpringReach:
+    """Reach over the cube of the springs across the pairs: of their middles, and of their bodies about these.
+
+    A middle reaches as the same place on rod 0 does, half the parallelogram's width further along the shoulder axis;
+    the body about it, see `sway_of`, keeps its chain's axes.
+
+    Args:
+        placement: Placement of the links.
+        limits: The cube.
+        theta: (3, 2) enclosed range of the shoulder angles over the cube, rad.
+    """
+
+    def __init__(self, placement: LinkPlacement, limits: CheckLimits, theta: np.ndarray) -> None:
+        self._placement, self._rods = placement, RodReach(placement, limits, theta)
+
+    def roughest(self, body: CollisionBody, direction: np.ndarray) -> float:
+        """Bounds the reach, arguments as `coarse`."""
+        return self.coarse(body, direction)
+
+    def coarse(self, body: CollisionBody, direction: np.ndarray) -> float:
+        """Bounds the reach from the first boxes alone, arguments and result as of `RodReach`."""
+        return self._rods.coarse(self._middle(body), direction) + self._beyond(body, direction)
+
+    def refined(self, body: CollisionBody, direction: np.ndarray, floor_mm: float) -> tuple[float, float]:
+        """Bounds the reach closely where it exceeds a floor, arguments and results as of `RodReach`."""
+        beyond = self._beyond(body, direction)
+        bound, attained = self._rods.refined(self._middle(body), direction, floor_mm - beyond)
+        return bound + beyond, attained + beyond
+
+    def _middle(self, body: CollisionBody) -> CollisionBody:
+        """The place of a spring's middle along and beside rod 0, as a body of one point."""
+        i, k = (int(word) for word in body.link.split("_")[1:])
+        x, z = self._placement.springs_mm[k]
+        point = Mesh(np.array([[x, 0.0, z]]), np.zeros((1, 3), dtype=int), 0.0)
+        return replace(body, link=f"rod_{i}_0", mesh=point, placement=np.eye(4))
+
+    def _beyond(self, body: CollisionBody, direction: np.ndarray) -> float:
+        """How far a spring's body reaches along a direction from the place on rod 0, mm."""
+        i = chain_of(body.link)
+        aside = self._placement.parallelogram_width_mm / 2.0 * float(direction @ TANGENTIAL[i])
+        return aside + float((body.vertices @ (direction @ chain_frame(i)[:3, :3])).max())
 
 
 def _at_most(factor: np.ndarray, between: np.ndarray) -> np.ndarray:

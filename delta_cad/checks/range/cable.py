@@ -1,57 +1,238 @@
-"""The capstan's cable: its strands keep to the groove's helix over the stroke, its bend to its limit."""
+"""The capstan's cable over the whole stroke: its strands keep to the groove's helix, its turns to the groove.
+
+All of it is read off the solids as they are placed: rim, nose and lugs of the sector, the pinion's groove and where its
+axis is, the turns upon it. The cable is developed into a plane: on the rim and between the drums it is one straight
+line from its lug to where it leaves the turns.
+
+Source: developed geometry of crossed internal tangents, as in `dimensions.cable_run`, which places what is read here.
+"""
 
 from __future__ import annotations
 
-from math import degrees
+from dataclasses import dataclass
+from itertools import pairwise
+from math import acos, atan, atan2, degrees, hypot, inf, pi, sqrt, tau
 
 import numpy as np
 
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary
+from delta_cad.checks.links import swept_links
 from delta_cad.checks.report import CheckResult
-from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
-from delta_cad.drive import DriveReport, drive_torque
+from delta_cad.mechanism.placement import CHAINS
 
 ANGLES = 201  # of the arm between its stops
+ALONG = 1e-6  # sine of the angle between directions that count as one
+OFF_MM = 0.05  # by which turns may lie off their groove's bottom or axis
 
 
-def check_cable(d: Dimensions) -> list[CheckResult]:
-    """Holds the fleet angle and the bend against what a cable bears, and both take-offs against the ends of the groove.
+class _NotFoundError(ValueError):
+    """A solid has no face of a kind that a capstan's has."""
+
+
+@dataclass(frozen=True)
+class _Sector:
+    """The cable's way on a sector, about its bore: radius of the rim, its sides, polar angles and y of both ends."""
+
+    rim_mm: float
+    sides_mm: tuple[float, float]
+    ends_rad: tuple[float, float]
+    lugs_mm: tuple[float, float]
+    lug_off_mm: float
+
+
+@dataclass(frozen=True)
+class _Pinion:
+    """A pinion and its turns in the shoulder's frame: axis, groove, helix; ends of the turns, inner strand's first."""
+
+    axis_mm: tuple[float, float]
+    pitch_mm: float
+    bottom_mm: float
+    groove_mm: tuple[float, float]
+    climb_rad: float
+    wrap_rad: float
+    ends_mm: tuple[float, float]
+    off_mm: float
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What a chain's cable does over its stroke: largest angle, least spare groove or rim, and both in words."""
+
+    fleet_rad: float
+    spare_mm: float
+    told: str
+
+
+def check_cable(assembly: Assembly) -> list[CheckResult]:
+    """Holds the fleet angle against what a cable bears, and both take-offs against the ends of the groove.
 
     Returns:
-        `cable fleet angle`, the largest of both strands against the plane across the axes over the stroke, deg;
-        `cable on its groove`, the least length of groove beyond a take-off, mm; `cable bend ratio`, the diameter of the
-        groove over the cable's. None for a direct drive.
+        `cable fleet angle`, the largest of all strands against the plane across the axes over the stroke, deg;
+        `cable on its groove`, the least length of groove beyond a take-off and of rim beyond a lug, mm, or below 0 how
+        far turns or lugs are off their drums. None for a direct drive.
     """
-    c = d.capstan
-    if c is None:
+    if not swept_links(assembly.placement):
         return []
-    run, middle = c.run, c.middle_y_mm
-    # the strand that grows longer with the run's angle leaves the end at the larger polar angle
-    lugs = c.end_y_mm[0] - middle, c.end_y_mm[1] - middle
-    turned = np.linspace(-0.5, 0.5, ANGLES) * (d.stops_rad[1] - d.stops_rad[0])
-    angles = np.array([run.fleet_rad(float(t), lugs) for t in turned]) + run.lead_rad
-    ends = np.array([run.take_off_mm(float(t)) for t in turned])
-    worst, spare = float(np.abs(angles).max()), run.grooved_mm / 2 - float(np.abs(ends).max())
-    told = (
-        f"lugs {lugs[0]:+.2f} and {lugs[1]:+.2f} mm off the middle, {run.walk_mm:.2f} mm of walk along the pinion, "
-        f"{run.wrap_rad / (2 * np.pi):.2f} turns, cable {c.cable_length_mm:.0f} mm"
-    )
-    limit = degrees(FLEET_LIMIT_RAD)
+    library, limit = FeatureLibrary(), degrees(FLEET_LIMIT_RAD)
+    seen: list[tuple[int, _Seen]] = []
+    for i in CHAINS:
+        try:
+            seen.append((i, _seen(assembly, i, library)))
+        except _NotFoundError as error:
+            told = f"chain {i}: {error}"
+            return [
+                CheckResult("cable fleet angle", False, None, limit, "deg", detail=told),
+                CheckResult("cable on its groove", False, None, 0.0, "mm", detail=told),
+            ]
+    i, steep = max(seen, key=lambda one: one[1].fleet_rad)
+    j, short = min(seen, key=lambda one: one[1].spare_mm)
+    angle, spare = steep.fleet_rad, short.spare_mm
     return [
-        CheckResult("cable fleet angle", worst <= FLEET_LIMIT_RAD, degrees(worst), limit, "deg", detail=told),
-        CheckResult("cable on its groove", spare >= 0.0, spare, 0.0, "mm", detail=told),
-        *_check_bend(drive_torque(d.design)),
+        CheckResult(
+            "cable fleet angle",
+            angle <= FLEET_LIMIT_RAD,
+            degrees(angle),
+            limit,
+            "deg",
+            None,
+            (f"sector_{i}",),
+            steep.told,
+        ),
+        CheckResult("cable on its groove", spare >= 0.0, spare, 0.0, "mm", None, (f"pinion_{j}",), short.told),
     ]
 
 
-def _check_bend(drive: DriveReport) -> list[CheckResult]:
-    """Holds the pinion's diameter against the cable's; on the nose, which bends it more, it lies still."""
-    ratio, least, life = drive.bend_ratio, drive.bend_ratio_least, drive.bend_life_share
-    if ratio is None or least is None or life is None:
-        return []
-    told = (
-        f"makers advise {drive.bend_ratio_recommended:g}; estimate: {100.0 * life:.0f} % of the bending life there "
-        "(Sava: twice the diameter, up to 13 times the life), and below the limit it is short; it grows with "
-        "hardware.sector_radius_mm, and with a smaller hardware.capstan_ratio or a thinner hardware.cable"
+def _seen(assembly: Assembly, i: int, library: FeatureLibrary) -> _Seen:
+    """Follows the cable of a chain from stop to stop."""
+    placed = assembly.poses(assembly.home_mm)
+    occurrences = {o.name: o for o in assembly.occurrences}
+    (joint,) = [j for j in assembly.joints if j.name == f"shoulder_{i}"] or [None]
+    angles = [stop.angle_rad for stop in assembly.stops if stop.joint == f"shoulder_{i}"]
+    names = f"sector_{i}", f"pinion_{i}", f"capstan_cable_{i}_turns"
+    missing = [name for name in names if name not in occurrences]
+    if missing or joint is None or not angles:
+        raise _NotFoundError(f"{' and '.join(missing) or 'a shoulder with its stops'} is missing")
+    shoulder = np.linalg.inv(joint.frame_a)
+    sector, pinion, turns = (occurrences[name] for name in names)
+    own = np.linalg.inv(joint.frame_b) @ sector.placement
+    s = _sector([c.moved(own) for c in library[sector.part].cylinders])
+    arm = shoulder @ np.asarray(assembly.placement(assembly.home_mm)[sector.link]) @ joint.frame_b
+    home = atan2(arm[2, 0], arm[0, 0])
+    p = _pinion(
+        [c.moved(shoulder @ placed[pinion.name]) for c in library[pinion.part].cylinders],
+        [_moved(arc, shoulder @ placed[turns.name]) for arc in library[turns.part].arcs],
     )
-    return [CheckResult("cable bend ratio", ratio >= least, ratio, least, "", detail=told)]
+    half, small = p.pitch_mm - p.bottom_mm, p.pitch_mm
+    wound = s.rim_mm + half
+    distance, direction = hypot(*p.axis_mm), atan2(p.axis_mm[1], p.axis_mm[0])
+    if distance <= wound + small:
+        raise _NotFoundError(f"axes {distance:.2f} mm apart leave no gap between the drums of the cable")
+    tangent = acos((wound + small) / distance)
+    free = sqrt(distance**2 - (wound + small) ** 2)
+    fleet, spare = 0.0, inf
+    for theta in np.linspace(min(angles), max(angles), ANGLES).tolist():
+        walked = p.climb_rad * wound / small * (theta - home)  # the pinion turns against the arm
+        for end, sense in enumerate((-1.0, 1.0)):
+            arc = sense * (s.ends_rad[end] + theta - direction - sense * tangent) % tau
+            arc -= tau if arc > 1.5 * pi else 0.0  # beyond the rim's end
+            take_off = p.ends_mm[end] + walked
+            fleet = max(fleet, atan2(abs(take_off - s.lugs_mm[end]), max(arc * wound + free, 0.0)))
+            spare = min(spare, take_off - p.groove_mm[0], p.groove_mm[1] - take_off)
+    spare = min(spare, *(min(y - half - s.sides_mm[0], s.sides_mm[1] - y - half) for y in s.lugs_mm))
+    off = max(p.off_mm, s.lug_off_mm)
+    told = (
+        f"of the solids: rim {s.rim_mm:.2f} mm, axes {distance:.2f} mm apart, lugs at {s.lugs_mm[0]:.2f} and "
+        f"{s.lugs_mm[1]:.2f} mm, groove from {p.groove_mm[0]:.2f} to {p.groove_mm[1]:.2f} mm, "
+        f"{p.wrap_rad / tau:.2f} turns, lead {degrees(atan(abs(p.climb_rad) / small)):.2f} deg"
+    )
+    return _Seen(fleet, min(spare, -off) if off else spare, told)
+
+
+def _is_along_y(c: Cylinder) -> bool:
+    return bool(np.hypot(c.direction[0], c.direction[2]) < ALONG)
+
+
+def _sector(cylinders: list[Cylinder]) -> _Sector:
+    """Reads a sector: its rim is the largest round face about the axis, the cable's slots are its narrowest across."""
+    round_y = [c for c in cylinders if _is_along_y(c) and not c.is_bore]
+    on_axis = [c for c in round_y if np.hypot(c.point[0], c.point[2]) < OFF_MM]
+    if not on_axis:
+        raise _NotFoundError("the sector has no rim about the shoulder's axis")
+    rim = max(c.radius_mm for c in on_axis)
+    sides = [y for c in on_axis if c.radius_mm > rim - OFF_MM for y in _ends_y(c)]
+    across = [c for c in cylinders if c.is_bore and abs(c.direction[1]) < ALONG]
+    narrow = min((c.radius_mm for c in across), default=0.0)
+    slots: list[Cylinder] = []
+    for c in across:
+        if c.radius_mm < narrow + OFF_MM and not any(np.linalg.norm(_foot(c) - _foot(o)) < OFF_MM for o in slots):
+            slots.append(c)
+    noses = [c for c in round_y if abs(np.hypot(c.point[0], c.point[2]) + c.radius_mm - rim) < OFF_MM]
+    noses = [c for c in noses if c.radius_mm < rim - OFF_MM]
+    if len(slots) != 2 or not noses:
+        raise _NotFoundError(f"the sector has {len(slots)} slots for its cable, 2 are asked, and {len(noses)} noses")
+    nose = noses[0]
+    # the outer slot is a tangent of the rim, the inner one of the nose
+    outer = min(slots, key=lambda c: abs(float(np.hypot(_foot(c)[0], _foot(c)[2])) - rim))
+    inner = next(c for c in slots if c is not outer)
+    at = _foot(outer)
+    return _Sector(
+        rim,
+        (min(sides), max(sides)),
+        (atan2(nose.point[2], nose.point[0]), atan2(at[2], at[0])),
+        (float(inner.point[1]), float(outer.point[1])),
+        max(float(np.hypot(at[0], at[2])) - rim - narrow, 0.0),
+    )
+
+
+def _foot(c: Cylinder) -> np.ndarray:
+    """(3,) point of an axis across y that is nearest to the y axis, mm."""
+    return c.point - (c.point @ c.direction) * c.direction + (c.point[1] * c.direction[1]) * c.direction
+
+
+def _ends_y(c: Cylinder) -> list[float]:
+    """Both ends of a cylinder along y, mm."""
+    return [float(c.point[1] + v * c.direction[1]) for v in (c.start_mm, c.end_mm)]
+
+
+def _moved(arc: Arc, frame: np.ndarray) -> Arc:
+    turn, shift = frame[:3, :3], frame[:3, 3]
+    return Arc(
+        turn @ arc.centre + shift, turn @ arc.direction, arc.ring_mm, arc.radius_mm, arc.turn_rad, turn @ arc.first
+    )
+
+
+def _pinion(cylinders: list[Cylinder], arcs: list[Arc]) -> _Pinion:
+    """Reads a pinion: its groove's bottom is the round face nearest under its turns, which lie on it in arcs."""
+    drums = [c for c in cylinders if _is_along_y(c) and not c.is_bore]
+    if not drums or not arcs:
+        raise _NotFoundError("the pinion has no drum along the shoulder's axis, or no turns lie on it")
+    axis = drums[0].point[[0, 2]]
+    paths = sorted((_along(arc, axis) for arc in arcs), key=lambda path: float(path[:, 1].mean()))
+    for before, path in pairwise(paths):
+        path[:, 0] += tau * round((before[-1, 0] - path[0, 0]) / tau)
+    angle, height, ring = np.concatenate(paths).T
+    climb = float(np.polyfit(angle, height, 1)[0])
+    middle, drawn = float(np.median(ring)), max(arc.radius_mm for arc in arcs)
+    thin = min((c.radius_mm for c in drums), key=lambda radius: abs(middle - drawn - radius))
+    groove = [y for c in drums if abs(c.radius_mm - thin) < ALONG for y in _ends_y(c)]
+    off = max(float(np.abs(ring - thin - drawn).max()) - OFF_MM, 0.0)
+    # the turns begin, lowest in y, where the strand from the outer end arrives when they climb with the angle
+    low, high = float(height[0]), float(height[-1])
+    ends = (high, low) if climb > 0.0 else (low, high)
+    wrap = abs(float(angle[-1] - angle[0]))
+    return _Pinion((float(axis[0]), float(axis[1])), middle, thin, (min(groove), max(groove)), climb, wrap, ends, off)
+
+
+def _along(arc: Arc, axis: np.ndarray) -> np.ndarray:
+    """(n, 3) polar angle about an axis along y through (x, z), y and distance from it of points along an arc.
+
+    They are in the order in which y grows.
+    """
+    steps = np.linspace(0.0, arc.turn_rad, 9)
+    second = np.cross(arc.direction, arc.first)
+    points = arc.centre + arc.ring_mm * (np.cos(steps)[:, None] * arc.first + np.sin(steps)[:, None] * second)
+    x, z = points[:, 0] - axis[0], points[:, 2] - axis[1]
+    path = np.column_stack([np.unwrap(np.arctan2(z, x)), points[:, 1], np.hypot(x, z)])
+    return path if path[-1, 1] > path[0, 1] else path[::-1]

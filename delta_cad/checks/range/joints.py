@@ -19,7 +19,7 @@ def check_joints(assembly: Assembly, limits: CheckLimits) -> list[CheckResult]:
     """Checks closure and tilt of every joint over corners, grid and random positions.
 
     Returns:
-        `joint closure` over all joints (mm), and `ball tilt` (rad) where there are ball joints.
+        `joint closure` over all joints (mm), and `ball tilt` (degrees) where there are ball joints.
     """
     poses = limits.poses_mm()
     links = assembly.placement(poses)
@@ -38,11 +38,10 @@ def check_joints(assembly: Assembly, limits: CheckLimits) -> list[CheckResult]:
     if balls:
         k, pose = _worst([tilt - _tilt_limit(joint) for joint, tilt in balls])
         joint, tilt = balls[k]
-        value, limit = float(tilt[pose]), _tilt_limit(joint)
+        value, limit = float(np.degrees(tilt[pose])), float(np.degrees(_tilt_limit(joint)))
         detail = f"angle between stud and socket axes, closest to its limit of {len(balls)} ball joints"
-        results.append(
-            CheckResult("ball tilt", value <= limit, value, limit, "rad", _tuple(poses[pose]), (joint.name,), detail)
-        )
+        holds = bool(tilt[pose] <= _tilt_limit(joint))
+        results.append(CheckResult("ball tilt", holds, value, limit, "deg", _tuple(poses[pose]), (joint.name,), detail))
     return results
 
 

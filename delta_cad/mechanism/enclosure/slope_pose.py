@@ -53,9 +53,9 @@ class SlopePose:
             x, y, z, *deviations = variables(np.hstack([lower, -most]), np.hstack([upper, most]))
         root = Interval(np.nextafter(np.float64(SIN_60), 0.0), np.nextafter(np.float64(SIN_60), 1.0))
         half = exactly(-0.5)
-        self._azimuths = (exactly(1.0), exactly(0.0)), (half, root), (half, -root)
+        self.azimuths = (exactly(1.0), exactly(0.0)), (half, root), (half, -root)
         chains = []
-        for i, (c, s) in enumerate(self._azimuths):
+        for i, (c, s) in enumerate(self.azimuths):
             q, t, h = (x.times(c) + y.times(s)).plus(-a), y.times(c) - x.times(s), z
             arm: Slopes | Interval = la
             difference: Slopes | Interval = la.square() - lb.square()
@@ -93,7 +93,7 @@ class SlopePose:
         """The couples t_i x s_i about the platform's centre, t_i the direction of the shoulder axis, README (47), m."""
         return tuple(
             (up.times(c), up.times(s), x.times(-c) - y.times(s))
-            for (x, y, up), (c, s) in zip(self.forearm, self._azimuths, strict=True)
+            for (x, y, up), (c, s) in zip(self.forearm, self.azimuths, strict=True)
         )
 
     @cached_property

@@ -13,6 +13,7 @@ from delta_cad.mechanism.errors import GeometryError
 from delta_cad.mechanism.limits.assembly_mode import AssemblyMode
 from delta_cad.mechanism.limits.couple_index import CoupleIndex
 from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInertia
+from delta_cad.mechanism.limits.holding_torque import HeldMasses, HoldingTorque
 from delta_cad.mechanism.limits.kappa import Kappa
 from delta_cad.mechanism.limits.lean import Lean
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
@@ -29,6 +30,7 @@ LIMITS: tuple[type[Limit], ...] = (
     Reach,
     AssemblyMode,
     Torque,
+    HoldingTorque,
     Kappa,
     Lean,
     Shoulder,
@@ -150,6 +152,8 @@ __all__ = [
     "FigureOfMerit",
     "GeometryError",
     "HandleInertia",
+    "HeldMasses",
+    "HoldingTorque",
     "Kappa",
     "Lean",
     "Limit",

@@ -68,7 +68,7 @@ class AssemblyMode(PoseLimit):
         return "assembly mode (det S > 0 in the whole cube: platform above the elbows)"
 
     def numbers(self) -> tuple[float, ...]:
-        """Gives none."""
+        """Gives an empty tuple: the enclosure of det S takes no number."""
         return ()
 
     def second(self, pose: SlopePose, exact: Callable[[float], Interval]) -> list[Slopes]:

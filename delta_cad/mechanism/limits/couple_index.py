@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Self
@@ -197,6 +197,7 @@ class CoupleIndex(PoseLimit):
         Field("couple_index_min", "least couple index: hold of the rod pairs against turning", gt=0, lt=1),
     )
     keys: ClassVar = {"couple_index_min": "couple_index_min"}
+    told_as: ClassVar = "min_couple_index"
     figures: ClassVar = (
         FigureOfMerit("couple_index", "couple index", "", 1.0, False, False, _indices, "couple_index_min", RANGE),
     )
@@ -219,7 +220,7 @@ class CoupleIndex(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the least index that the proof takes, so that only its figure is measured."""
         del values
         return cls(RANGE[0])
 
@@ -260,8 +261,16 @@ class CoupleIndex(PoseLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the index less its least, that of the forearms where a chain is open."""
+        return self.sought(f)["index"] - self.couple_index_min
+
+    def sought(self, f: Any) -> dict[str, np.ndarray]:
+        """Computes the index of the chains as they are continued beyond their reach."""
         rods = f.rods()
-        return least_singular_value(rods.radial, rods.vertical) - self.couple_index_min
+        return {"index": least_singular_value(rods.radial, rods.vertical)}
+
+    def worst_of(self, least: Mapping[str, float]) -> float:
+        """Gives the smallest index."""
+        return least["index"]
 
 
 def _sum(couples: tuple[Vector, ...], weights: np.ndarray) -> Vector:

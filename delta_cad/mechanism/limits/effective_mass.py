@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
@@ -255,6 +255,7 @@ class EffectiveMass(PoseLimit):
     )
     tier: ClassVar = forms.FOREARMS
     needs_masses: ClassVar = True
+    told_as: ClassVar = "max_effective_mass_kg"
     rows: ClassVar = 1
     size: ClassVar = 5
     enclose: ClassVar = staticmethod(_enclose)
@@ -284,7 +285,7 @@ class EffectiveMass(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self | None:
-        """Bounds nothing; None where the masses are not known."""
+        """Makes the limit with the largest mass that the proof takes, to measure it; None where no masses are known."""
         inertia = values.get("inertia")
         return None if inertia is None else cls(RANGE[1], inertia)
 
@@ -334,8 +335,15 @@ class EffectiveMass(PoseLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes carried mass / effective mass less its least; the closure where that is negative."""
-        m = self.inertia
-        return f.lightness(m) - m.carried_mass / self.mass_max
+        return self.sought(f)["lightness"] - self.inertia.carried_mass / self.mass_max
+
+    def sought(self, f: Any) -> dict[str, np.ndarray]:
+        """Computes carried mass / effective mass; the closure where that is negative."""
+        return {"lightness": f.lightness(self.inertia)}
+
+    def worst_of(self, least: Mapping[str, float]) -> float:
+        """Computes the largest effective mass; infinite at a fold."""
+        return self.inertia.carried_mass / least["lightness"] if least["lightness"] > 0.0 else math.inf
 
     def laxer(self, than: Any) -> bool:
         """Compares the thresholds; with other masses it is about another machine, and so laxer."""

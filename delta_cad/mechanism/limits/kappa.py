@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -142,6 +142,7 @@ class Kappa(PoseLimit):
     figures: ClassVar = (FigureOfMerit("kappa", "kappa", "", 1.0, True, True, _kappa, "kappa_max", RANGE),)
     tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
+    told_as: ClassVar = "max_kappa"
     rows: ClassVar = 1
     size: ClassVar = 2
     enclose: ClassVar = staticmethod(_enclose)
@@ -160,7 +161,7 @@ class Kappa(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the largest kappa that the proof takes, so that only its figure is measured."""
         del values
         return cls(RANGE[1])
 
@@ -188,3 +189,11 @@ class Kappa(PoseLimit):
     def margin(self, f: Any) -> np.ndarray:
         """Computes 1 / kappa less its least."""
         return f.quality - 1.0 / self.kappa_max
+
+    def sought(self, f: Any) -> dict[str, np.ndarray]:
+        """Computes 1 / kappa with the sign of the determinant."""
+        return {"quality": f.quality}
+
+    def worst_of(self, least: Mapping[str, float]) -> float:
+        """Computes the largest kappa; infinite where the determinant changes sign or a chain folds."""
+        return 1.0 / least["quality"] if least["quality"] > 0.0 else math.inf

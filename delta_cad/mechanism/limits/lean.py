@@ -91,7 +91,7 @@ class Lean(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the largest lean that the proof takes, so that only its figure is measured."""
         del values
         return cls(math.nextafter(math.pi / 2.0, 0.0))
 

@@ -195,6 +195,8 @@ class PoseLimit(Limit):
     """Whether it can be said only of a machine whose masses are known."""
     always: ClassVar[bool] = False
     """Whether every proof asks it, because the others mean nothing without."""
+    told_as: ClassVar[str] = ""
+    """Key with unit by which a synthesis tells its figure's worst value, in people's unit; "" where it tells none."""
     enclose: ClassVar[Any]
     """Compiled (pose, k, n, work, out, row): its margins over a box; `k[n:]` are its `numbers`, row its first."""
     cut: ClassVar[Any] = None
@@ -250,6 +252,30 @@ class PoseLimit(Limit):
         """
         del f
         raise TypeError(f"{self.name} holds for the cube in closed form: see `design_margin`")
+
+    def sought(self, f: Any) -> Mapping[str, np.ndarray]:
+        """Computes what the worst value of its figure follows from: continuous, smallest where the figure is worst.
+
+        Args:
+            f: Figures of D designs at K points, `optimizer.problem.evaluator.Figures`.
+
+        Returns:
+            Name -> (D, K).
+        """
+        del f
+        raise TypeError(f"{self.name} is not told by a synthesis: `told_as` is empty")
+
+    def worst_of(self, least: Mapping[str, float]) -> float:
+        """Computes the worst value of its figure.
+
+        Args:
+            least: Name -> smallest value over the cube of what is sought.
+
+        Returns:
+            SI units; infinite where the figure grows without bound.
+        """
+        del least
+        raise TypeError(f"{self.name} is not told by a synthesis: `told_as` is empty")
 
     def bound(self, figure: FigureOfMerit) -> float:
         """The threshold of one of its figures, SI units."""

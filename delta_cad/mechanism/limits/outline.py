@@ -71,6 +71,15 @@ class Outline(Limit):
         depth = self.parallelogram_width_mm * math.sqrt(3.0) / 4.0 + 1.5 * reach + self.overhead_mm[1]
         return width, depth
 
+    @property
+    def reach_max_mm(self) -> float:
+        """Largest R + L_A that is allowed, the rectangle either way round, mm."""
+        if self.radius_max_mm is not None:
+            return self.radius_max_mm
+        width, depth = (float(part) for part in self.size_mm(np.array(0.0)))
+        W, D = self.width_mm, self.depth_mm
+        return max(min((w - width) / math.sqrt(3.0), (d - depth) / 1.5) for w, d in ((W, D), (D, W)))
+
     def room(self, reach_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Computes how far the outline is inside what is allowed, as a share of it.
 
@@ -94,9 +103,5 @@ class Outline(Limit):
 
     def design_bounds(self) -> DesignBounds:
         """Gives the largest R + L_A, either way round."""
-        if self.radius_max_mm is not None:
-            return DesignBounds(reach_max_mm=self.radius_max_mm)
-        width, depth = (float(part) for part in self.size_mm(np.array(0.0)))
-        W, D = self.width_mm, self.depth_mm
-        reach = max(min((w - width) / math.sqrt(3.0), (d - depth) / 1.5) for w, d in ((W, D), (D, W)))
-        return DesignBounds(reach_max_mm=reach + OUTWARDS * (W + D))
+        rounding = 0.0 if self.radius_max_mm is not None else OUTWARDS * (self.width_mm + self.depth_mm)
+        return DesignBounds(reach_max_mm=self.reach_max_mm + rounding)

@@ -110,7 +110,7 @@ class Shoulder(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the widest range of angles, so that only its figures are measured."""
         del values
         return cls(-math.pi, math.pi)
 

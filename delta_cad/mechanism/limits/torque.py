@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar, Self
@@ -67,6 +68,7 @@ class Torque(PoseLimit):
     figures: ClassVar = (FigureOfMerit("torque", "torque", "N m", 1.0, True, True, _torques, "torque_max", RANGE),)
     tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
+    told_as: ClassVar = "max_torque_N_m"
     rows: ClassVar = 3
     size: ClassVar = 2
     enclose: ClassVar = staticmethod(_enclose)
@@ -86,7 +88,7 @@ class Torque(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing at the force."""
+        """Makes the limit of the stated force with the largest torque that the proof takes, to measure its figure."""
         return cls(values["force_N"], RANGE[1])
 
     def describe(self, values: Values) -> str:
@@ -108,6 +110,16 @@ class Torque(PoseLimit):
     def margin(self, f: Any) -> np.ndarray:
         """Computes det - F moment / torque: also refuses every direct singularity."""
         return f.determinant - self.force / self.torque_max * f.moment
+
+    def sought(self, f: Any) -> dict[str, np.ndarray]:
+        """Computes determinant, closure, and the torque arm with its sign turned."""
+        floor = np.maximum(f.determinant, np.finfo(float).tiny)
+        return {"determinant": f.determinant, "closure": f.closure, "torque": -f.moment / floor}
+
+    def worst_of(self, least: Mapping[str, float]) -> float:
+        """Computes the torque at the longest arm; infinite where a chain is open or the platform not held."""
+        held = least["determinant"] > 0.0 and least["closure"] >= 0.0
+        return -least["torque"] * self.force if held else math.inf
 
     def laxer(self, than: Any) -> bool:
         """Compares the torque of a unit force, in exact fractions."""

@@ -62,8 +62,7 @@ def prove(
     require_tolerance(g, tolerance)
     pose, work, table = room()
     given = numbers(g, limits, tolerance)
-    origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
-    edges = np.array([2.0 * cube.half_side, cube.half_side, cube.upper[2] - cube.bottom_height])
+    origin, edges = half_of(cube)
     frame = np.stack([origin, edges, cube.upper])
     asked = sum(BITS[type(limit)] for limit in limits)
     stack = np.zeros((3 * DEEPEST + 8, 7), dtype=np.int64)
@@ -95,6 +94,12 @@ def prove(
     )
     depth = int(covered[:, ::2].sum(axis=1).max()) if len(covered) else 0
     return Proof(findings, covered, int(state[2]), depth)
+
+
+def half_of(cube: Cube) -> tuple[np.ndarray, np.ndarray]:
+    """Gives the half y >= 0 of a cube, which is searched: (3,) its lower corner and (3,) its edges, m."""
+    origin = np.array([-cube.half_side, 0.0, cube.bottom_height])
+    return origin, np.array([2.0 * cube.half_side, cube.half_side, cube.upper[2] - cube.bottom_height])
 
 
 def _finding(

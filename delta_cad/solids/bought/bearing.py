@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import cadquery as cq
 
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances import preload_range_N, spring_height_mm
 from delta_cad.solids.making import bought_part, round_y
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, cut, feature, turned
@@ -54,4 +56,7 @@ def make_wave_spring(d: Dimensions) -> Part:
     mass = pi / 4 * (outer**2 - row.inner_mm**2) * row.thickness_mm * STEEL_G_MM3
     holes = (Hole(row.inner_mm, 1, "inside"),)
     extent = round_y(outer / 2, (0.0, height))
-    return bought_part("wave_spring", row, shape, "steel", extent, mass, holes=holes)
+    (low, high), (least, most) = spring_height_mm(row), preload_range_N(row)
+    at = f", {least:.1f} to {most:.1f} N at {high:.2f} to {low:.2f} mm in its seat"
+    part = bought_part("wave_spring", row, shape, "steel", extent, mass, holes=holes)
+    return replace(part, description=part.description + at)

@@ -1,4 +1,4 @@
-"""The motor."""
+"""A motor as its maker's outline has it: body, pilot, shaft."""
 
 from __future__ import annotations
 
@@ -32,10 +32,13 @@ def make_motor(d: Dimensions) -> Part:
     shaft = bore_y(m.shaft_diameter_mm, (0.0, 0.0), (-m.shaft_length_mm, 0.0))
     drill = catalogue.screw(m.mount_thread).tap_drill_mm
     tools = []
-    for angle in d.bracket.motor_screw_angles_rad:
+    for angle in d.bracket.motor_holes_rad:
         at = (m.mount_circle_mm / 2 * cos(angle), m.mount_circle_mm / 2 * sin(angle))
         tools.append(bore_y(drill, at, (-THROUGH_MM, motor_thread_mm(m))))
     shape = feature("motor", "body", "hardware.motor", lambda: cut(fuse(body, shaft), tools))
     extent = round_y(r, (-m.shaft_length_mm, m.length_mm))
-    threads = Hole(drill, m.mount_count, f"{m.mount_thread} x {motor_thread_mm(m):g}, mounting")
+    screwed, thread = len(d.bracket.motor_screws_rad), f"{m.mount_thread} x {motor_thread_mm(m):g}, mounting"
+    empty = m.mount_count - screwed
+    callout = f"{screwed}x {thread}; {empty}x without a screw, {thread}" if empty else thread
+    threads = Hole(drill, m.mount_count, callout)
     return bought_part("motor", m, shape, "aluminium-black", extent, m.mass_g, holes=(threads,))

@@ -75,9 +75,9 @@ class Supervisor:
         self.memory[m.SIGNALS] = float(held | fault.bit if present else held & ~fault.bit)
 
     def check(self, now: float, theta: np.ndarray, p: np.ndarray, reach: float, volume: float) -> int:
-        """See `supervisor.check`."""
+        """Looks for faults in a reading before the controller computes anything; arguments as `supervisor.check`."""
         return s.check(self.limits, self.memory, now, theta, p, reach, volume)
 
     def limit(self, rendered: np.ndarray, gravity: np.ndarray, out: np.ndarray) -> int:
-        """See `supervisor.limit`."""
+        """Bounds what the controller computed to what is safe; arguments as `supervisor.limit`."""
         return s.limit(self.limits, self.memory, rendered, gravity, out)

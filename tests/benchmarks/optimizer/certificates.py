@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from delta_cad.design import load_design
-from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry, MechanismError, cube_extremes
+from delta_cad.mechanism import Cube, CubeExtremes, DeltaGeometry, MechanismError, cube_extremes, joint_angles, rod_lean
 from delta_cad.mechanism.limits import AssemblyMode, Kappa, Lean, Limits, Reach, Shoulder, Torque
 from tests.benchmarks.delta_cad.kernel import CUBE, PUBLISHED
 from tests.benchmarks.figure import Figure, of_repeats
@@ -62,7 +62,7 @@ def limits_near(e: CubeExtremes, factor: float) -> Limits:
 
 
 def _published(say: Callable[[str], None]) -> list[Figure]:
-    from delta_cad.mechanism.kernel import angle_margins, figures
+    from delta_cad.mechanism.kernel import figures
     from delta_cad.mechanism.proof.prove import prove
     from optimizer.certify.certificate import certify, verify
 
@@ -78,7 +78,7 @@ def _published(say: Callable[[str], None]) -> list[Figure]:
     )
     say(f"{POINTS:,} points against the proof")
     reach, torque, kappa, angles, lean = (limits.get(kind) for kind in (Reach, Torque, Kappa, Shoulder, Lean))
-    rng, worst = np.random.default_rng(1), np.full(5, np.inf)
+    rng, worst = np.random.default_rng(1), np.full(6, np.inf)
     for _ in range(POINTS // 1_000_000):
         unit = rng.uniform(-1.0, 1.0, (1_000_000, 3))
         face = rng.integers(0, 3, 500_000)
@@ -87,13 +87,14 @@ def _published(say: Callable[[str], None]) -> list[Figure]:
             np.array([0.0, 0.0, CUBE.bottom_height + CUBE.half_side]) + CUBE.half_side * unit, CUBE.lower, CUBE.upper
         )
         found = figures(PUBLISHED, p)
-        shoulder, leaning = angle_margins(PUBLISHED, p, (angles.shoulder_min, angles.shoulder_max), lean.lean_max)
+        theta = joint_angles(PUBLISHED, p)
         margins = (
             found.closure_margin - reach.elbow_arm_min**2,
             torque.torque_max - torque.force * found.torque_arms,
             kappa.kappa_max - found.kappa,
-            shoulder,
-            leaning,
+            theta - angles.shoulder_min,
+            angles.shoulder_max - theta,
+            lean.lean_max - np.abs(rod_lean(PUBLISHED, p)),
         )
         worst = np.minimum(worst, [m.min() for m in margins])
     if not (worst >= 0.0).all():

@@ -26,7 +26,7 @@ from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.brackets import make_motor_cheek
 from delta_cad.solids.capstan import capstan_of
 from delta_cad.solids.fasteners import make_cap_screw, make_dowel
-from delta_cad.solids.forearm import make_cross_bar, make_rod_cup, make_rod_tube
+from delta_cad.solids.forearm import make_cross_bar, make_cup_shell, make_rod_cup, make_rod_tube
 from delta_cad.solids.primitive import BuildError, box, feature, one_solid
 from tests.committed import BEST
 from tests.delta_cad.solids.measured import UM, axis_distance, cylinders, one_axis, placed, spheres
@@ -55,10 +55,12 @@ def test_ball_centres_and_seat_centres_coincide_at_every_pose(
 ) -> None:
     f, parts = best_dimensions.forearm, {p.number: p for p in best_assembly.parts}
     (ball,) = spheres(parts["joint_ball"].solid, f.ball_diameter_mm)
-    (seat,) = spheres(parts["rod_cup"].solid, f.seat_diameter_mm)
+    (seat,) = spheres(parts["cup_shell"].solid, f.seat_diameter_mm)
     placements = best_assembly.poses(poses(best_dimensions))
     for i, j, end in product(range(3), range(2), ("elbow", "wrist")):
-        apart = moved(placements[f"joint_ball_{i}_{j}_{end}"], ball) - moved(placements[f"rod_cup_{i}_{j}_{end}"], seat)
+        apart = moved(placements[f"joint_ball_{i}_{j}_{end}"], ball) - moved(
+            placements[f"cup_shell_{i}_{j}_{end}"], seat
+        )
         assert np.linalg.norm(apart, axis=-1).max() < UM
 
 
@@ -109,7 +111,7 @@ def test_a_rod_s_end_is_free_to_the_tilt_it_is_made_for_and_meets_its_bar_where_
     d = variant(ball_diameter_mm=ball)
     f = d.forearm
     bar, cup, tube = make_cross_bar(d), make_rod_cup(d), make_rod_tube(d)
-    rod = cup.solid.fuse(tube.solid.moved(cq.Location(cq.Vector(f.shoulder_mm, 0, 0))))
+    rod = cup.solid.fuse(make_cup_shell(d).solid).fuse(tube.solid.moved(cq.Location(cq.Vector(f.shoulder_mm, 0, 0))))
     moved = bar.solid.moved(cq.Location(cq.Vector(0, -f.width_mm / 2, 0)))
 
     def turned(tilt: float) -> Any:

@@ -13,7 +13,7 @@ from tests.committed import Built
 from tests.delta_cad.solids.measured import UM, axis_distance
 
 LOOKED_AT = {
-    *("joint_ball", "rod_cup", "cross_bar"),
+    *("joint_ball", "cup_shell", "cross_bar"),
     *("upper_arm", "platform", "motor", "pinion"),
 }
 
@@ -102,7 +102,7 @@ def test_links_of_the_exported_step_have_the_design_s_lengths(exported: Exported
     home = np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm])
     balls = centres(exported, "joint_ball", best_dimensions.forearm.ball_diameter_mm)
     seat = best_dimensions.forearm.seat_diameter_mm
-    seats = centres(exported, "rod_cup", seat)
+    seats = centres(exported, "cup_shell", seat)
     assert balls.shape == seats.shape == (12, 3)
     apart = np.linalg.norm(balls[:, None] - seats[None], axis=-1)
     assert (apart.min(axis=1) < UM).all()

@@ -15,11 +15,14 @@ from tests.delta_cad.solids.measured import placed
 BESIDE = ("upper_arm_{}", "cross_bar_{}_elbow", "cross_bar_{}_wrist", "sector_{}", "motor_cheek_{}")
 
 
-def eyes(d: Dimensions, links: dict[str, np.ndarray], i: int, k: int) -> list[np.ndarray]:
+def eyes(
+    d: Dimensions, links: dict[str, np.ndarray], i: int, k: int, inside_mm: float | None = None
+) -> list[np.ndarray]:
     """Eyes of one spring of a pair: inside the rods' axes, and aside, by what the drawing says."""
     f = d.forearm
+    inside = f.eye_y_mm if inside_mm is None else inside_mm
     x, z = f.eyes_x_mm[k], f.eye_z_mm if k else -f.eye_z_mm
-    return [links[f"rod_{i}_{j}"][:3] @ np.array([x, f.eye_y_mm * (1 - 2 * j), z, 1.0]) for j in range(2)]
+    return [links[f"rod_{i}_{j}"][:3] @ np.array([x, inside * (1 - 2 * j), z, 1.0]) for j in range(2)]
 
 
 def corners(d: Dimensions) -> list[np.ndarray]:
@@ -66,7 +69,7 @@ def test_eyes_are_where_the_springs_are_hung(best_assembly: Assembly, best_dimen
     links = dict(best_assembly.placement(best_assembly.home_mm))
     frames = best_assembly.poses(best_assembly.home_mm)
     for i, k in product(range(3), range(2)):
-        for j, eye in enumerate(eyes(d, links, i, k)):
+        for j, eye in enumerate(eyes(d, links, i, k, d.forearm.eye_hole_y_mm)):
             name = f"rod_eye_{i}_{j}_{k}"
             (ring,) = [o.part.solid for o in best_assembly.occurrences if o.name == name]
             point, along = one_axis(placed(ring, frames[name]), d.forearm.eye_diameter_mm, concave=True)

@@ -167,11 +167,9 @@ def test_the_default_motor_is_of_one_family_with_its_other_windings() -> None:
 
 @EACH_MOTOR
 def test_idling_costs_a_small_share_of_the_torque(motor: Motor) -> None:
-    if motor.no_load_current_A is None:
-        assert motor.idle_friction_N_m is None
-        return
-    assert motor.idle_friction_N_m == pytest.approx(motor.no_load_current_A * motor.torque_constant_N_m_A)
-    assert 0.01 < motor.idle_friction_N_m / motor.nominal_torque_N_m < 0.1  # brushes and bearings of small motors
+    if motor.no_load_current_A is not None:
+        idle = motor.no_load_current_A * motor.torque_constant_N_m_A
+        assert 0.01 < idle / motor.nominal_torque_N_m < 0.1  # brushes and bearings of small motors
 
 
 @EACH_MOTOR

@@ -14,7 +14,7 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.catalogue import CHOSEN, FAMILIES, CatalogueError, Motor
-from delta_cad.catalogue.own import needed_columns
+from delta_cad.catalogue.reader import Family, optional_columns
 from delta_cad.design import (
     HARDWARE_FAMILIES,
     DesignError,
@@ -80,6 +80,12 @@ def stated(folder: Path, name: str | None, **hardware: Any) -> Path:
 
 
 # What the files may leave out
+
+
+def needed_columns(family: Family) -> tuple[str, ...]:
+    """Columns that a user's own file of a family must have."""
+    optional = optional_columns(family.record)
+    return tuple(name for name in family.columns if name not in optional)
 
 
 def test_the_columns_that_must_be_there_are_enough(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ def test_statement_assembly_and_bill_of_materials_agree(best_assembly: Assembly)
 @pytest.mark.parametrize(
     "names",
     [
-        ("motor_1", "motor_screw_1_0", "motor_screw_1_1", "motor_screw_1_2", "motor_screw_1_3"),
+        ("motor_1", "motor_screw_1_0", "motor_screw_1_1", "motor_screw_1_2"),
         ("bearing_1_e",),
         ("capstan_cable_2_turns",),
         ("base_dowel_0_1",),

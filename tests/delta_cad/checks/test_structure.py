@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from delta_cad.checks.structure import check_structure
+from delta_cad.checks.structure import check_joint, check_structure
 from delta_cad.design import design_from_dict, design_to_dict
-from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.structure.modes import Moving
 from delta_cad.structure.report import stiffness, structure_record, structure_report
+from delta_cad.structure.table import structure_table
 from tests.delta_cad.structure.machines import committed, what_moves
 
 
@@ -74,3 +75,14 @@ def test_the_record_is_plain_and_its_matrices_are_the_stiffness() -> None:
     assert sum(record["softest"]["shares"].values()) == pytest.approx(1.0, abs=1e-4)
     assert {load["case"] for load in record["loads"]} == {"for ever", "peak"}
     assert all(load["holds"] == (load["margin"] >= 1.0) for load in record["loads"])
+
+
+def test_a_joint_that_gives_more_than_is_asked_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The machine as it is, and one whose balls have three times the room in their cups."""
+    assert check_joint(structure_table(committed()).joint_N_mm).passed
+    monkeypatch.setattr("delta_cad.dimensions.joint.CLEARANCE_MM", 0.0225)
+    loose = structure_table(dimensions(committed().design)).joint_N_mm
+    result = check_joint(loose)
+    assert (result.passed, result.limit) == (False, 500.0)
+    assert result.value == loose < 500.0
+    assert check_joint(500.0).passed

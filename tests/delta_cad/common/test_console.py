@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _imp
 import io
 import os
 import re
@@ -9,8 +10,10 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from threading import Event
+from types import ModuleType
 
 import pytest
 
@@ -56,11 +59,23 @@ def test_into_a_pipe_a_short_step_says_nothing(monkeypatch: pytest.MonkeyPatch) 
 def test_on_a_terminal_the_line_lives(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("TERM", "xterm")
     with console.Line() as line:
         line.show("step 1")
         assert screen.getvalue() == "\r\x1b[K    0 s  step 1"
         line.show("step 2")
     assert screen.getvalue().endswith("step 2\r\x1b[K")
+
+
+def test_a_terminal_that_can_erase_nothing_gets_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(True, 1)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(console, "TELL_S", 0.01)
+    monkeypatch.setenv("TERM", "dumb")
+    with console.Line() as line:
+        line.show("step 1")
+        assert screen.told.wait(60.0)
+    assert set(screen.getvalue().splitlines()) == {"    0 s  step 1"}
 
 
 def test_a_terminal_that_goes_away_ends_no_work(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,6 +127,29 @@ def test_a_request_asks_first_and_then_interrupts_who_does_not_look(monkeypatch:
         assert asked()
         with pytest.raises(KeyboardInterrupt):
             _unblock_and_wait()
+
+
+@pytest.mark.parametrize("kind", [console.Interrupt, console.Request])
+def test_ctrl_c_waits_until_a_module_in_c_has_begun(
+    monkeypatch: pytest.MonkeyPatch, kind: type[console.Interrupt]
+) -> None:
+    """What such a module calls meanwhile, such as Python's own code for an enumeration, must not be left half done."""
+    begun = []
+
+    def begin(_: object) -> None:
+        for _ in range(3):
+            os.kill(os.getpid(), signal.SIGINT)
+        begun.append(True)
+
+    def load() -> None:
+        with kind():
+            ExtensionFileLoader("a.module", "a.so").exec_module(ModuleType("a.module"))
+            Event().wait(60.0)
+
+    monkeypatch.setattr(_imp, "exec_dynamic", begin)
+    with pytest.raises(KeyboardInterrupt):
+        load()
+    assert begun == [True]
 
 
 def _unblock_and_wait() -> None:

@@ -266,6 +266,14 @@ def test_lines_belong_to_one_run_at_a_time(tmp_path: Path) -> None:
         assert lines.found == ["a"]
 
 
+def test_lines_of_a_pipe_are_refused(tmp_path: Path) -> None:
+    """Who opens it holds it open for writing himself, and would wait for his own end."""
+    os.mkfifo(tmp_path / "lines")
+    with pytest.raises(OSError, match="is no plain file") as caught:
+        Lines(tmp_path / "lines")
+    assert caught.value.filename == str(tmp_path / "lines")
+
+
 def test_lines_replaced_between_opening_and_locking_are_opened_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -334,6 +342,26 @@ def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path
         require_room(tmp_path / "a" / "file" / "below" / "name")
     assert below.value.filename == str(tmp_path / "a" / "file" / "below" / "name")
     assert {path.name: path.read_text() for path in (tmp_path / "a").iterdir()} == {"file": "old"}
+
+
+@pytest.mark.parametrize("call", ["room", "file", "folder"])
+def test_folders_made_for_what_was_not_written_are_taken_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """As where the machine's build is interrupted: nothing was written, and nothing is there."""
+
+    def stopped(*_: object) -> int:
+        raise KeyboardInterrupt
+
+    def run() -> None:
+        with whole_folder(tmp_path / "out" / "a" / "folder"):
+            stopped()
+
+    monkeypatch.setattr("delta_cad.common.files.os.pwrite", stopped)
+    path = tmp_path / "out" / "a" / "file"
+    with pytest.raises(KeyboardInterrupt):
+        run() if call == "folder" else require_room(path) if call == "room" else write_whole(path, "x")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_that_takes_no_files_is_refused() -> None:

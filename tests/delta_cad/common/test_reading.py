@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
+from delta_cad.common import reading
 from delta_cad.common.reading import DEEPEST, ReadError, parse_json, parse_toml, read_bounded, read_json
 from tests.designs import named
 
@@ -63,6 +66,38 @@ def test_no_more_is_read_than_the_bound(tmp_path: Path) -> None:
         read_json(tmp_path)
     with pytest.raises(ReadError, match="cannot be read: embedded null byte"):
         read_json(Path("a\0b"))
+
+
+def test_a_pipe_that_nobody_writes_into_is_refused_and_holds_nobody_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "NOBODY_S", 0.0)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ReadError, match="pipe: is a pipe that nobody writes into; must be"):
+        read_bounded(tmp_path / "pipe")
+
+
+def test_a_pipe_is_read_to_the_end_that_who_writes_gives_it(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    content = bytes(range(256)) * 1000  # more than a pipe holds
+
+    def write() -> None:
+        with open(tmp_path / "pipe", "wb", buffering=0) as pipe:  # waits for who reads
+            for start in range(0, len(content), 1000):
+                pipe.write(content[start : start + 1000])
+
+    Thread(target=write, daemon=True).start()
+    assert read_bounded(tmp_path / "pipe") == content
+
+
+def test_an_anonymous_pipe_is_read_whoever_ended_first() -> None:
+    """As `/dev/stdin`, and the shell's `<(command)`."""
+    for content in (b"", b"{}"):
+        ours, theirs = os.pipe()
+        os.write(theirs, content)
+        os.close(theirs)
+        assert read_bounded(Path(f"/dev/fd/{ours}")) == content
+        os.close(ours)
 
 
 def test_toml_is_read_as_the_standard_reader_reads_it() -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -86,3 +88,35 @@ def test_names_that_are_no_text_are_printed_escaped_and_a_full_stderr_changes_no
         assert (run.returncode, run.stdout, run.stderr) == (0, b"aa\\udcff\n", b"")
     with open("/dev/full", "w") as full:
         assert subprocess.run([*command, "1"], stdout=subprocess.DEVNULL, stderr=full).returncode == 1
+
+
+ENDS = """
+import os, sys, types
+from delta_cad.common.console import Line, command_parser, refuse, run_command
+
+def run(given):
+    with Line() as line, open(sys.argv[0], "w") as file:
+        line.show("a step")
+        os.write(1, b"of a library")
+        os.write(2, b"of a library")
+        print("told")
+    return refuse("told", 1)
+
+command = types.SimpleNamespace(NAME="do", TEXT="", arguments=lambda _: None, run=run)
+sys.exit(run_command(command_parser("program", "", "", [command]), sys.argv[1:], "extra"))
+"""
+
+
+@pytest.mark.parametrize("closed", ["<&- >&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(("argument", "code"), [("do", 1), ("--help", 0), ("wrong", 2)])
+def test_streams_that_are_closed_change_no_exit_code_and_no_file(
+    tmp_path: Path, closed: str, argument: str, code: int
+) -> None:
+    """Each in a process of its own, in which the file opened next would have the number of the stream."""
+    (tmp_path / "a").write_text("")
+    program = f"import sys; sys.argv = [{str(tmp_path / 'a')!r}, {argument!r}]\n{ENDS}"
+    line = f"exec {shlex.quote(sys.executable)} -c {shlex.quote(program)} {closed}"
+    run = subprocess.run(["sh", "-c", line], capture_output=True, text=True)
+    assert run.returncode == code
+    assert "Traceback" not in run.stderr
+    assert (tmp_path / "a").read_text() == ""

@@ -80,7 +80,7 @@ def test_pinion_and_sector_wind_equal_lengths_of_cable_and_keep_their_gap(best_d
     flat = pitch * (c.rim_angles_rad[1] - c.rim_angles_rad[0] - 2 * left)
     flat += 2 * sqrt(between**2 - (pitch + pinion) ** 2) + pinion * (8 * pi - 2 * left)
     climb = 0.7 / (2 * pi * pinion)  # pitch of the groove for 0.54 mm
-    ends = (5.0 + d / 2) * pi / 2 + 6.0 + 3.0 + 0.5 + 6.0  # nose, anchor's wall, sleeve; gap and carriage
+    ends = (5.0 + d / 2) * pi / 2 + 6.0 + 3.0 + 1.2 + 6.0  # nose, anchor's wall, sleeve; gap and carriage
     assert c.cable_length_mm == pytest.approx(flat * hypot(1.0, climb) + ends)
 
 

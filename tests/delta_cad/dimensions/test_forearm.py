@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
-from math import asin, atan, cos, degrees, hypot, pi, radians, sin, sqrt
+from math import asin, atan, cos, hypot, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -12,13 +12,14 @@ from scipy.optimize import brentq
 from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions
 from delta_cad.dimensions.forearm import (
+    WRAP_RAD,
     eyes_mm,
     forearm_dimensions,
     lip_tilt_rad,
     rod_tilt_rad,
     wrist_radius_min_mm,
 )
-from delta_cad.dimensions.joint import chosen_spring
+from delta_cad.dimensions.joint import POCKET_MM, chosen_spring, patch_angle_rad
 from tests.delta_cad.dimensions.edited import edited
 
 AROUND = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of the samples
@@ -26,7 +27,7 @@ AROUND = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of 
 
 @pytest.mark.parametrize(("ball", "neck"), [(6.015, 3.4), (8.015, 4.5), (5.0, 2.0)])
 def test_lip_tilt_is_where_the_turned_neck_meets_the_lip(ball: float, neck: float) -> None:
-    lip, rim = ball / 2 * cos(radians(75.0)), ball / 2 * sin(radians(75.0))
+    lip, rim = ball / 2 * cos(WRAP_RAD), ball / 2 * sin(WRAP_RAD)
     circle = np.stack([rim * np.cos(AROUND), np.full_like(AROUND, lip), rim * np.sin(AROUND)], axis=1)
 
     def gap(tilt: float) -> float:
@@ -75,18 +76,40 @@ def test_the_held_force_brings_the_contact_to_the_lip(best_dimensions: Dimension
     along, pole = np.array([1.0, 0.0]), np.array([0.0, 1.0])
     shoulder = sin(turn) * along + cos(turn) * pole
     total = joint.preload_N * shoulder + joint.held_force_N(turn) * along
-    assert degrees(atan(total[0] / total[1])) == pytest.approx(75.0)
+    assert atan(total[0] / total[1]) == pytest.approx(joint.wrap_rad)
 
 
-def test_a_ball_rolls_up_its_cup_as_far_as_force_and_preload_say(best_dimensions: Dimensions) -> None:
-    """Without friction the ball rests where the potential of a point on an arc of the clearance is least."""
+def test_the_contact_reaches_as_far_as_load_and_half_its_angle(best_dimensions: Dimensions) -> None:
+    """Statics of one rod's end, either sign of the rod's force; the preload left brings the contact to the lip."""
     joint = best_dimensions.forearm.joint
-    slope = np.linspace(0.0, radians(75.0), 2_000_001)
-    for force in (0.1, 3.0, 20.0):
-        potential = joint.preload_N * joint.clearance_mm * (1.0 - np.cos(slope))
-        potential -= force * joint.clearance_mm * np.sin(slope)
-        rest = float(slope[potential.argmin()])
-        assert joint.yield_mm(force) == pytest.approx(joint.clearance_mm * sin(rest), rel=1e-3)  # a least is flat
+    force, lean = np.array([0.0, 2.0, 5.0, 9.0, 9.0]), np.radians([0.0, 24.0, 3.0, 20.0, -20.0])
+    worst = np.zeros(5)
+    for sign in (-1.0, 1.0):
+        across = sign * force + joint.preload_N * np.sin(lean)
+        worst = np.maximum(worst, np.abs(np.arctan2(across, joint.preload_N * np.cos(lean))))
+    half = joint.edge_rad(force, lean) - worst
+    assert (half > np.radians(15.0)).all()
+    assert (half < np.radians(28.0)).all()
+    assert half[0] == half.min()
+    left = joint.spare_preload_N(force, lean)
+    assert left[0] == left.max()
+    np.testing.assert_allclose(joint.edge_rad(force[1:], lean[1:], (joint.preload_N - left)[1:]), joint.wrap_rad)
+    assert (joint.spare_preload_N(np.array(60.0), np.array(0.4)) < 0.0).all()
+
+
+def test_a_contact_s_angle_is_that_of_the_textbook_s_two_limits() -> None:
+    """By hand: Hertz where the plastic is thick, the sum of a thin layer's pressures over the dented cap elsewhere."""
+    radius, clearance, pair, load = 3.0, 0.01, 6000.0, 12.0
+    thick = float(patch_angle_rad(radius, np.array(load), pair, 1e9 * pair, clearance))
+    assert thick < 1e-2  # a bed that nothing dents
+    hertz = (0.75 * load * radius * (radius + clearance) / clearance / pair) ** (1 / 3)
+    assert patch_angle_rad(radius, np.array(load), pair, 1.0, clearance) == pytest.approx(asin(hertz / radius))
+    bed = 15e3
+    half = float(patch_angle_rad(radius, np.array(load), pair, bed, clearance))
+    at = (np.arange(20_000) + 0.5) / 20_000 * half
+    deep = clearance * (np.cos(at) - cos(half))  # how far the ball goes into the plastic
+    borne = float(np.sum(bed * deep * 2 * pi * radius**2 * np.sin(at) * np.cos(at)) * half / 20_000)
+    assert borne == pytest.approx(load, rel=0.05)  # small angles
 
 
 def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions: Dimensions) -> None:
@@ -96,17 +119,32 @@ def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions:
     cup = ball + 0.0075
     modulus = 1.0 / ((1.0 - 0.35**2) / 5500.0 + (1.0 - 0.35**2) / 210000.0)
     relative = 1.0 / (1.0 / ball - 1.0 / cup)
-    patch = (0.75 * joint.preload_N * relative / modulus) ** (1 / 3)
-    assert joint.patch_radius_mm == pytest.approx(patch, rel=1e-9)
-    assert joint.pressure_N_mm2 == pytest.approx(1.5 * joint.preload_N / (pi * patch**2), rel=1e-9)
+    whole = (0.75 * joint.preload_N * relative / modulus) ** (1 / 3)
+    assert joint.patch_radius_mm == pytest.approx(hypot(whole, POCKET_MM / 2), rel=1e-9)
+    # what presses outside the pocket is the preload, and most at the pocket's edge
+    r = (np.arange(100_000) + 0.5) / 100_000 * (joint.patch_radius_mm - POCKET_MM / 2) + POCKET_MM / 2
+    most = 2.0 * modulus * joint.patch_radius_mm / (pi * relative)
+    pressure = most * np.sqrt(1.0 - (r / joint.patch_radius_mm) ** 2)
+    step = (joint.patch_radius_mm - POCKET_MM / 2) / 100_000
+    assert (2 * pi * r * pressure).sum() * step == pytest.approx(joint.preload_N, rel=1e-4)
+    assert joint.pressure_N_mm2 == pytest.approx(pressure[0], rel=1e-4)
+    assert joint.friction_turn_N_mm == pytest.approx(0.08 * (2 * pi * r**2 * pressure).sum() * step, rel=1e-4)
     forces = joint.preload_N - 1e-4, joint.preload_N + 1e-4
     approach = [(p * 0.75 / modulus) ** (2 / 3) / relative ** (1 / 3) for p in forces]
     assert joint.stiffness_axial_N_mm == pytest.approx(2e-4 / (approach[1] - approach[0]), rel=1e-6)
-    assert joint.stiffness_radial_N_mm >= 500.0
-    rest = joint.yield_mm(1e-6) / 1e-6 + 1.0 / joint.stiffness_axial_N_mm
-    assert joint.stiffness_radial_N_mm == pytest.approx(1.0 / rest, rel=1e-9)
+    assert joint.stiffness_radial_N_mm >= joint.preload_N / joint.clearance_mm  # of a ball that rolls in a whole cup
     assert joint.friction_lean_N_mm == pytest.approx(0.08 * joint.spring_N * ball)
     assert joint.friction_turn_N_mm < joint.friction_lean_N_mm / 4
+
+
+def test_without_a_pocket_the_contact_is_the_textbook_s(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("delta_cad.dimensions.joint.POCKET_MM", 1e-9)
+    joint = edited(ball_diameter_mm=6.0).forearm.joint
+    assert joint.pressure_N_mm2 == pytest.approx(1.5 * joint.preload_N / (pi * joint.patch_radius_mm**2), rel=1e-6)
+    arm = 3.0 * pi / 16.0 * joint.patch_radius_mm
+    assert joint.friction_turn_N_mm == pytest.approx(0.08 * joint.spring_N * arm, rel=1e-6)
+    rolling = joint.preload_N / joint.clearance_mm * (1.0 + joint.clearance_mm / joint.ball_radius_mm)
+    assert joint.stiffness_radial_N_mm == pytest.approx(rolling, rel=1e-6)
 
 
 @pytest.mark.parametrize("width", [36.0, 40.0, 48.0, 54.0, 60.0, 66.0])

@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from delta_cad.design import load_design
+from delta_cad.design import design_hash, load_design
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import MassError, Masses, PointMasses, load_masses, masses_from_dict, rod_masses
 from tests.committed import BEST
 
 LENGTH = 0.112
-DRIVE = drive_torque(load_design(BEST))
+DESIGN = load_design(BEST)
+DRIVE = drive_torque(DESIGN)
 
 
 def data(**bodies: Any) -> dict[str, Any]:
@@ -140,12 +141,25 @@ def test_masses_must_be_finite_and_not_negative(value: float) -> None:
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(MassError) as caught:
-        load_masses(tmp_path / "none.json", LENGTH)
+        load_masses(tmp_path / "none.json", DESIGN)
     assert (caught.value.file, caught.value.field) == ("none.json", "")
     file = tmp_path / "half.json"
     file.write_text("{")
     with pytest.raises(MassError) as caught:
-        load_masses(file, LENGTH)
+        load_masses(file, DESIGN)
     assert (caught.value.file, caught.value.field) == ("half.json", "")
     file.write_text(json.dumps(data()))
-    assert load_masses(file, LENGTH) == masses_from_dict(data(), LENGTH)
+    assert load_masses(file, DESIGN) == masses_from_dict(data(), DESIGN.geometry.forearm_length, DRIVE)
+
+
+def test_a_file_that_says_another_design_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "masses.json"
+    file.write_text(json.dumps(data() | {"input_sha256": design_hash(DESIGN)}))
+    known = load_masses(file, DESIGN)
+    for other in ("0" * 64, design_hash(DESIGN)[:12], 1, None):
+        file.write_text(json.dumps(data() | {"input_sha256": other}))
+        with pytest.raises(MassError, match=DESIGN.name) as caught:
+            load_masses(file, DESIGN)
+        assert (caught.value.file, caught.value.field) == ("masses.json", "input_sha256")
+    file.write_text(json.dumps(data()))  # it does not say: the user's word
+    assert load_masses(file, DESIGN) == known

@@ -68,7 +68,6 @@ def test_a_direct_drive_by_hand() -> None:
     assert (report.continuous_torque_N_m, report.peak_torque_N_m) == (0.401, 1.203)
     assert report.reflected_inertia_kg_m2 == 8.1e-5
     assert report.verdict == "peak only"
-    assert report.ratio_for_continuous is None
     for name in (
         "cable",
         "cable_pretension_N",
@@ -99,8 +98,8 @@ def test_the_verdict_changes_at_the_limits(key: str) -> None:
 
 
 def test_the_ratio_for_continuous_torque_is_the_one() -> None:
-    ratio = drive_torque(design()).ratio_for_continuous
-    assert ratio is not None
+    report = drive_torque(design())
+    ratio = report.ratio * report.required_torque_N_m / report.continuous_torque_N_m
     assert drive_torque(design(capstan_ratio=ratio * (1 + 1e-12))).verdict == "continuous"
     assert drive_torque(design(capstan_ratio=ratio * (1 - 1e-12))).verdict == "peak only"
 

@@ -19,7 +19,7 @@ from delta_cad.export.mass_properties import (
     part_mass_properties,
 )
 from delta_cad.mechanism.placement import LINKS
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Occurrence, Part
 from tests.delta_cad.export.machine import ALUMINIUM, ARM_MM, STEEL, VOLUMES_MM3, make_assembly, one_solid, translation
 
 EXACT = 1e-9
@@ -103,7 +103,7 @@ def test_two_halves_make_the_whole_box() -> None:
 
 def test_links_carry_their_parts_in_their_own_frame(machine: Assembly) -> None:
     links = link_mass_properties(machine)
-    assert list(links) == [link for link in LINKS if not link.startswith("pinion")]
+    assert list(links) == [link for link in LINKS if not link.startswith(("pinion", "spring"))]
     arm, ball = VOLUMES_MM3["upper_arm"] * 2.81e-6, 0.00205
     for i in range(3):
         found = links[f"upper_arm_{i}"]
@@ -140,6 +140,33 @@ def test_mass_does_not_depend_on_the_pose() -> None:
     away = replace(machine, home_mm=np.array([20.0, -15.0, 110.0]))
     for link, body in link_mass_properties(machine).items():
         np.testing.assert_array_equal(body.inertia_kg_m2, link_mass_properties(away)[link].inertia_kg_m2)
+
+
+def test_a_spring_weighs_half_on_either_rod_and_moves_as_it_does() -> None:
+    """Kinetic energy of a steady motion by the spring's own middle, by differences, against the rods' points."""
+    machine = make_assembly()
+    hung = replace(machine.placement, springs_mm=((30.0, -5.5), (80.0, 5.5)), eye_inside_mm=0.8)
+    spring = replace(box(), mass_g=10.0)
+    bare = link_mass_properties(replace(machine, placement=hung))
+    placed = Occurrence("spring", spring, "spring_1_0", np.eye(4))
+    heavy = replace(machine, placement=hung, occurrences=(*machine.occurrences, placed))
+    links = link_mass_properties(heavy)
+    assert set(links) == set(bare)
+    for link, body in links.items():
+        more = body.mass_kg - bare[link].mass_kg
+        assert more == pytest.approx(0.005 if link.startswith("rod_1") else 0.0, abs=1e-15)
+        if more > 1e-6:
+            moment = body.mass_kg * body.centre_m - bare[link].mass_kg * bare[link].centre_m
+            np.testing.assert_allclose(moment, [0.005 * 0.030, 0.0, 0.0], atol=1e-15)
+    report = mass_report(heavy)
+    assert report["total_mass_kg"] == pytest.approx(mass_report(machine)["total_mass_kg"] + 0.010)
+    p, way = machine.home_mm + np.array([5.0, -9.0, 4.0]), np.array([0.3, -0.5, 0.2])
+    before, after = (hung(p + s * 1e-3 * way) for s in (-1.0, 1.0))
+    speed = np.linalg.norm(after["spring_1_0"][:3, 3] - before["spring_1_0"][:3, 3])
+    point = np.array([30.0, 0.0, 0.0, 1.0])
+    for side in range(2):
+        lumped = np.linalg.norm(((after[f"rod_1_{side}"] - before[f"rod_1_{side}"]) @ point)[:3])
+        assert lumped == pytest.approx(speed, rel=0.1)  # 5.5 mm of 30 mm from the elbow, where it moves least
 
 
 def test_an_inside_out_solid_is_refused() -> None:

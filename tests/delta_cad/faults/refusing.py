@@ -8,6 +8,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks import CheckLimits, CheckResult
 from delta_cad.checks.clearance.clearance import check_clearance
+from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
@@ -16,6 +17,7 @@ from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.presence import check_presence
+from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.solidity import check_solidity
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
@@ -62,9 +64,11 @@ class Refusing:
         yield lambda: check_solidity(parts, meshes)
         yield lambda: [check_contacts(a), check_stops(a)]
         yield lambda: [check_joint_axes(a)]
+        yield lambda: check_cable(a)
         yield lambda: check_screws(a, meshes)
         yield lambda: [check_attachment(a, meshes)]
         yield lambda: check_fits(a, limits, meshes)
         yield lambda: check_largest_gaps(a, limits, meshes)
+        yield lambda: check_access(a, limits, meshes)
         yield lambda: check_envelope(a, limits, meshes)[0]
         yield lambda: check_clearance(a, limits, meshes)

@@ -12,11 +12,9 @@ from delta_cad.mechanism import (
     closure_margin,
     conditioning,
     cube_grid,
-    joint_angles,
-    rod_lean,
     worst_joint_torque,
 )
-from delta_cad.mechanism.kernel import angle_margins, figures, figures_into
+from delta_cad.mechanism.kernel import figures, figures_into
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -105,23 +103,6 @@ def test_mirrored_positions_score_the_same_to_the_last_bit():
     np.testing.assert_array_equal(ours.closure_margin, mirror.closure_margin)
     np.testing.assert_allclose(ours.torque_arms, mirror.torque_arms[:, [0, 2, 1]], rtol=1e-15)
     np.testing.assert_allclose(ours.kappa, mirror.kappa, rtol=1e-14)
-
-
-@pytest.mark.parametrize("shoulder", [(-0.5, 0.9), (-np.pi, 0.6), (0.1, np.pi)])
-def test_angle_margins_have_the_sign_of_the_limits(shoulder):
-    for g, p in mechanisms(4):
-        theta, lean = joint_angles(g, p), np.abs(rod_lean(g, p)).max(axis=-1)
-        margin, lean_margin = angle_margins(g, p, shoulder, 0.4)
-        inside = ((theta >= shoulder[0]) & (theta <= shoulder[1])).all(axis=-1)
-        closed = ~np.isnan(theta).any(axis=-1)
-        np.testing.assert_array_equal(np.isnan(margin), ~closed)
-        assert (inside[closed] == (margin[closed] >= 0.0)).all()
-        assert inside.any()
-        middle, half = sum(shoulder) / 2, (shoulder[1] - shoulder[0]) / 2
-        expected = (np.cos(theta - middle) - np.cos(half)).min(axis=-1)
-        # cos and sin are quotients by rho^2, which loses digits near the shoulder axis only
-        np.testing.assert_allclose(margin[closed], expected[closed], atol=1e-11)
-        np.testing.assert_allclose(lean_margin[closed], (np.sin(0.4) - np.sin(lean))[closed], atol=1e-14)
 
 
 def test_nothing_of_the_mechanism_loads_the_compiler_before_it_is_called():

@@ -51,7 +51,7 @@ def solved_angle(p: np.ndarray, i: int) -> float:
 
 
 def test_links_are_named_once_and_all_placed() -> None:
-    assert len(LINKS) == len(set(LINKS)) == 14
+    assert len(LINKS) == len(set(LINKS)) == 20
     assert set(place(CENTRE)) == set(LINKS)
 
 

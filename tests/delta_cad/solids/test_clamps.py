@@ -11,9 +11,11 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.drive import drive_torque
 from delta_cad.solids.part import Occurrence, Part
 from delta_cad.solids.primitive import bore_z, box, cylinder
 from delta_cad.solids.upper_arm import make_upper_arm
+from delta_cad.structure.table import ROPE_N_mm2
 from tests.delta_cad.dimensions.edited import edited
 from tests.delta_cad.solids.measured import axis_distance, cylinders, one_axis, placed
 
@@ -81,7 +83,7 @@ def test_the_cable_s_ends_lie_in_line_with_what_holds_them(
         assert np.linalg.norm(np.cross(axis[0] - leaves, axis[1])) < AXIS_MM
         assert np.linalg.norm(np.cross(axis[1], outwards)) < 1e-12
         ends = sorted(float((np.array(v.toTuple()) - leaves) @ outwards) for v in seen.Vertices())
-        begins = 6.0 if not end else 0.5 + 6.0 - 3.0  # behind the wall; the carriage holds it in a counterbore
+        begins = 6.0 if not end else 1.2 + 6.0 - 3.0  # behind the wall; the carriage holds it in a counterbore
         assert (ends[0], ends[-1]) == pytest.approx((begins, begins + 3.0), abs=AXIS_MM)
         cable = placed(rope.part.solid, rope.placement)
         reach = max(float((np.array(v.toTuple()) - leaves) @ outwards) for v in cable.Vertices())
@@ -101,6 +103,67 @@ def test_the_carriage_is_guided_and_has_its_travel(best_assembly: Assembly) -> N
     assert inside(0.0) == inside(3.5 - AXIS_MM) == 0.0
     assert inside(3.6) > 1.0
     assert inside(0.0, 4.0) > 0.01
+
+
+def test_the_cable_goes_in_with_its_sleeves_crimped(best_assembly: Assembly) -> None:
+    """Carriage, sleeve and cable slide into the pocket from the arm's side, the inner end from the motor's."""
+    sector = occurrence(best_assembly, "sector_0").part.solid
+    for side, names in (
+        (-1.0, ("tension_carriage_0", "crimp_sleeve_0_1", "capstan_cable_0_outer_end")),
+        (1.0, ("crimp_sleeve_0_0",)),
+    ):
+        for name in names:
+            o = occurrence(best_assembly, name)
+            for out in (0.5, 1.5, 3.0, 6.0):
+                moved = placed(o.part.solid, o.placement).translate(cq.Vector(0.0, side * out, 0.0))
+                assert sector.intersect(moved).Volume() < NOISE_MM3, (name, out)
+    carriage = occurrence(best_assembly, "tension_carriage_0")
+    block = placed(carriage.part.solid, carriage.placement)
+    sleeve = occurrence(best_assembly, "crimp_sleeve_0_1")
+    for out in (0.5, 1.5, 4.0):
+        moved = placed(sleeve.part.solid, sleeve.placement).translate(cq.Vector(0.0, -out, 0.0))
+        assert block.intersect(moved).Volume() < NOISE_MM3
+
+
+def test_a_cutter_goes_round_the_pocket_and_leaves_its_walls(
+    best_assembly: Assembly, best_dimensions: Dimensions
+) -> None:
+    """Walls of 1 mm or more on all sides, and material in all four corners where a cutter of 3 mm does not come."""
+    d = best_dimensions
+    carriage, sector = occurrence(best_assembly, "tension_carriage_0"), part(best_assembly, "sector").solid
+    room = placed(cq.Solid.makeBox(10.2, 5.0, 9.7, cq.Vector(-7.6, -2.5, -0.2)), carriage.placement)
+    y1 = d.layers.sector_mm[1]
+    for x in (-7.6, 2.6):
+        for z in (-0.2, 9.5):
+            low = cq.Vector(x - 0.4 * (x > 0.0), -2.45, z - 0.4 * (z > 0.0))
+            corner = placed(cq.Solid.makeBox(0.4, 4.9, 0.4, low), carriage.placement)
+            assert sector.intersect(corner).Volume() == pytest.approx(corner.Volume(), rel=1e-6)
+    assert sector.intersect(room).Volume() < 4 * (1.0 - pi / 4) * 1.6**2 * 5.1
+    walls = {  # low and high corners of what must be full, in the carriage's frame
+        "front, beside the slot": ((-7.5, -2.4, -1.15), (-0.6, 2.4, -0.25)),
+        "end, beside the screw": ((-1.5, -2.4, 9.55), (2.5, 2.4, 12.4)),
+        "outside": ((2.65, -2.4, 0.0), (4.15, 2.4, 9.0)),
+        "inside": ((-9.15, -2.4, 0.0), (-7.65, 2.4, 9.0)),
+        "bottom": ((-7.0, 2.65, 1.5), (2.0, y1 - d.capstan.end_y_mm[1] - 0.05, 8.0)),  # type: ignore[union-attr]
+    }
+    for name, (low, high) in walls.items():
+        wall = placed(box(low, high), carriage.placement)
+        assert sector.intersect(wall).Volume() == pytest.approx(wall.Volume(), rel=1e-6), name
+
+
+def test_a_cable_of_any_allowed_length_is_tensioned(best_dimensions: Dimensions) -> None:
+    """The shortest goes on; the longest, stretched by its pretension and settled, is tight within the travel."""
+    d, c = best_dimensions, best_dimensions.capstan
+    assert c is not None
+    length, tolerance = c.bench_mm
+    assert tolerance >= 0.5
+    assert length - tolerance >= c.cable_length_mm
+    pretension = drive_torque(d.design).cable_pretension_N
+    assert pretension is not None
+    stiff = ROPE_N_mm2["7x7"] * pi / 4 * d.cable.diameter_mm**2
+    tight = (length + tolerance) * (1.0 + pretension / stiff + 0.001)
+    assert tight - c.cable_length_mm <= 3.5
+    assert tight - c.cable_length_mm > 2.0  # no more is given away than a tenth of a millimetre or two
 
 
 def test_the_tension_screw_pulls_the_carriage_towards_its_wall(

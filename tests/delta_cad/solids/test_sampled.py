@@ -70,13 +70,13 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     c, a, (y0, y1) = d.capstan, d.arm, d.layers.sector_mm
     assert c is not None
     low, high = c.rim_angles_rad
-    screw, bore = catalogue.screw("M3"), c.cable_diameter_mm + 0.3
+    screw = catalogue.screw("M3")
     radius, middle = np.hypot(x, z), (low + high) / 2
     angle = (np.arctan2(z, x) - middle + np.pi) % (2 * np.pi) - np.pi  # from the sector's middle
     half, inner = (high - low) / 2, a.flange_radius_mm - 4
     web0, web1 = (y0 + y1) / 2 - 1.5, (y0 + y1) / 2 + 1.5
     web, rim = (y >= web0) & (y <= web1), (y >= y0) & (y <= y1)
-    length, pitch = 13.0, c.pitch_radius_mm  # gap 0.5, carriage 6, its travel 3.5, wall 3
+    length, pitch = 13.7, c.pitch_radius_mm  # gap 1.2, carriage 6, its travel 3.5, wall 3
     under = length / c.rim_radius_mm
     solid = web & (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
     solid |= rim & (radius >= c.rim_radius_mm - 3.5) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
@@ -93,13 +93,19 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     solid |= web & round_cone(out, aside, (share * top, 0), bar, (top, 0), bar)
     beside, beyond = aside - cable, top - out
     solid |= (y >= web0) & (y <= y1) & (np.abs(beside) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
-    empty |= (np.hypot(beside, y - c.end_y_mm[0]) < bore / 2) & (beyond > -0.5) & (beyond < 6.5)
+    slit = (np.hypot(beside, y - c.end_y_mm[0]) < 0.5) | (np.abs(beside) < 0.5) & (y > c.end_y_mm[0])
+    empty |= slit & (beyond > -0.5) & (beyond < 6.5)
     # the other end: the cable runs on along the rim's tangent into the carriage's pocket
     out, along = x * np.cos(high) + z * np.sin(high) - pitch, -x * np.sin(high) + z * np.cos(high)
     floor, roof = c.end_y_mm[1] - 2.5, c.end_y_mm[1] + 2.6  # the pocket is open to the arm's side
     solid |= (out >= -9.2) & (out <= 4.2) & (along >= 0) & (along <= length) & (y >= floor) & (y <= y1)
-    empty |= (out > -7.6) & (out < 2.6) & (along > 0.3) & (along < length - 3.0) & (y < roof)
-    empty |= (np.hypot(out, y - c.end_y_mm[1]) < bore / 2) & (along > -0.5) & (along < 1.0)
+    off = (
+        np.maximum(np.abs(out + 2.5) - 3.5, 0.0),
+        np.maximum(np.abs(along - (length - 2.0) / 2) - (length - 7.2) / 2, 0.0),
+    )
+    empty |= (np.hypot(*off) < 1.6) & (y < roof)  # walls of 1 and 3 mm along the cable, corners of 1.6
+    slit = (np.hypot(out, y - c.end_y_mm[1]) < 0.5) | (np.abs(out) < 0.5) & (y < c.end_y_mm[1])
+    empty |= slit & (along > -0.5) & (along < 1.5)
     empty |= (np.hypot(out + 5.0, y - c.end_y_mm[1]) < screw.clearance_hole_mm / 2) & (along > length - 3.5)
     for at in ((0.0, a.dowel_circle_mm / 2), (0.0, -a.dowel_circle_mm / 2)):
         empty |= within(x, z, at, 3.0)
@@ -150,25 +156,34 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
 def rod_cup(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     f, rod = d.forearm, d.tube.outer_mm / 2
     from_ball, seat = np.sqrt(x**2 + y**2 + z**2), d.design.hardware.ball_diameter_mm / 2 + 0.0075
-    lip = seat * float(np.cos(np.radians(75.0)))
+    lip = seat * float(np.cos(np.radians(86.0)))
     material = (y >= lip) & (from_ball <= seat + 1.7)
-    top, end = 0.8 * (seat + 1.7), f.shoulder_mm - 1.0
-    gusset = (x >= 0) & (x <= end) & (y >= lip) & (y <= top + (rod - top) * x / end)
+    top, flat, end = 0.9 * (seat + 1.7), 0.65 * (seat + 1.7), f.shoulder_mm - 1.0
+    gusset = (x >= 0) & (x <= end) & (y >= lip) & (y <= top + (rod - top) * np.maximum(x - flat, 0) / (end - flat))
     material |= gusset & (np.abs(z) <= rod)
     material |= (x >= f.stem_mm) & (x <= f.shoulder_mm) & (np.maximum(np.abs(y), np.abs(z)) <= rod)
     tip = f.shoulder_mm + f.spigot_length_mm
     material |= (x >= f.shoulder_mm) & (x <= tip) & (np.hypot(y, z) <= (d.tube.inner_mm - 0.2) / 2)
-    empty = from_ball < seat
-    empty |= (np.hypot(x, z) < 0.75) & (y > 0) & (y < seat + 0.6)
-    return material & ~empty
+    return material & (from_ball >= seat + 0.62)  # a shell of 0.6, glued
+
+
+def rod_spring(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    row, half = d.forearm.spring, d.forearm.width_mm / 2 - 0.8
+    mean, wire = row.mean_diameter_mm / 2, row.wire_mm / 2
+    loops = (row.free_length_mm - (row.active_coils + 1) * row.wire_mm) / 2
+    material = (np.hypot(x, z) <= mean + wire) & (np.abs(y) <= half - loops)
+    ring = np.hypot(x, np.abs(y) - (half - mean + wire)) - mean
+    return material | (np.hypot(ring, z) <= wire)
 
 
 def rod_eye(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     f, axis = d.forearm, np.hypot(y, z)
     around = f.eye_diameter_mm / 2 + 0.6
     material = (np.abs(x) <= 2.0) & (axis <= 3.7)
-    material |= (np.abs(x) <= 1.0) & (np.abs(y + 0.8) <= around) & (z >= 0) & (z <= 5.5 + around)
-    return material & (axis >= d.tube.outer_mm / 2 + 0.05) & (np.hypot(y + 0.8, z - 5.5) >= f.eye_diameter_mm / 2)
+    inside = (f.spring.mean_diameter_mm - f.spring.wire_mm) / 2  # of the loop, which bears on both edges of a 2 mm lug
+    hole = 0.8 + inside - np.sqrt(inside**2 - 1.0) - f.eye_diameter_mm / 2
+    material |= (np.abs(x) <= 1.0) & (np.abs(y + hole) <= around) & (z >= 0) & (z <= 5.5 + around)
+    return material & (axis >= d.tube.outer_mm / 2 + 0.05) & (np.hypot(y + hole, z - 5.5) >= f.eye_diameter_mm / 2)
 
 
 def hull_depth(x: Points, z: Points, circles: list[tuple[float, float, float]]) -> np.ndarray:
@@ -218,8 +233,8 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
     material = plate(x, y, z, [(0, 0, head), (*at, m.diameter_mm / 2 + 2.0), *foot(d)], (y0, y1))
     empty = within(x, z, at, m.pilot_diameter_mm) | block_bores(d, x, z)
     screw = catalogue.screw(m.mount_thread)
-    for k in range(m.mount_count):
-        a = np.radians(90 + 360 / m.mount_count * (k + 0.5))
+    towards = np.arctan2(-at[1], -at[0])  # the hole on the line of centres has no screw
+    for a in towards + np.radians([90.0, 180.0, 270.0]):
         place = at[0] + m.mount_circle_mm / 2 * float(np.cos(a)), at[1] + m.mount_circle_mm / 2 * float(np.sin(a))
         reached = motor_thread_mm(m) - 6.0 + y1 - y0  # a screw of 6 mm fills the motor's thread
         empty |= within(x, z, place, screw.clearance_hole_mm)
@@ -228,7 +243,12 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
     empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)
     empty |= within(x, z, (0, 0), b.passage_mm)
-    empty |= (x < at[0]) & (np.abs(z - at[1]) < 1.7) & (y < sum(c.collar_y_mm) / 2 + 1.7)  # for the set screws' key
+    past = towards + np.radians(270.0) + np.arcsin(((3.0 + screw.counterbore_diameter_mm) / 2 + 1.0) / 11.0)
+    out, aside = (
+        (x - at[0]) * np.cos(past) + (z - at[1]) * np.sin(past),
+        (z - at[1]) * np.cos(past) - (x - at[0]) * np.sin(past),
+    )
+    empty |= (out > 0) & (np.abs(aside) < 1.5) & (y < sum(c.collar_y_mm) / 2 + 1.5)  # for the set screws' key
     return material & ~empty
 
 
@@ -242,20 +262,22 @@ def encoder_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np
     material |= plate(x, y, z, [(0, 0, radius), *((*at, 4.0) for at in pads)], (face, y1))
     empty = block_bores(d, x, z) | within(x, z, (0, 0), b.passage_mm)
     for at in pads:
-        empty |= within(x, z, at, catalogue.screw("M2.5").tap_drill_mm)
+        empty |= within(x, z, at, catalogue.screw("M2.5").tap_drill_mm) & (y < face + 10.0)  # thread of 8, drill 2 on
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y > face + 1.0)  # lip
     return material & ~empty
 
 
-def tension_carriage(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
-    bore, aside = d.cable.diameter_mm + 0.3, np.hypot(x, y)
-    empty = (aside < bore / 2) | (aside < 1.0) & (z > 3.0)  # cable; its sleeve
+def tension_carriage(_: Dimensions, __: Part, x: Points, y: Points, z: Points) -> np.ndarray:
+    aside = np.where(y < 0.0, np.abs(x), np.hypot(x, y))  # slots with round bottoms, open to -y
+    empty = (aside < 0.5) | (aside < 1.0) & (z > 3.0)  # cable; its sleeve
+    off = np.maximum(np.abs(x + 2.5) - 3.4, 0.0), np.maximum(np.abs(z - 3.0) - 1.4, 0.0)
+    empty |= np.hypot(*off) > 1.6  # its edges along y are round
     empty |= np.hypot(x + 5.0, y) < catalogue.screw("M3").tap_drill_mm / 2
     return (x >= -7.5) & (x <= 2.5) & (np.abs(y) <= 2.5) & (z >= 0) & (z <= 6.0) & ~empty
 
 
 RULES: dict[str, Rule] = {"upper_arm": upper_arm, "sector": sector, "platform": platform}
-RULES |= {"rod_cup": rod_cup, "rod_eye": rod_eye, "tension_carriage": tension_carriage}
+RULES |= {"rod_cup": rod_cup, "rod_spring": rod_spring, "rod_eye": rod_eye, "tension_carriage": tension_carriage}
 RULES |= {"motor_cheek": motor_cheek, "encoder_cheek": encoder_cheek}
 
 

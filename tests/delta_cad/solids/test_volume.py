@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, pi, sqrt
+from math import acos, cos, pi, radians, sqrt
 
 import pytest
 from scipy.integrate import quad
@@ -87,6 +87,9 @@ def shoulder_shaft(d: Dimensions) -> float:
     s, thread = d.shaft, catalogue.screw("M4")
     head = cyl(s.head_diameter_mm, s.head_to_y_mm - s.y_mm[0]) - broken(s.head_diameter_mm, 0.3)
     bar = cyl(s.diameter_mm, s.y_mm[1] - s.head_to_y_mm) - broken(s.diameter_mm, 0.3)
+    flat, reach = s.flats_mm / 2, s.head_diameter_mm / 2  # two flats of 2.5 mm, the first 0.3 mm on the broken edge
+    first = float(quad(lambda y: segment(reach - 0.3 + y, flat), 0.0, 0.3)[0])
+    head -= 2 * (first + 2.2 * segment(reach, flat))
     return head + bar - cyl(d.magnet.diameter_mm + 0.1, d.magnet.thickness_mm) - cyl(thread.tap_drill_mm, 8.0 + 2.0)
 
 
@@ -234,6 +237,21 @@ def rubber_foot(d: Dimensions) -> float:
     return cyl(f.diameter_mm, f.height_mm) + cyl(catalogue.screw(f.thread).tap_drill_mm - 0.04, f.stud_length_mm)
 
 
+def cup_shell(d: Dimensions) -> float:
+    """What is above the lip's plane of one ball less another, less a bore through both at the pole."""
+    inner, bore = d.design.hardware.ball_diameter_mm / 2 + 0.0075, 0.3
+    lip = inner * cos(radians(86.0))
+
+    def above(r: float) -> float:
+        return pi * (2 * r**3 / 3 - r**2 * lip + lip**3 / 3)
+
+    def bored(r: float) -> float:
+        return 2 * pi / 3 * (r**3 - (r**2 - bore**2) ** 1.5)
+
+    outer = inner + 0.6
+    return above(outer) - above(inner) - bored(outer) + bored(inner)
+
+
 CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "base_plate": (base_plate, KERNEL),
     "foot_block": (foot_block, KERNEL),
@@ -250,18 +268,19 @@ CLOSED: dict[str, tuple[Callable[[Dimensions], float], float]] = {
     "pinion": (pinion, CROSSED),
     "capstan_cable": (lambda d: wound(d, on_rim(d, 1)), ARCS),
     "capstan_cable_inner": (lambda d: wound(d, on_rim(d, 0)), ARCS),
-    "capstan_cable_outer_end": (lambda d: wound(d, 0.5 + 6.0), KERNEL),
+    "capstan_cable_outer_end": (lambda d: wound(d, 1.2 + 6.0), KERNEL),
     "capstan_cable_inner_end": (inner_end, KERNEL),
     "capstan_cable_strand_inner": (strand, KERNEL),
     "capstan_cable_strand_outer": (strand, KERNEL),
     "capstan_cable_turns": (turns, ARCS),
     "crimp_sleeve": (crimp_sleeve, KERNEL),
     "rod_tube": (rod_tube, KERNEL),
+    "cup_shell": (cup_shell, KERNEL),
     "board_spacer": (spacer, KERNEL),
     "handle_stem": (handle_stem, KERNEL),
     "knob": (knob, KERNEL),
 }
-SAMPLED = {"upper_arm", "sector", "platform", "rod_cup", "rod_eye"}  # in test_sampled, as the next
+SAMPLED = {"upper_arm", "sector", "platform", "rod_cup", "rod_eye", "rod_spring"}  # in test_sampled, as the next
 SAMPLED |= {"motor_cheek", "encoder_cheek", "tension_carriage"}
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.structure.compliance import compliance, softest
 from delta_cad.structure.modes import Moving, MovingBody
 from delta_cad.structure.table import StructureTable, structure_table
 from tests.committed import ROOT
@@ -53,3 +54,8 @@ def what_moves() -> Moving:
         0.0964, np.array([22.7, 3.0, -4.4]), np.array([[19.9, -0.1, 2.5], [-0.1, 186.7, 3.8], [2.5, 3.8, 183.0]])
     )
     return Moving(platform, arm, (0.00136, 0.00058, 0.00136))
+
+
+def knob_stiffness(machine: StructureTable, p_mm: np.ndarray) -> np.ndarray:
+    """Least stiffness at the knob over all directions of a force, (...) N/mm; 0 where nothing holds."""
+    return softest(compliance(machine, p_mm).at_knob()).stiffness_N_mm

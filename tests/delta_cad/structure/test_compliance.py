@@ -17,14 +17,13 @@ from delta_cad.structure.compliance import (
     ELEMENTS,
     cable_mm_N,
     compliance,
-    knob_stiffness,
     softest,
 )
 from delta_cad.structure.modes import MovingBody, first_mode_Hz, mass_matrix
 from delta_cad.structure.table import moduli_N_mm2
 from delta_cad.structure.unit_loads import bearing_map, shoulder_map, unit_loads
 from tests.delta_cad.structure import frame
-from tests.delta_cad.structure.machines import places, table, what_moves
+from tests.delta_cad.structure.machines import knob_stiffness, places, table, what_moves
 
 SLICES = 8  # of a tapered bar, in both computations: the frame has a node for each
 

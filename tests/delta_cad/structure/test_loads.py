@@ -13,13 +13,14 @@ from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.inverse import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame
-from delta_cad.structure.compliance import compliance, knob_stiffness
+from delta_cad.structure.compliance import compliance
 from delta_cad.structure.holds import Holds, holds, screw_N, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.loads import borne, largest, loads, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz
+from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
 from delta_cad.structure.table import StructureTable, structure_table
 from delta_cad.structure.unit_loads import at_knob, unit_loads
-from tests.delta_cad.structure.machines import committed, design, places, table, what_moves
+from tests.delta_cad.structure.machines import committed, design, knob_stiffness, places, table, what_moves
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STUDY_GRID = 7
@@ -127,12 +128,16 @@ def weakest(limits: Holds, force_N: float = 3.0, machine: StructureTable | None 
 # part -> the number of what it may bear that is made too small
 WEAK = {
     "rod buckling": {"buckling_N": 3.0},
-    "ball joint": {"joint_N": 3.0},
+    "ball joint preload": {"spare_N": 8.0},
+    "cup shell": {"plastic_N_mm2": 3.0},
+    "rod end bending": {"end_N_mm2": 20.0},
+    "rod bond, tilt": {"tilt_N_mm2": 2.0},
     "rod bond": {"bond_mm2": 1.0},
     "stud": {"stud_1_mm2": 200.0},
     "shoulder seat": {"hub_N_mm": 100.0},
     "cross-bar bond": {"bar_N_mm2": 0.1},
     "motor shaft": {"motor_N": 5.0},
+    "motor screw": {"motor_screw_N": 1.0},
     "cable": {"cable_N": 15.0},
     "cable's slip": {"turns": 0.3},
     "sector dowel": {"sector_N": 5.0},
@@ -146,7 +151,8 @@ WEAK = {
 def test_the_committed_machine_bears_its_force() -> None:
     found = weakest(holds(committed()))
     assert all(found.values())
-    assert set(WEAK) | {"cable's slack strand", "shoulder bearing", "shoulder bearing life"} == set(found)
+    beside = {"ball joint", "cable's slack strand", "shoulder bearing", "shoulder bearing life"}
+    assert set(WEAK) | beside == set(found)
 
 
 @pytest.mark.parametrize("part", WEAK)
@@ -216,3 +222,54 @@ def test_a_stud_bends_most_where_it_is_thinnest_for_its_lever() -> None:
 def test_a_screw_clamps_as_its_stress_area_says() -> None:
     # M3: stress area 5.03 mm^2 (ISO 898-1)
     assert screw_N("M3") == pytest.approx(0.7 * 450.0 * 5.03, rel=2e-3)
+
+
+def with_joint(d: Dimensions, **changes: float) -> Dimensions:
+    return replace(d, forearm=replace(d.forearm, joint=replace(d.forearm.joint, **changes)))
+
+
+def test_springs_too_weak_let_the_contact_reach_the_lip() -> None:
+    """A machine with springs of 4 N loses its preload at 3 N, one with ours at 12 N; both hold at what is asked."""
+    names = ("ball joint", "ball joint preload")
+    strong, weak = holds(committed()), holds(with_joint(committed(), preload_N=4.0))
+    for force in (3.0, 6.0):
+        assert all(weakest(strong, force)[name] for name in names)
+    assert not any(weakest(weak, 6.0)[name] for name in names)
+    assert not any(weakest(strong, 12.0)[name] for name in names)
+
+
+def test_the_preload_left_is_what_springs_may_lose() -> None:
+    made, limits = structure_table(committed()), holds(committed())
+    given = borne(made, what_moves(), places(), 6.0, GRAVITY)
+    (left,) = [one for one in loads(made, limits, places(), given) if one.name == "ball joint preload"]
+    joint = committed().forearm.joint
+    for lost, holding in ((left.value - 1e-3, True), (left.value + 1e-3, False)):
+        less = holds(with_joint(committed(), preload_N=joint.preload_N - lost))
+        assert weakest(less, 6.0)["ball joint"] is holding
+
+
+def test_pose_by_pose_is_less_than_both_worsts_together() -> None:
+    made = structure_table(committed())
+    given = borne(made, what_moves(), places(), 6.0, GRAVITY)
+    (edge,) = [one for one in loads(made, holds(committed()), places(), given) if one.name == "ball joint"]
+    joint, lean = committed().forearm.joint, np.radians(24.4)
+    assert edge.value <= np.degrees(joint.edge_rad(given.rod.max(), lean)) + 1e-9
+    assert edge.value >= np.degrees(joint.edge_rad(given.rod.max(), np.array(0.0)))
+
+
+def test_preload_bends_a_rods_end_for_ever() -> None:
+    """By hand: the spring's force at the ball, on the spigot where the tube begins; a spigot of PEEK bore as much."""
+    f = committed().forearm
+    force = f.joint.spring_max_N
+    modulus = np.pi / 32 * f.spigot_diameter_mm**3
+    assert spigot_bending_N_mm2(f, np.array(0.0)) == pytest.approx(force * f.shoulder_mm / modulus)
+    assert spigot_bending_N_mm2(f, np.array(0.0)) > 20.0  # more than PEEK bears for ever, a quarter of 80
+    core = f.spigot_diameter_mm * f.spigot_length_mm**2 / 6.0
+    assert bond_tilt_N_mm2(f, np.array(0.0)) == pytest.approx(force * f.shoulder_mm / core)
+    assert contact_N_mm2(f, np.array(f.joint.preload_N)) == pytest.approx(
+        2.0
+        * f.joint.pair_N_mm2
+        / np.pi
+        * (0.75 * f.joint.preload_N / f.joint.pair_N_mm2) ** (1 / 3)
+        * (f.joint.clearance_mm / (f.joint.ball_radius_mm * (f.joint.ball_radius_mm + f.joint.clearance_mm))) ** (2 / 3)
+    )

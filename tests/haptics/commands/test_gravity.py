@@ -33,7 +33,7 @@ def masses(built: Built) -> Path:
 def test_it_tells_the_torques(masses: Path, best: Design, capsys: pytest.CaptureFixture[str]) -> None:
     assert call("gravity", "--design", BEST, "--masses", masses, "--at", "-10,5,90", "--json") == 0
     facts = json.loads(capsys.readouterr().out)
-    known = load_masses(masses, best.geometry.forearm_length)
+    known = load_masses(masses, best)
     expected = gravity_torque(best.geometry, known, [-0.010, 0.005, 0.090], best.requirements.gravity_m_s2)
     assert facts["holding_torque_N_m"] == pytest.approx(expected.tolist(), rel=1e-12)
     assert facts["position_mm"] == [-10.0, 5.0, 90.0]
@@ -87,7 +87,7 @@ def test_bad_input_is_one_line_and_exit_2(
 def test_masses_of_another_design_are_refused(tmp_path: Path, masses: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(json.dumps(changed(cube__half_side_mm=30.0)))
-    with pytest.raises(MassError, match=r"json: .*dashboard-joystick"):
+    with pytest.raises(MassError, match=r"json: input_sha256 = .*dashboard-joystick"):
         load_machine(other, masses)
     data = json.loads(masses.read_text())
     del data["input_sha256"]

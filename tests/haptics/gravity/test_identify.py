@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from delta_cad.common.units import GRAVITY_M_S2
 from delta_cad.drive.masses import PointMasses
 from delta_cad.mechanism import DeltaGeometry
 from haptics.gravity import gravity_torque, published
 from haptics.gravity import identify as module
-from haptics.gravity.identify import GRAVITY, identify
+from haptics.gravity.identify import identify
 
 PAPER = json.loads((Path(__file__).parents[2] / "references" / "rcim2018.json").read_text())
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.1121)
@@ -29,7 +30,7 @@ def test_two_sums_explain_six_torques_as_well_as_their_own_noise() -> None:
     assert found.rms_N_m < found.spread_N_m
     # any three masses with these sums give the fitted torques: here m3 = 0
     masses = PointMasses(found.at_wrists_kg, 2.0 * found.at_elbow_kg, 0.0)
-    home = gravity_torque(GEOMETRY, masses, [0.0, 0.0, found.origin_height_m], [0.0, 0.0, -GRAVITY])
+    home = gravity_torque(GEOMETRY, masses, [0.0, 0.0, found.origin_height_m], [0.0, 0.0, -GRAVITY_M_S2])
     assert home == pytest.approx(found.torques_N_m[0], rel=1e-9)
 
 
@@ -42,7 +43,7 @@ def test_no_third_mass_shows_at_any_position() -> None:
 
 def test_made_up_masses_are_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
     p = module._positions(0.070)
-    torque = gravity_torque(GEOMETRY, PointMasses(0.03, 0.05, 0.02), p, [0.0, 0.0, -GRAVITY])
+    torque = gravity_torque(GEOMETRY, PointMasses(0.03, 0.05, 0.02), p, [0.0, 0.0, -GRAVITY_M_S2])
     monkeypatch.setattr(published, "GRAVITY_TORQUES_MN_M", tuple(map(tuple, (torque * 1e3).tolist())))
     found = identify()
     assert found.at_wrists_kg == pytest.approx(0.06, rel=1e-4)

@@ -7,11 +7,12 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.joint import sliding_torques_N_mm
+from delta_cad.dimensions.joint import preload_N, sliding_torques_N_mm
 from delta_cad.mechanism import inverse_kinematics, jacobian
+from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import forearm_vectors
 from delta_cad.mechanism.placement import chain_frame
-from haptics.model.ball_joints import ball_friction, ball_friction_N, joint_rates
+from haptics.model.ball_joints import ball_friction, ball_friction_N, ball_loads_N, joint_rates
 
 STEP = 1e-6
 
@@ -56,7 +57,8 @@ def test_the_handle_s_friction_is_their_power_over_its_speed(best: Design) -> No
     g, p = best.geometry, np.array([0.0, 0.0, (best.cube.bottom_height_mm + best.cube.half_side_mm) / 1e3])
     least, nominal, largest = ball_friction(best, p)
     assert (least, largest) == pytest.approx((nominal * 5 / 8, nominal * 15 / 8))
-    lean, turn = sliding_torques_N_mm(best.mechanism.parallelogram_width_mm, best.hardware.ball_diameter_mm)
+    preload = preload_N(best.mechanism.parallelogram_width_mm)
+    lean, turn = sliding_torques_N_mm(best.hardware.ball_diameter_mm, np.array(preload))
     along = np.random.default_rng(4).normal(size=(4000, 3))
     along = along / np.linalg.norm(along, axis=1)[:, None]
     rates = joint_rates(g, np.broadcast_to(p, along.shape), along)
@@ -68,9 +70,44 @@ def test_the_handle_s_friction_is_their_power_over_its_speed(best: Design) -> No
 
 
 def test_torques_are_those_of_the_joint_s_dimensions(best: Design, best_dimensions: Dimensions) -> None:
-    """The preload of the joint is what is left of its spring by the lever; the torque about its axis goes by P^4/3."""
     joint = best_dimensions.forearm.joint
-    lean, turn = sliding_torques_N_mm(best.mechanism.parallelogram_width_mm, best.hardware.ball_diameter_mm)
+    assert preload_N(best.mechanism.parallelogram_width_mm) == pytest.approx(joint.spring_N, rel=1e-12)
+    lean, turn = sliding_torques_N_mm(best.hardware.ball_diameter_mm, np.array(joint.spring_N))
     assert lean == pytest.approx(joint.friction_lean_N_mm, rel=1e-12)
-    share = (joint.spring_N / joint.preload_N) ** (4 / 3)
-    assert turn == pytest.approx(joint.friction_turn_N_mm * share, rel=1e-9)
+    assert turn == pytest.approx(joint.friction_turn_N_mm, rel=1e-12)
+    # both follow what presses; the arm of a turning ball grows with the contact
+    leans, turns = sliding_torques_N_mm(best.hardware.ball_diameter_mm, joint.spring_N * np.array([1.0, 2.0]))
+    assert leans[1] == pytest.approx(2.0 * leans[0])
+    assert 2.0 < turns[1] / turns[0] < 2.0 * 2.0 ** (1 / 3)
+
+
+def test_balls_bear_preload_and_what_the_handle_is_pushed_with(best: Design) -> None:
+    """Equilibrium of the platform, and of each rod between its balls, from the loads' lengths alone."""
+    g, preload = best.geometry, preload_N(best.mechanism.parallelogram_width_mm)
+    p, rng = np.array([0.01, -0.02, 0.09]), np.random.default_rng(7)
+    n = forearm_vectors(g, p) / g.forearm_length
+    lean = (n * TANGENTIAL).sum(axis=1)
+    np.testing.assert_allclose(ball_loads_N(best, p, np.zeros(3)), preload)
+    for force in rng.normal(size=(5, 3)) * 3.0:
+        loads = ball_loads_N(best, p, force)
+        # |P t + F n|^2 - |-P t + F n|^2 = 4 P F (t . n); their mean is P^2 + F^2
+        rod = np.sqrt((loads**2).mean(axis=1) - preload**2)
+        apart = np.diff(loads**2, axis=1)[:, 0]
+        np.testing.assert_allclose(np.abs(apart), 4.0 * preload * rod * np.abs(lean))
+        signs = np.sign(apart * lean)
+        np.testing.assert_allclose((2.0 * (signs * rod)[:, None] * n).sum(axis=0), force, atol=1e-9)
+
+
+def test_friction_follows_the_load(best: Design) -> None:
+    p = np.array([0.0, 0.0, 0.108])
+    along = np.random.default_rng(4).normal(size=(200, 3))
+    along = along / np.linalg.norm(along, axis=1)[:, None]
+    at = np.broadcast_to(p, along.shape)
+    rest = ball_friction_N(best, at, along)
+    np.testing.assert_allclose(ball_friction_N(best, at, along, np.zeros(3)), rest)
+    pushed = [ball_friction_N(best, at, along, force * along).mean() for force in (3.0, 6.0, 60.0)]
+    assert rest.mean() < pushed[0] < pushed[1] < pushed[2]
+    assert pushed[2] > 2.0 * rest.mean()
+    # pushed as hard as one likes, friction is a share of the push
+    far = [ball_friction_N(best, at[:1], along[:1], force * along[:1])[0] for force in (1e5, 1e6)]
+    assert 10.0 < far[1] / far[0] < 10.0 ** (4 / 3) * 1.01

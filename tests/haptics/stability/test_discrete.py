@@ -13,6 +13,7 @@ from haptics.model.plant import FREE, Hand
 from haptics.stability.discrete import DampingCap, Timing, axis, damping_cap, limits, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator, linear_models
 from tests.haptics.one_axis import STEPS, growth, one_axis
+from tests.haptics.stability.loops import monotone
 
 T = 1e-3
 (DIFFERENCE,) = linear_models(backward_difference(T))
@@ -29,7 +30,7 @@ def test_stiffness_limit_of_an_undelayed_wall(beta: float, mass: float, period: 
     (estimator,) = linear_models(backward_difference(period))
     loop = sampled_loop(axis(mass), Timing(period), estimator)
     found = loop.stiffness_limit(beta * mass / period)
-    assert found.monotone
+    assert monotone(found)
     assert found.value * period**2 / mass == pytest.approx(2 * beta * (2 - beta) / (2 + beta), rel=SAME)
 
 
@@ -190,11 +191,11 @@ def test_limits_find_every_interval() -> None:
     found = limits(radius, 1e-3, 1e3)
     edges = [edge for interval in found.intervals for edge in interval]
     np.testing.assert_allclose(edges, [0.0, 3.0, 20.0, 50.0, 400.0, 1e3], rtol=1e-9)
-    assert (found.value, found.monotone) == (pytest.approx(3.0), False)
+    assert (found.value, monotone(found)) == (pytest.approx(3.0), False)
     none = limits(lambda gain: np.full(gain.shape, 2.0), 1e-3, 1e3)
-    assert (none.intervals, none.value, none.first, none.monotone) == ((), 0.0, 0.0, True)
+    assert (none.intervals, none.value, none.first, monotone(none)) == ((), 0.0, 0.0, True)
     late = limits(lambda gain: np.where((gain > 2.0) & (gain < 5.0), 0.5, 1.5), 1e-3, 1e3)
-    assert (late.value, late.first, late.monotone) == (0.0, pytest.approx(5.0), False)
+    assert (late.value, late.first, monotone(late)) == (0.0, pytest.approx(5.0), False)
 
 
 def test_wall_without_any_friction_needs_damping() -> None:

@@ -15,6 +15,7 @@ from haptics.stability.discrete import Timing
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 from haptics.stability.wall_limit import search
+from tests.haptics.stability.loops import axis_loop, monotone
 
 PLANT = plant(
     DeltaGeometry(0.040, 0.030, 0.082, 0.112079),
@@ -74,14 +75,14 @@ def test_ceiling_below_the_start_is_refused() -> None:
 def test_search_finds_the_limit_of_the_linear_loop() -> None:
     for (name, hand), viscous, delay in product(HANDS.items(), (0.0, 4e-4), (0.0, T)):
         here, timing = linearise(PLANT._replace(viscous=viscous), POSE), Timing(T, delay)
-        along = here.axis_loop(AXES["x"], hand, timing, DIFFERENCE).stiffness_limit(1.0)
+        along = axis_loop(here, AXES["x"], hand, timing, DIFFERENCE).stiffness_limit(1.0)
         # light damping: K < 2 b / T / (1 + 2 delay / T) of all damping there is, to first order; 15 % covers 28 N s/m
         damping = here.effective_friction(AXES["x"]) + hand.damping + 1.0
         assert along.value == pytest.approx(2.0 * damping / T / (1.0 if delay == 0.0 else 3.0), rel=0.15), name
         loop = here.joint_loop(AXES["x"], hand, timing, DIFFERENCE)
         limit = loop.stiffness_limit(1.0)
-        assert along.monotone
-        assert limit.monotone
+        assert monotone(along)
+        assert monotone(limit)
         assert loop.radius(0.999 * limit.value, 1.0) < 1.0 < loop.radius(1.001 * limit.value, 1.0)
         found = search(lambda k, loop=loop: bool(loop.radius(k, 1.0) < 1.0), ceiling=1e5, tolerance=1.0)
         assert found.bisection == pytest.approx(limit.value, abs=1.0)

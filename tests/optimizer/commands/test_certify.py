@@ -119,7 +119,7 @@ def test_weight_of_a_build_is_taken_off_and_checked(tmp_path: Path, capsys: pyte
     lighter = json.loads(out.read_text())
     lighter["gravity"]["masses"] = None
     (tmp_path / "by_hand.json").write_text(json.dumps(redigested(lighter)))
-    assert call("verify", tmp_path / "by_hand.json", "--design", path) == 0
+    assert call("verify", tmp_path / "by_hand.json", "--design", path, "--as-recorded") == 0
     told = capsys.readouterr().out
     assert "taken off by hand" in told
     assert "NOTHING GIVEN TO COMPARE THAT WITH" in told
@@ -134,7 +134,9 @@ def test_gravity_by_hand_decides_the_verdict(tmp_path: Path, capsys: pytest.Capt
     path, out = changed(tmp_path), tmp_path / "c.json"
     assert call("certify", "--design", path, "--out", out, "--gravity-torque", "0.48") == 0
     assert "gravity is taken off: 0.48 N m of every joint's 0.8 N m, as given by hand" in capsys.readouterr().out
-    assert call("verify", out, "--design", path) == 0
+    assert call("verify", out, "--design", path) == 1
+    assert "and the 0.48 N m left for it were compared with nothing" in capsys.readouterr().err
+    assert call("verify", out, "--design", path, "--as-recorded") == 0
     words = capsys.readouterr().out.splitlines()[0]
     assert "GRAVITY is taken off by hand, 0.48 N m of every joint's 0.8 N m, NOTHING GIVEN TO COMPARE THAT" in words
     for reserve in ("0.48", "0.1", "0"):
@@ -201,7 +203,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert limits["elbow_arm_min_m"] == pytest.approx(rows["elbow arm"]["proved"] / 1e3, rel=1e-14)
     assert call("certify", "--design", path, "--out", out, "--tight", "--gravity-torque", "0.1") == 0
     assert "is about the column `proved`" in capsys.readouterr().out
-    assert call("verify", out, "--design", path) == 0
+    assert call("verify", out, "--design", path, "--gravity-torque", "0.1") == 0
 
 
 def test_refuted_design_exits_1_with_each_condition_its_excess_and_its_point(
@@ -305,8 +307,8 @@ def test_bad_input_exits_2_in_one_line_and_writes_nothing(
         (("certify",), "--design"),
         (("certify", "--design", "none.json"), "none.json: "),
         (("certify", "--design", "text.json"), "text.json: "),
-        (("certify", "--design", weak), "weak.json: requirements.force_N 1e-09 1e-06 1e+06"),
-        (("certify", "--design", faint), "faint.json: requirements.joint_torque_N_m 1e-09 1e-06"),
+        (("certify", "--design", weak), "weak.json: requirements.force_N 1e-09 1e-06 1000"),
+        (("certify", "--design", faint), "faint.json: requirements.joint_torque_N_m 1e-09 1e-06 100"),
         (("certify", "--design", path, "--gravity-torque", "0.8"), "gravity torque = 0.8: 0"),
         (("certify", "--design", path, "--gravity-torque", "x"), "--gravity-torque"),
         (("certify", "--design", path, "--mass-properties", "none.json"), "none.json: "),

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from delta_cad.design import load_design
-from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.certify.certificate import cube_of
@@ -20,7 +19,7 @@ from tests.optimizer.certify.designs import call, changed, masses
 def heaviest(path: Path, file: Path) -> float:
     """The largest effective mass on 61^3 points, by a plain eigenvalue problem, kg."""
     design = load_design(path)
-    inertia = load_masses(file, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    inertia = load_masses(file, design).handle_inertia
     line, cube = np.linspace(-1.0, 1.0, 61), cube_of(design)
     grid = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     points = np.array([0.0, 0.0, cube.bottom_height + cube.half_side]) + cube.half_side * grid
@@ -48,8 +47,11 @@ def test_effective_mass_is_proved_or_refuted_and_replayed(tmp_path: Path, capsys
     words = capsys.readouterr().out
     assert "effective_mass proved again" in words
     assert words.endswith("kg m^2 at a joint, checked\n")
-    assert call("verify", out, "--design", path) == 0
-    assert "AS RECORDED, their file not given: --mass-properties\n" in capsys.readouterr().out.splitlines(True)[-1]
+    for told_so, code in (((), 1), (("--without-gravity",), 1), (("--as-recorded",), 0)):
+        assert call("verify", out, "--design", path, *told_so) == code
+    told, err = capsys.readouterr()
+    assert "requirements.effective_mass_max_kg = " in err.splitlines()[1]
+    assert "AS RECORDED, their file not given: --mass-properties\n" in told.splitlines(True)[-1]
 
     path = changed(tmp_path, effective_mass_max_kg=largest * 0.999)
     assert call("certify", "--design", path, "--out", out, "--mass-properties", file) == 1

@@ -12,6 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_grid, elbow_positions, inverse_kinematics, wrist_positions
 from delta_cad.mechanism.geometry import TANGENTIAL
 from delta_cad.mechanism.inverse import closure_margin
+from delta_cad.mechanism.limits import CoupleIndex
 from delta_cad.mechanism.proof.prove import prove
 from optimizer.globalopt.optimum import Proven, prove_optimum
 from optimizer.problem.evaluator import figures_numpy, fold_points, half_surface
@@ -111,7 +112,7 @@ def test_synthesis_finds_the_same_optimum(method: str) -> None:
     assert result.objective <= result.proof.bound <= result.objective * (1.0 + 1.1e-5)
     assert result.objective == pytest.approx(solved(0.4).objective, rel=1e-4)
     assert result.violations["couple_index"] <= ROUNDING
-    assert result.min_couple_index == pytest.approx(0.4, rel=1e-6)
+    assert result.worst(CoupleIndex) == pytest.approx(0.4, rel=1e-6)
 
 
 @pytest.mark.parametrize("method", ["proven", "sqp"])

@@ -27,7 +27,8 @@ def test_the_machine_closes() -> None:
     assert tilt.passed
     # oracle: the studs lie along the shoulder's direction, so the tilt is the lean, largest on a corner of the cube
     lean = np.abs(rod_lean(MACHINE.placement.geometry, LIMITS.corners_mm / 1000.0)).max()
-    assert tilt.value == pytest.approx(lean, abs=1e-9)
+    assert tilt.value == pytest.approx(np.degrees(lean), abs=1e-7)
+    assert tilt.unit == "deg"
 
 
 def test_frames_2_um_apart_are_refused() -> None:
@@ -49,6 +50,7 @@ def test_a_revolute_axis_askew_by_2_um_over_its_lever_is_refused() -> None:
 def test_tilt_over_its_limit_is_refused() -> None:
     _, tilt = check_joints(spoiled("elbow_1_1", tilt_limit_rad=np.radians(20.0)), LIMITS)
     assert not tilt.passed
+    assert tilt.limit == pytest.approx(20.0)
     assert tilt.worst_pair == ("elbow_1_1",)
     assert tilt.worst_pose_mm is not None
 

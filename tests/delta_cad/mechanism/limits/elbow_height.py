@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -59,6 +59,7 @@ class ElbowHeight(PoseLimit):
     evaluates: ClassVar = ("angles",)
     fields_: ClassVar = (Field("elbow_height_max_mm", "largest height of an elbow above the base plane", gt=0),)
     keys: ClassVar = {"height_max": "elbow_height_max_m"}
+    told_as: ClassVar = "max_elbow_height_mm"
     figures: ClassVar = (
         FigureOfMerit("elbow_height", "elbow height", "mm", MM_PER_M, True, True, _heights, "height_max", (1e-6, 10.0)),
     )
@@ -81,7 +82,7 @@ class ElbowHeight(PoseLimit):
 
     @classmethod
     def measured(cls, values: Values) -> Self:
-        """Bounds nothing."""
+        """Makes the limit with the greatest height that the proof takes, so that only its figure is measured."""
         del values
         return cls(10.0)
 
@@ -99,5 +100,12 @@ class ElbowHeight(PoseLimit):
 
     def margin(self, f: Any) -> np.ndarray:
         """Computes the room above the highest elbow as a share of L_A."""
-        lengths = f.designs[:, 0, None]
-        return self.height_max / lengths - np.sin(np.minimum(f.shoulder_max, np.pi / 2.0))
+        return (self.height_max + self.sought(f)["below"]) / f.designs[:, 0, None]
+
+    def sought(self, f: Any) -> dict[str, np.ndarray]:
+        """Computes how far below the base plane the highest elbow is."""
+        return {"below": -f.designs[:, 0, None] * np.sin(np.minimum(f.shoulder_max, np.pi / 2.0))}
+
+    def worst_of(self, least: Mapping[str, float]) -> float:
+        """Gives the height of the highest elbow."""
+        return -least["below"]

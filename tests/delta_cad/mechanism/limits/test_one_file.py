@@ -35,7 +35,10 @@ from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.prove import prove
 from optimizer.certify.replay import breaks, replay
 from optimizer.problem.evaluator import figures_numpy
-from optimizer.problem.requirements import LimitTable
+from optimizer.commands.synthesize import _summary
+from optimizer.problem.requirements import LimitTable, requirements_from_dict
+from optimizer.problem.step import step_problem
+from optimizer.search.result import Result
 
 FIELD = "elbow_height_max_mm"
 g, cube = DeltaGeometry(0.040, 0.030, 0.082, 0.112079), Cube(0.057112, 0.0375)
@@ -67,6 +70,13 @@ for share in (1.001, 0.999):
         out["refuted"] = [found.verdict, breaks(g, limit, point), breaks(g, allowed, point), again.condition]
         out["heights"] = [found.limit, found.value, height]
         out["laxer"] = Limits.of(allowed).laxer(Limits.of(limit))
+ranges = {"upper_arm_length": 82.0, "forearm_length": 112.079, "base_radius": 40.0, "platform_radius": 30.0}
+ranges |= {"bottom_height": 57.112, "half_side": 37.5}
+asks = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 3.0, "joint_torque_N_m": 9.0}
+task = {"name": "one", "requirements": asks, "bounds_mm": {name: [mm, mm] for name, mm in ranges.items()}}
+task["limits"] = {FIELD: 1e3 * worst.value}
+result = Result(step_problem(requirements_from_dict(task), 2), "sqp", tuple(ranges.values()), "converged")
+out["told"] = [result.record()["max_elbow_height_mm"], _summary(result)]
 print(json.dumps(out))
 """
 
@@ -101,4 +111,7 @@ def test_its_file_and_its_line_are_all_that_a_limit_needs(tmp_path):
     assert limit < height <= found["worst"] * (1.0 + 1e-9)
     assert found["searched"] == pytest.approx([share * highest / 0.082 for share in (0.001, -0.001)], rel=1e-9)
     assert found["laxer"] == "elbow_height"
+    mm, line = found["told"]
+    assert mm == pytest.approx(1e3 * highest, rel=1e-9)
+    assert f", elbow height {mm:.4g} mm; converged" in line
     assert [f"elbow height <= {1e3 * share * found['worst']:.2f} mm" for share in (1.001, 0.999)] == found["said"]

@@ -8,13 +8,17 @@ import pytest
 
 from delta_cad.mechanism import Cube, GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleInertia, Limits
+from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleInertia, HeldMasses, Limits
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
 from delta_cad.mechanism.proof.prove import prove
 from tests.delta_cad.mechanism.oracles import BOTTOM, HALF, PUBLISHED
 
-VALUES = {"force_N": 3.0, "inertia": HandleInertia(0.06, 0.01, 0.004, 2e-4)}
+VALUES = {
+    "force_N": 3.0,
+    "inertia": HandleInertia(0.06, 0.01, 0.004, 2e-4),
+    "held_masses": HeldMasses(0.0, 0.0, -9.81, 0.08, 0.003, 1e-4, 4e-5, 3e-6),
+}
 CUBE = Cube(BOTTOM, HALF)
 FIGURES = [pytest.param(kind, figure, id=figure.name or kind.name) for kind in POSE_LIMITS for figure in kind.figures]
 BOUNDED = [case for case in FIGURES if case.values[1].threshold]
@@ -116,7 +120,7 @@ def test_limits_that_only_measure_are_proved_together():
     assert {finding.verdict for finding in prove(PUBLISHED, CUBE, asked).findings} == {"proved"}
 
 
-def test_an_effective_mass_is_measured_only_where_the_masses_are_known():
+def test_what_needs_masses_is_measured_only_where_the_masses_are_known():
     without = {"force_N": 3.0}
     assert [kind.name for kind in POSE_LIMITS if kind.measured(without) is None] == [
         kind.name for kind in POSE_LIMITS if kind.needs_masses
@@ -179,7 +183,8 @@ def test_what_is_told_of_it_names_its_field(kind):
 
 
 def test_limits_of_requirements():
-    values = VALUES | {
+    values = {
+        "force_N": 3.0,
         "joint_torque_N_m": 0.8,
         "gravity_torque_N_m": 0.1,
         "lean_max_deg": 30.0,

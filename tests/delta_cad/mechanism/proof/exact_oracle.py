@@ -12,6 +12,7 @@ from delta_cad.mechanism.limits import (
     CoupleIndex,
     EffectiveMass,
     HandleInertia,
+    HoldingTorque,
     Kappa,
     Lean,
     Limits,
@@ -97,6 +98,28 @@ def exact_inertia(masses: HandleInertia, la: Decimal, forearms: list, directions
     ]
 
 
+def exact_held(held: HoldingTorque, la: Decimal, det: Decimal, crosses: list, turns: list, arms: list) -> list:
+    """What is left of each joint's torque, times det S, for both signs: by the work of gravity at the unit joint rate.
+
+    Where det S > 0 it is the joint's own margin; below, the sign alone would say nothing.
+    """
+    m = held.masses
+    gravity, side = [D(m.gravity_x), D(0), D(m.gravity_z)], D(m.gravity_y)
+    size = (gravity[0] ** 2 + side**2 + gravity[2] ** 2).sqrt()
+    turning = (D(m.arm_moment) ** 2 + D(m.cross_moment) ** 2).sqrt()
+    force = D(held.force) + size * D(m.loose_mass) + side * D(m.carried_mass)
+    left = D(held.torque_max) - size * D(m.loose_moment) - side * turning
+    out = []
+    for (c, s), (w, cos, sin, direction), face in zip(turns, arms, crosses, strict=True):
+        lever = [la * w * x for x in face]  # det times the platform's velocity
+        arm = [cos * c, cos * s, sin]
+        turned = [D(m.arm_moment) * e - D(m.cross_moment) * a for e, a in zip(direction, arm, strict=True)]
+        power = D(m.carried_mass) * _dot(gravity, lever) + det * _dot(gravity, turned)
+        most = force * _dot(lever, lever).sqrt()
+        out += [det * left - most - power, det * left - most + power]
+    return out
+
+
 def exact_margins(
     g: DeltaGeometry, limits: Limits, p: tuple[float, float, float]
 ) -> dict[type[PoseLimit], list[Decimal | None]]:
@@ -142,6 +165,8 @@ def exact_margins(
         if torque := limits.get(Torque):
             lever = D(torque.force) * la / D(torque.torque_max)
             out[Torque] = [det * det - (lever * arms[i][0]) ** 2 * _dot(crosses[i], crosses[i]) for i in range(3)]
+        if held := limits.get(HoldingTorque):
+            out[HoldingTorque] = exact_held(held, la, det, crosses, turns, arms)
         if shoulder := limits.get(Shoulder):
             low, high = D(shoulder.shoulder_min), D(shoulder.shoulder_max)
             middle, half = (low + high) / 2, (high - low) / 2

@@ -1,0 +1,264 @@
+"""A machine can be mended: a key reaches what must be loosened, and what is exchanged comes off in a straight line.
+
+A key is an L of two round legs as wide as its corners. One leg stands in the screw's socket, on its axis, the other is
+the handle, which must be free to swing by what turns a hexagon on to its next corner; the short leg may be cut.
+Sockets, heads and all obstacles are read off the solids; a position of the machine counts as free where nothing of any
+body is met.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.exchange import CORNERS, CUT, KEYS_MM
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes
+from delta_cad.checks.contact.common import common_size, volume
+from delta_cad.checks.contact.features import FeatureLibrary
+from delta_cad.checks.contact.placing import Key, located, relative_key
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.report import CheckResult
+from delta_cad.solids.part import Occurrence, Part, Reach, Removal
+
+SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
+DIRECTIONS = 36  # of the handle: every 10 degrees
+HEIGHTS = 321  # of the platform on the cube's middle axis: 0.4 degrees of an arm, 2 of its pinion
+SAME_MM = 0.05  # of a socket as it is drawn and of its key
+OFF_MM = 0.1  # a tool begins so far before the face that it stands on
+STEP_MM = 4.0  # of a part that is drawn out: a tenth of what it is drawn through
+NOISE_MM3 = 0.05  # common volume that the kernel may see between faces that slide upon one another
+SHOWN = 8  # faults that a report names; their number is told
+
+
+@dataclass(frozen=True)
+class _Socket:
+    """Hexagon socket of a screw and its largest radius, mm; the mouth and depth along z of the screw's frame."""
+
+    flats_mm: float
+    mouth_mm: float
+    depth_mm: float
+    head_mm: float
+
+
+class _Scene:
+    """The machine at positions of its handle, to be asked what a tool or a moved part meets there.
+
+    Attributes:
+        count: Number of positions.
+    """
+
+    def __init__(self, assembly: Assembly, meshes: Meshes, poses_mm: np.ndarray) -> None:
+        import fcl
+
+        self.occurrences, self.meshes, self.count = assembly.occurrences, meshes, len(poses_mm)
+        self.index = {o.name: k for k, o in enumerate(self.occurrences)}
+        placed = assembly.poses(poses_mm)
+        self.frames = np.stack([placed[o.name] for o in self.occurrences], axis=1)  # (poses, occurrences, 4, 4)
+        trees: dict[str, Any] = {}
+        balls = []
+        for o in self.occurrences:
+            mesh = meshes[o.part.number]
+            if o.part.number not in trees:
+                tree = trees[o.part.number] = fcl.BVHModel()
+                tree.beginModel(len(mesh.vertices), len(mesh.faces))
+                tree.addSubModel(mesh.vertices, mesh.faces)
+                tree.endModel()
+            low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+            balls.append((*(low + high) / 2.0, np.linalg.norm(high - low) / 2.0 + mesh.deviation_mm))
+        self._objects = [fcl.CollisionObject(trees[o.part.number]) for o in self.occurrences]
+        self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
+        self._balls = np.array(balls)
+
+    def is_met(self, pose: int, radius_mm: float, ends_mm: np.ndarray, beside: int) -> bool:
+        """Whether a round tool between two points (2, 3) meets any occurrence but one."""
+        import fcl
+
+        a, b = ends_mm
+        along = (b - a) / np.linalg.norm(b - a)
+        frame = self.frames[pose]
+        centres = (frame[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + frame[:, :3, 3]
+        on_line = a + np.clip((centres - a) @ along, 0.0, np.linalg.norm(b - a))[:, None] * along
+        near = np.linalg.norm(centres - on_line, axis=1) <= self._balls[:, 3] + radius_mm + self._deviation.max()
+        near[beside] = False
+        aside = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+        aside /= np.linalg.norm(aside)
+        turn = np.stack([aside, np.cross(along, aside), along], axis=1)
+        for k in np.flatnonzero(near):
+            tool = fcl.Cylinder(radius_mm + self._deviation[k], float(np.linalg.norm(b - a)))
+            shape = fcl.CollisionObject(tool, fcl.Transform(turn, (a + b) / 2.0))
+            if fcl.collide(shape, self._placed(pose, int(k))):
+                return True
+        return False
+
+    def met_by(self, pose: int, k: int, frame: np.ndarray, beside: Collection[str]) -> list[int]:
+        """Indices of the occurrences whose meshes that of one meets in another frame (4, 4), those beside left out."""
+        import fcl
+
+        moved = self._objects[k]
+        moved.setTransform(_transform(frame))
+        centre = frame[:3, :3] @ self._balls[k, :3] + frame[:3, 3]
+        others = self.frames[pose]
+        centres = (others[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + others[:, :3, 3]
+        near = np.linalg.norm(centres - centre, axis=1) <= self._balls[:, 3] + self._balls[k, 3]
+        found = (int(j) for j in np.flatnonzero(near) if j != k and self.occurrences[j].name not in beside)
+        return [j for j in found if fcl.collide(moved, self._placed(pose, j))]
+
+    def _placed(self, pose: int, k: int) -> Any:
+        self._objects[k].setTransform(_transform(self.frames[pose, k]))
+        return self._objects[k]
+
+
+def _transform(frame: np.ndarray) -> Any:
+    import fcl
+
+    return fcl.Transform(frame[:3, :3], frame[:3, 3])
+
+
+def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[CheckResult]:
+    """Reaches every screw that is stated to be reached, and draws off every part that is stated to come off.
+
+    The handle stands on the cube's middle axis, at the height that suits most.
+
+    Returns:
+        `tool access`: least angle over the screws by which the handle of its key is free to swing, deg, 60 asked; none
+        where the screw's head cannot move out as far as it must. `parts come off`: how many cannot be drawn off.
+    """
+    if not assembly.reached and not assembly.removals:
+        return []
+    up = np.linspace(-1.0, 1.0, HEIGHTS)[:, None] * limits.half_side_mm * np.array([0.0, 0.0, 1.0])
+    scene = _Scene(assembly, meshes, limits.centre_mm + up[np.argsort(np.abs(up[:, 2]), kind="stable")])
+    library = FeatureLibrary()
+    swings = [(_swing(reach, scene, library), reach) for reach in assembly.reached]
+    known: dict[Key, bool] = {}
+    stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
+    return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
+
+
+def _told_swings(swings: list[tuple[float, Reach]]) -> CheckResult:
+    name, limit = "tool access", float(np.degrees(SWING_RAD))
+    if not swings:
+        return CheckResult(name, True, None, limit, "deg", detail="no screw is stated to be reached")
+    swing, worst = min(swings, key=lambda found: found[0])
+    bad = [f"{reach.screw} {np.degrees(s):.0f} deg: {reach.reason}" for s, reach in swings if s < SWING_RAD]
+    detail = f"free swing of a hexagon key in its socket at the best position, least of {len(swings)} screws"
+    if bad:
+        detail = f"{len(bad)} fail: {'; '.join(bad[:SHOWN])}; {detail}"
+    return CheckResult(name, not bad, np.degrees(swing), limit, "deg", worst_pair=(worst.screw,), detail=detail)
+
+
+def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
+    detail = f"{count} parts drawn off along their axes, {STEP_MM:g} mm a step"
+    if stuck:
+        told = "; ".join(f"{removal.name} {removal.reason}, {what}" for what, removal in stuck[:SHOWN])
+        detail = f"{len(stuck)} fail: {told}; {detail}"
+    names = tuple(removal.name for _, removal in stuck[:SHOWN]) or None
+    return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
+
+
+def _swing(reach: Reach, scene: _Scene, library: FeatureLibrary) -> float:
+    """Largest swing of a key's handle at any position, rad, up to the first that suffices; 0 where none is reached."""
+    if reach.screw not in scene.index:
+        return 0.0
+    k = scene.index[reach.screw]
+    socket = _socket(scene.occurrences[k].part, library)
+    legs = next((key for flats, key in KEYS_MM.items() if socket and abs(socket.flats_mm - flats) < SAME_MM), None)
+    if socket is None or legs is None:
+        return 0.0
+    long, short = legs
+    best = 0.0
+    for pose in range(scene.count):
+        for inside, handle in ((short, long), (long, short), (CUT * short, long)):
+            best = max(best, _swing_at(pose, k, socket, reach.way_mm, inside, handle, scene))
+            if best >= SWING_RAD:
+                return best
+    return best
+
+
+def _swing_at(
+    pose: int, k: int, socket: _Socket, way_mm: float, inside_mm: float, handle_mm: float, scene: _Scene
+) -> float:
+    """Swing of a handle at a position, rad: of a key that stands in its socket and of one just drawn off it."""
+    frame, radius = scene.frames[pose, k], CORNERS * socket.flats_mm / 2.0
+    x, y, z = frame[:3, :3].T
+    mouth = frame[:3, 3] + socket.mouth_mm * z
+    if scene.is_met(pose, radius, np.stack([mouth + OFF_MM * z, mouth + inside_mm * z]), k):
+        return 0.0
+    if scene.is_met(pose, socket.head_mm, np.stack([mouth + OFF_MM * z, mouth + way_mm * z]), k):
+        return 0.0
+    angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
+    out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
+    bends = mouth + (inside_mm - socket.depth_mm) * z, mouth + inside_mm * z
+    free = [not any(scene.is_met(pose, radius, np.stack([b, b + one]), k) for b in bends) for one in out]
+    return _longest_run(free) * 2.0 * np.pi / DIRECTIONS
+
+
+def _longest_run(free: list[bool]) -> int:
+    """Steps between the directions of the longest run that is free, round the circle."""
+    if all(free):
+        return len(free)
+    first = free.index(False)
+    longest = run = 0
+    for one in free[first:] + free[:first]:
+        run = run + 1 if one else 0
+        longest = max(longest, run)
+    return max(longest - 1, 0)
+
+
+def _socket(part: Part, library: FeatureLibrary) -> _Socket | None:
+    """The hexagon socket of a screw, z being its axis: planes along it that face it; None where it has none."""
+    sides = [
+        plane
+        for plane in library[part].planes
+        if abs(plane.normal[2]) < 1e-9 and plane.point @ plane.normal < 0.0  # the material is outside
+    ]
+    if not sides:
+        return None
+    boxes = [plane.face.BoundingBox() for plane in sides]  # type: ignore[attr-defined]
+    mouth, floor = max(box.zmax for box in boxes), min(box.zmin for box in boxes)
+    head = max(c.radius_mm for c in library[part].cylinders if not c.is_bore)
+    flats = 2.0 * min(-float(plane.point @ plane.normal) for plane in sides)
+    return _Socket(flats, mouth, mouth - floor, head)
+
+
+def _stuck(removal: Removal, scene: _Scene, known: dict[Key, bool]) -> str:
+    """What a part meets that is drawn off, as text; empty where its way is free at the first position.
+
+    It goes until the whole machine lies behind it, in steps. What the meshes meet, the exact solids decide.
+    """
+    if removal.name not in scene.index:
+        return "is missing"
+    k = scene.index[removal.name]
+    start = scene.frames[0, k]
+    along = start[:3, :3] @ np.array(removal.along)
+    points = scene.meshes[scene.occurrences[k].part.number].vertices @ start[:3, :3].T + start[:3, 3]
+    ahead = max(
+        float(((scene.meshes[o.part.number].vertices @ f[:3, :3].T + f[:3, 3]) @ along).max())
+        for o, f in zip(scene.occurrences, scene.frames[0], strict=True)
+    )
+    way = ahead - float((points @ along).min())
+    for step in np.linspace(0.0, way, int(np.ceil(way / STEP_MM)) + 1)[1:]:
+        moved = start.copy()
+        moved[:3, 3] += step * along
+        for j in scene.met_by(0, k, moved, removal.loose):
+            a, b = scene.occurrences[k], scene.occurrences[j]
+            seen = np.linalg.inv(scene.frames[0, j]) @ moved
+            key = (id(a.part), id(b.part), *relative_key("", "", seen))
+            if key not in known:
+                known[key] = _runs_into(a, b, seen)
+            if known[key]:
+                return f"meets {b.name} after {step:.0f} mm"
+    return ""
+
+
+def _runs_into(a: Occurrence, b: Occurrence, a_in_b: np.ndarray) -> bool:
+    """Whether two exact solids share a volume; where the kernel contradicts itself they do."""
+    shapes = located(a.part.solid, a_in_b), b.part.solid.wrapped
+    common = common_size(shapes, (volume(shapes[0]), volume(shapes[1])), volume, NOISE_MM3)
+    return common is None or common > NOISE_MM3

@@ -1,0 +1,74 @@
+"""Tolerances of what a shoulder is made of, and what they make of the bearings' preload and of their alignment."""
+
+from __future__ import annotations
+
+from math import pi, radians
+
+from delta_cad import catalogue
+from delta_cad.dimensions.bracket import BracketDimensions
+from delta_cad.dimensions.layers import SPAN_MM
+
+LENGTH_MM = 0.02  # either way, of every length of the shoulder's stack: milled or turned in one clamping, and measured
+STACK = 5  # such lengths: arm, sector, foot block, depth of the seat in either cheek
+WIDTH_MM = 0.12  # by which a bearing may be narrower, ISO 492 normal class up to a bore of 10 mm, as of 10 to 18
+WORKING = (0.2, 0.8)  # share of its free height over its strip by which a wave spring is pressed, as makers advise
+DOWEL_PLAY_MM = 0.004  # of radius, at most: 3 m6 in H7
+MANDREL_MM = 0.008  # by which it may be thinner than its seats' nominal diameter: h5 up to 18 mm
+SEATS_MM = 0.018, 0.011  # by which they may be wider: H7 of the motor's cheek, H6 of the encoder's
+TILT_RAD = radians(10.0 / 60.0)
+"""Tilt that a deep groove bearing bears: 2 to 10 minutes of arc by its clearance.
+
+Source: RBC Bearings, misalignment: 0.0005 to 0.003 (rbcbearings.com/ballbearings/misalignment.htm); GRW gives at least
+13 minutes of free tilt for a 608 of clearance C4, and warns of noise beyond 2 to 3
+(iecltd.co.uk/catalogues/grw/misalignment).
+"""
+END_TORQUE_N_m = {"M2.5": 0.5, "M3": 1.0, "M4": 2.2}
+"""Torque of a stainless screw in a shaft's end: 0.7 of its proof stress at a friction of 0.14 (VDI 2230)."""
+
+
+def spring_height_mm(spring: catalogue.WaveSpring) -> tuple[float, float]:
+    """Computes the least and the largest height that the shoulder's stack leaves its wave spring, mm.
+
+    The height is foot block and both seats' depths less arm, sector and both bearings.
+    """
+    return spring.work_height_mm - STACK * LENGTH_MM, spring.work_height_mm + STACK * LENGTH_MM + 2 * WIDTH_MM
+
+
+def preload_range_N(spring: catalogue.WaveSpring) -> tuple[float, float]:
+    """Computes the least and the largest preload of a shoulder's bearings over all tolerances, N."""
+    rate = spring.rate_N_mm
+    if rate is None:
+        rate = spring.force_N / (spring.free_height_mm - spring.work_height_mm)
+    low, high = spring_height_mm(spring)
+    return (
+        spring.force_N - rate * (high - spring.work_height_mm),
+        spring.force_N + rate * (spring.work_height_mm - low),
+    )
+
+
+def working_mm(spring: catalogue.WaveSpring) -> tuple[float, float]:
+    """Gives the heights between which a wave spring works, mm: lowest and highest."""
+    way = spring.free_height_mm - spring.thickness_mm
+    return spring.free_height_mm - WORKING[1] * way, spring.free_height_mm - WORKING[0] * way
+
+
+def seat_tilt_rad(bracket: BracketDimensions, span_mm: float = SPAN_MM) -> float:
+    """Computes the largest tilt of a shoulder's shaft in its bearings by their seats' offset, rad.
+
+    Both cheeks' dowel holes are reamed on the foot block with a mandrel through the two seats. What is left is the
+    mandrel's play in them, and that of the dowels when a cheek has been off: it turns a cheek by twice the play over
+    the dowels' distance, opposite ways, and lifts it by once the play.
+
+    Args:
+        bracket: Dowels and their distance from the shoulder.
+        span_mm: Distance of the bearings.
+    """
+    apart = bracket.cheek_dowel_u_mm[1] - bracket.cheek_dowel_u_mm[0]
+    by_mandrel = sum(wide + MANDREL_MM for wide in SEATS_MM) / 2
+    by_dowels = 2 * DOWEL_PLAY_MM * (1.0 + 2 * -bracket.cheek_screw_z_mm / apart)
+    return (by_mandrel + by_dowels) / span_mm
+
+
+def minutes(angle_rad: float) -> float:
+    """Gives an angle in minutes of arc."""
+    return angle_rad * 180.0 / pi * 60.0

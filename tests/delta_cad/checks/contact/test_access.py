@@ -1,0 +1,92 @@
+"""Keys reach the screws of a motor and it comes off; machines in which they do not, or it does not, are refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, tau
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.assemble import assemble
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.contact.access import check_access
+from delta_cad.checks.limits import CheckLimits
+from delta_cad.checks.report import CheckResult
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.bracket import motor_pattern_rad
+from delta_cad.solids.part import Reach, Removal
+from tests.delta_cad.checks.machines import at, box, changed, part
+
+
+def found(a: Assembly, d: Dimensions, names: tuple[str, ...] = ()) -> dict[str, CheckResult]:
+    """Results of a machine, of the screws and motors with some names where any are given."""
+    cube = d.design.cube
+    limits = CheckLimits(cube.bottom_height_mm, cube.half_side_mm, 270.0, 220.0)
+    if names:
+        reached = tuple(r for r in a.reached if r.screw in names)
+        a = replace(a, reached=reached, removals=tuple(r for r in a.removals if r.name in names))
+    return {r.name: r for r in check_access(a, limits, MeshLibrary(a.parts))}
+
+
+def test_every_motor_of_the_machine_can_be_exchanged(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    assert len(best_assembly.reached) == 15
+    results = found(best_assembly, best_dimensions)
+    assert all(result.passed for result in results.values()), results
+    value = results["tool access"].value
+    assert value is not None
+    assert value >= 60.0
+
+
+def test_a_screw_behind_the_sector_is_refused(best_dimensions: Dimensions) -> None:
+    """The machine as it was: all four holes have screws, one on the line of centres."""
+    b = best_dimensions.bracket
+    d = replace(best_dimensions, bracket=replace(b, motor_screws_rad=b.motor_holes_rad))
+    names = ("motor_screw_1_0", "motor_screw_1_1")
+    result = found(assemble(d), d, names)["tool access"]
+    assert not result.passed
+    assert result.value == 0.0
+    assert result.worst_pair == ("motor_screw_1_0",)
+    assert result.detail.startswith("1 fail")
+
+
+def test_a_cheek_without_its_slot_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    cheek = next(p for p in best_assembly.parts if p.number == "motor_cheek")
+    y0, y1 = best_dimensions.layers.motor_cheek_mm
+    plugged = cheek.solid.fuse(box((0.0, y0, -45.0), (12.0, y1, -30.0)))
+    closed = replace(cheek, solid=plugged.Solids()[0])
+    one = changed(best_assembly, "motor_cheek_0", part=replace(closed, number="closed"))
+    result = found(one, best_dimensions, ("set_screw_0_0",))["tool access"]
+    assert not result.passed
+    assert result.value == 0.0
+
+
+def test_a_motor_behind_a_wall_does_not_come_off(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    u, z = best_dimensions.bracket.motor_axis_mm
+    wall = part("wall", box((-5.0, 0.0, -5.0), (5.0, 2.0, 5.0)))
+    behind = replace(best_assembly.occurrences[0], name="wall", part=wall, placement=at(u + 14.0, 95.0, z))
+    spoiled = replace(best_assembly, occurrences=(*best_assembly.occurrences, behind))
+    result = found(spoiled, best_dimensions, ("motor_0", "motor_1"))["parts come off"]
+    assert result.value == 1
+    assert result.worst_pair == ("motor_0",)
+    assert "meets wall" in result.detail
+
+
+def test_what_is_missing_is_neither_reached_nor_drawn_off(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
+    a = replace(best_assembly, reached=(Reach("no_screw", 1.0, ""),), removals=(Removal("none", (0, 1, 0), (), ""),))
+    results = found(a, best_dimensions)
+    assert results["tool access"].value == 0.0
+    assert not results["parts come off"].passed
+
+
+@pytest.mark.parametrize(("count", "screws"), [(2, 2), (3, 3), (4, 3), (5, 4), (6, 5)])
+def test_at_least_three_screws_hold_a_motor_and_none_lies_towards_the_shoulder(count: int, screws: int) -> None:
+    holes, used = motor_pattern_rad(count, -2.0)
+    assert len(holes) == count
+    assert len(used) == screws
+    assert set(used) <= set(holes)
+    np.testing.assert_allclose(np.diff(holes), tau / count)
+    nearest = min(abs((a - (-2.0 + pi) + pi) % tau - pi) for a in used)
+    assert nearest >= pi / 3 - 1e-9
+    assert motor_pattern_rad(count, None)[1] == motor_pattern_rad(count, None)[0]

@@ -1,0 +1,84 @@
+"""Tolerances of a shoulder: each sum against all its extremes, and against what springs and bearings bear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from math import pi
+
+import numpy as np
+import pytest
+
+from delta_cad import catalogue
+from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances import (
+    TILT_RAD,
+    END_TORQUE_N_m,
+    minutes,
+    preload_range_N,
+    seat_tilt_rad,
+    spring_height_mm,
+    working_mm,
+)
+from delta_cad.structure.holds import holds, screw_N
+
+
+def test_the_preload_is_that_of_the_worst_stack(best_dimensions: Dimensions) -> None:
+    """Faces laid off along the axis, every length at either end of its tolerance."""
+    d = best_dimensions
+    assert d.preload is not None
+    layers, spring = d.layers, d.preload
+    block = layers.motor_cheek_mm[0] - layers.encoder_cheek_mm[1]
+    seats = d.bearing.width_mm, layers.encoder_cheek_mm[1] - layers.bearings_mm[0][0] + spring.work_height_mm
+    arm = layers.arm_mm[1] - layers.bearings_mm[0][1]
+    sector = layers.motor_cheek_mm[0] - layers.arm_mm[1]
+    heights = []
+    for off in product((-0.02, 0.02), repeat=5):
+        for narrow in product((-0.12, 0.0), repeat=2):
+            room = block + off[0] + seats[0] + off[1] + seats[1] + off[2]
+            filled = arm + off[3] + sector + off[4] + 2 * d.bearing.width_mm + sum(narrow)
+            heights.append(room - filled)
+    assert spring_height_mm(spring) == pytest.approx((min(heights), max(heights)))
+    assert spring.rate_N_mm is not None
+    forces = [spring.force_N - spring.rate_N_mm * (h - spring.work_height_mm) for h in heights]
+    assert preload_range_N(spring) == pytest.approx((min(forces), max(forces)))
+    assert holds(d).preload_N == pytest.approx(min(forces))
+
+
+@pytest.mark.parametrize("spring", catalogue.wave_spring.rows.values(), ids=lambda row: row.id)
+def test_every_wave_spring_works_within_its_limits(spring: catalogue.WaveSpring) -> None:
+    (low, high), (flat, slack) = spring_height_mm(spring), working_mm(spring)
+    assert spring.thickness_mm < flat < low < high < slack < spring.free_height_mm
+    assert 0.0 < preload_range_N(spring)[0] < spring.force_N < preload_range_N(spring)[1]
+    unrated = replace(spring, rate_N_mm=None)  # a spring whose rate no one tells is straight to its free height
+    assert preload_range_N(unrated)[0] == pytest.approx(
+        spring.force_N * (spring.free_height_mm - high) / (spring.free_height_mm - spring.work_height_mm)
+    )
+
+
+def test_the_seats_are_in_line_within_what_a_bearing_bears(best_dimensions: Dimensions) -> None:
+    d, b = best_dimensions, best_dimensions.bracket
+    assert seat_tilt_rad(b) < TILT_RAD
+    near = replace(b, cheek_dowel_u_mm=(b.cheek_dowel_u_mm[0] + 7.5, b.cheek_dowel_u_mm[1] - 7.5))
+    assert seat_tilt_rad(near) > TILT_RAD  # 18 mm apart, as they were
+    assert f"by {minutes(seat_tilt_rad(b)):.0f}'" == "by 9'"
+    # by hand: every dowel off by its play, the way that turns the cheeks apart most, seen at the shoulder's height
+    play, apart = 0.004, b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0]
+    shifts = []
+    for first, second in product(np.linspace(0.0, 2 * pi, 73), repeat=2):
+        a, c = play * np.array([np.cos(first), np.sin(first)]), play * np.array([np.cos(second), np.sin(second)])
+        turn = (c - a)[1] / apart
+        shifts.append(np.hypot(*((a + c) / 2 + turn * np.array([b.cheek_screw_z_mm, 0.0]))))
+    by_dowels = 30.0 * seat_tilt_rad(b) - (0.018 + 0.008 + 0.011 + 0.008) / 2
+    assert 2 * max(shifts) <= by_dowels
+    assert 2 * max(shifts) == pytest.approx(by_dowels, rel=0.2)  # lift and turn are not at their most together
+    assert d.layers.bearings_mm[1][0] - d.layers.bearings_mm[0][0] == pytest.approx(30.0)
+
+
+@pytest.mark.parametrize("size", END_TORQUE_N_m)
+def test_the_torque_of_the_shaft_s_screw_is_that_of_its_clamping_force(size: str) -> None:
+    row = catalogue.screw(size)
+    flank = row.diameter_mm - 0.6495 * row.pitch_mm
+    under_head = (row.head_diameter_mm + row.clearance_hole_mm) / 4
+    torque = screw_N(size) * (0.16 * row.pitch_mm + 0.58 * flank * 0.14 + under_head * 0.14) / 1000.0
+    assert END_TORQUE_N_m[size] == pytest.approx(torque, rel=0.1)
