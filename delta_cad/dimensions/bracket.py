@@ -236,7 +236,10 @@ def bracket_dimensions(
     stop = shoulder_rad[0] - STOP_MARGIN_RAD
     boss = arm.boss_radius_mm + CLEAR_MM
     head = bearing.outer_mm / 2 + HEAD_WALL_MM
-    base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm)
+    under = 0.0 if capstan is None else FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
+    base_top = -max(
+        body - dz + CLEAR_MM + under, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm
+    )
     long = FOOT_MM[1] - FOOT_MM[0]
 
     def foot_on(top: float, u: float = u) -> tuple[float, float]:

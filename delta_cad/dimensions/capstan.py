@@ -265,7 +265,9 @@ def capstan_dimensions(
         pitch / (bore / 2 + PINION_WALL_MM + d / 2),
     )
     crest = crest_mm(run.pinion_mm, d)  # a collar within it passes the rim as the pinion does
-    collar = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM))
+    room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
+    # as wide as its set screws are long, which then end flush with it and turn out before the slot of their key
+    collar = bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
     require(
         collar - bore / 2 >= COLLAR_WALL_MM,
         "pinion",
