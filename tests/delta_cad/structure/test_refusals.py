@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from delta_cad.design import Design, design_from_dict
+from delta_cad import catalogue
+from delta_cad.design import Design, DesignError, design_from_dict
 from delta_cad.dimensions import Reason
 from delta_cad.structure.refusals import refusals
 from tests.committed import changed
@@ -28,10 +29,6 @@ def test_the_committed_machine_is_not_refused(best: Design) -> None:
 
 # The hardware that no build of the first year could do with: what is changed, and what is said; nothing: it is built.
 CASES: dict[str, tuple[dict[str, Any], set[tuple[str, float | str | None]]]] = {
-    "flat motor on a capstan": (
-        {"hardware__motor": "maxon-ec45flat-411812", "hardware__capstan_ratio": 3.2},
-        {("hardware.motor", "maxon-ec45flat-411812")},  # its shaft of 4 mm bears too little beside a force of 6 N
-    ),
     "cable of 0.8 mm": ({"hardware__cable": "steel-0.8-7x19", "mechanism__base_radius_mm": 35.0}, set()),
     "cable of 0.8 mm on the committed base": (
         {"hardware__cable": "steel-0.8-7x19"},
@@ -87,12 +84,14 @@ def test_the_cases_of_the_hard_look_are_built_or_refused_with_the_field_to_chang
     assert all(reason.field for reason in found)
 
 
-def test_a_motor_that_is_for_no_drive_is_refused_with_those_that_are() -> None:
-    """RE 25: in its pilot of 10 mm no collar holds the shortest set screw over a shaft of 4 mm."""
-    from delta_cad.design import DesignError
-
-    with pytest.raises(DesignError, match=r"^design: hardware\.motor = .*re25.* must be one of maxon-re30-310007, "):
-        machine(hardware__motor="maxon-re25-118752")
+@pytest.mark.parametrize("motor", ["maxon-re25-118752", "maxon-ec45flat-411812"])
+def test_a_motor_that_is_for_no_capstan_is_refused_with_those_that_are(motor: str) -> None:
+    """Their rows say why: a collar that holds no set screw, screws that no key reaches."""
+    with pytest.raises(
+        DesignError, match=rf"^design: hardware\.motor = .*{motor}.* must be one of maxon-re30-310007, "
+    ):
+        machine(hardware__motor=motor)
+    assert "; for no " in catalogue.motor(motor).verified
 
 
 @pytest.mark.parametrize(
