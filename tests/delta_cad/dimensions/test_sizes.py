@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.joint import preload_range_N
+from delta_cad.dimensions.joint import spring_range_N
 from delta_cad.dimensions.sizes import bar_mm, growth, plate_mm, stem_mm
 from delta_cad.structure.refusals import refusals
 from delta_cad.structure.report import stiffness
@@ -25,7 +25,7 @@ def test_the_committed_machine_has_the_least_sizes(best_dimensions: Dimensions) 
     assert growth(d.design) == 1.0
     thick = d.layers.arm_mm[1] - d.layers.arm_mm[0]
     assert (thick, d.forearm.bar_diameter_mm, d.platform.plate_mm, d.platform.stem_diameter_mm) == (6.0, 8.0, 5.0, 10.0)
-    assert d.forearm.joint.preload_N == pytest.approx(8.80, abs=0.01)
+    assert d.forearm.joint.preload_N == pytest.approx(8.38, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -55,8 +55,8 @@ def test_sizes_are_the_next_that_are_stiff_enough() -> None:
     assert plate_mm(6.0, 8.1) == 12.5
     assert bar_mm(8.0, 16.0) == 16.0  # d^4
     assert (stem_mm(2.0), stem_mm(16.0), stem_mm(1e6)) == (12.0, 20.0, 30.0)
-    assert preload_range_N(3.0) == (8.0, 13.0)
-    assert preload_range_N(20.0) == pytest.approx((18.0, 29.25))
+    assert spring_range_N(3.0) == (8.0, 13.0)
+    assert spring_range_N(20.0) == pytest.approx((18.0, 29.25))
 
 
 def test_a_force_of_30_N_makes_a_stronger_and_stiffer_machine_than_3() -> None:
