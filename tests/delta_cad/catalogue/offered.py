@@ -15,21 +15,23 @@ from delta_cad.design import Design, design_from_dict
 from tests.committed import changed
 
 Changes = dict[str, Any]
-# What else a row asks for. A motor's ratio gives its joint what the design asks for ever, and a larger sector spares a
-# thin shaft; what is wider along the shoulder's axis wants a wider base; heavier knobs and balls want more torque,
-# larger balls a wider platform, and that another cube.
-ROOMY = {"requirements__envelope_depth_mm": 240.0, "requirements__envelope_width_mm": 280.0}
-ROOMY |= {
-    "requirements__couple_index_min": 0.3,
-    "requirements__stiffness_min_N_mm": 12.0,
-    "requirements__kappa_max": 2.6,
-    "requirements__shoulder_min_deg": -70.0,
-}
-HEAVIER = ROOMY | {
-    "hardware__capstan_ratio": 5.2,
-    "requirements__joint_torque_N_m": 0.42,
-    "mechanism__base_radius_mm": 32.0,
-}
+# What else a row asks for. What is wider along the shoulder's axis wants a wider base: base and platform grow alike, so
+# that every length that the mechanism's mathematics knows, and every limit of the committed design, stays. What is
+# heavier wants more torque; a thin shaft a larger sector.
+
+
+def wider(mm: float) -> Changes:
+    """The committed design with base and platform larger by a length, torque for the weight, and room."""
+    return {
+        "mechanism__base_radius_mm": 31.0 + mm,
+        "mechanism__platform_radius_mm": 24.0 + mm,
+        "requirements__envelope_width_mm": 270.0 + 2.0 * mm,
+        "requirements__envelope_depth_mm": 220.0 + 3.0 * mm,
+        "requirements__joint_torque_N_m": 0.42,
+        "hardware__capstan_ratio": 5.2,
+    }
+
+
 DESK: Changes = {  # what `optimizer synthesize` makes of tests/references/sizes/desk-150.toml
     "mechanism__base_radius_mm": 60.0,
     "mechanism__platform_radius_mm": 42.0,
@@ -53,40 +55,15 @@ DESK: Changes = {  # what `optimizer synthesize` makes of tests/references/sizes
     "hardware__platform_thickness_mm": 16.0,
 }
 WITH: dict[str, Changes] = {
-    "faulhaber-3257g024cr": ROOMY
-    | {
-        "hardware__capstan_ratio": 5.85,
-        "hardware__sector_radius_mm": 44.0,
-        "mechanism__base_radius_mm": 35.0,
-        "requirements__peak_force_N": 5.0,
-    },
-    "maxon-ec45flat-411812": ROOMY
-    | {
-        "hardware__capstan_ratio": 3.4,
-        "hardware__sector_radius_mm": 44.0,
-        "mechanism__base_radius_mm": 35.0,
-        "requirements__peak_force_N": None,
-        "requirements__peak_torque_N_m": None,
-    },
-    "maxon-re30-310009-500": ROOMY  # 21 mm longer, and no board at the shoulder
-    | {
-        "mechanism__base_radius_mm": 40.0,
-        "requirements__envelope_depth_mm": 260.0,
-        "requirements__envelope_width_mm": 300.0,
-        "requirements__couple_index_min": 0.25,
-        "requirements__stiffness_min_N_mm": 7.0,
-        "hardware__encoder_at": "motor",
-    },
+    "faulhaber-3257g024cr": wider(2.0) | {"hardware__capstan_ratio": 6.3, "hardware__sector_radius_mm": 44.0},
+    "maxon-re30-310009-500": wider(16.0) | {"hardware__encoder_at": "motor"},  # 21 mm longer
     "maxon-re50-370354": DESK,
-    "steel-0.8-7x19": ROOMY | {"mechanism__base_radius_mm": 35.0},
-    "619-8": ROOMY | {"mechanism__base_radius_mm": 32.0},
-    "608": ROOMY | {"mechanism__base_radius_mm": 36.0},
-    "din319-32": HEAVIER,
-    "8": HEAVIER,
-    "10": HEAVIER
-    | {
-        "mechanism__platform_radius_mm": 26.0,
-    },
+    "steel-0.8-7x19": wider(3.0),
+    "619-8": wider(1.0),
+    "608": wider(4.0),
+    "din319-32": wider(1.0),
+    "8": wider(1.0),
+    "10": wider(2.0),
 }
 
 
