@@ -227,7 +227,9 @@ def _certificate(read: _File, limits: Limits) -> Certificate:
         ),
         leaves=np.array(read.leaves, dtype=np.int64).reshape(-1, 6),
         boxes=read.boxes,
-        gravity=None if share is None else GravityShare(**dict(share), masses=None if held is None else held.masses),
+        gravity=None
+        if share is None
+        else GravityShare(**dict(share), masses=held.masses if held and share.sha256 else None),
         tolerance=tolerance,
     )
 

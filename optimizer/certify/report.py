@@ -251,7 +251,11 @@ def tolerance_sentence(c: Certificate, largest: LargestTolerance) -> str:
     parts = []
     if c.tolerance > 0.0:
         parts.append(f"within {mm(c.tolerance)} mm of every length and offset the limits are {_proved(c)}")
-    if largest.tolerance == 0.0:
+    if largest.late == "largest":
+        known = max(largest.tolerance, c.tolerance) if c.verdict == "proved" else largest.tolerance
+        so_far = f"{mm(known)} mm is" if known > 0.0 else "none is"
+        parts.append(f"{so_far} proved so far: the time was over before the largest was found: raise --proof-minutes")
+    elif largest.tolerance == 0.0:
         parts.append(f"no tolerance is proved: {' and '.join(largest.first)} leave no room for any")
     elif largest.first:
         parts.append(f"the largest tolerance proved is {mm(largest.tolerance)} mm, {' and '.join(largest.first)} first")
@@ -260,6 +264,9 @@ def tolerance_sentence(c: Certificate, largest: LargestTolerance) -> str:
     if largest.needs:
         needs = ", ".join(_need(need) for need in largest.needs)
         parts.append(f"{mm(largest.asked)} mm would need {needs}")
+    if largest.late == "needs":
+        late = "the time was over before it was found"
+        parts.append(f"{late} what {mm(largest.asked)} mm would need: raise --proof-minutes")
     return "; ".join(parts)
 
 
@@ -284,6 +291,7 @@ def tolerance_facts(c: Certificate, largest: LargestTolerance | None) -> dict[st
         "certified_mm": c.tolerance * MM,
         "proved": c.verdict == "proved",
         "largest_mm": largest.tolerance * MM,
+        "time_was_over_for": largest.late or None,
         "first_to_break": list(largest.first),
         "needs_for_mm": largest.asked * MM,
         "needs": [

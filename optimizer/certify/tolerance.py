@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError
@@ -48,12 +48,30 @@ class LargestTolerance:
         first: The conditions that are not proved with 1 % more; empty where the largest that can be asked is proved.
         asked: The tolerance that `needs` is about, m.
         needs: What the conditions that are not proved with that one would need.
+        late: For what the time was over: for the largest, which is then that proved so far, or for the needs, of which
+            there are then none; "" where it was enough.
     """
 
     tolerance: float
     first: tuple[str, ...]
     asked: float
     needs: tuple[Need, ...]
+    late: Literal["", "largest", "needs"] = ""
+
+
+class _TimeOverError(Exception):
+    """The time was over before a proof came to its end."""
+
+
+class _Watch:
+    """Tells of proofs, and keeps whether the time for them is over."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress, self.over = progress, False
+
+    def __call__(self, boxes: int, share: float) -> bool:
+        self.over = self.over or (self._progress is not None and bool(self._progress(boxes, share)))
+        return self.over
 
 
 def search_tolerance(
@@ -70,37 +88,50 @@ def search_tolerance(
         cube: The cube.
         limits: Tolerance in m -> the limits with it, from which gravity's share is taken off; at 0 they hold.
         asked: A tolerance that somebody wants, m; None: `USUAL`.
-        progress: Called now and then with the boxes examined and the share of the cube that is done.
+        progress: Called now and then with the boxes examined and the share of the cube that is done; what it returns
+            ends the search if it is true, with what it has reached.
 
     Returns:
         The largest, to 1 %.
     """
-    low, high = 0.0, most_of(g)
-    first = _unproved(g, cube, limits(high), high, progress)
-    if not first:
-        return LargestTolerance(high, (), high, ())
-    while high > low * CLOSE and high >= LEAST:
-        tried = float(f"{(math.sqrt(low * high) if low else 0.1 * high) * MM_PER_M:.{DIGITS}g}") / MM_PER_M
-        missing = _unproved(g, cube, limits(tried), tried, progress)
-        if missing:
-            high, first = tried, missing
-        else:
-            low = tried
-    wanted = USUAL if asked is None else asked
+    low, high, first = 0.0, most_of(g), ()
+    wanted, watch = USUAL if asked is None else asked, _Watch(progress)
+    try:
+        first = _unproved(g, cube, limits(high), high, watch)
+        if not first:
+            return LargestTolerance(high, (), high, ())
+        while high > low * CLOSE and high >= LEAST:
+            tried = float(f"{(math.sqrt(low * high) if low else 0.1 * high) * MM_PER_M:.{DIGITS}g}") / MM_PER_M
+            missing = _unproved(g, cube, limits(tried), tried, watch)
+            if missing:
+                high, first = tried, missing
+            else:
+                low = tried
+    except _TimeOverError:
+        return LargestTolerance(low, first, wanted, (), "largest")
     limited = limits(wanted)
-    missing = () if wanted <= low else _unproved(g, cube, limited, wanted, progress)
-    needs = tuple(need for name in missing for need in _needs(g, cube, limited[name], wanted, progress))
+    try:
+        missing = () if wanted <= low else _unproved(g, cube, limited, wanted, watch)
+        needs = tuple(need for name in missing for need in _needs(g, cube, limited[name], wanted, watch))
+    except _TimeOverError:
+        return LargestTolerance(low, first, wanted, (), "needs")
     return LargestTolerance(low, first, wanted, needs)
 
 
-def _unproved(
-    g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, progress: Progress | None
-) -> tuple[str, ...]:
-    """Names of the conditions that are not proved within a tolerance, each by itself where reach ends the proof."""
+def _unproved(g: DeltaGeometry, cube: Cube, limits: Limits, tolerance: float, watch: _Watch) -> tuple[str, ...]:
+    """Names of the conditions that are not proved within a tolerance, each by itself where reach ends the proof.
+
+    Raises:
+        _TimeOverError: The time was over before, or ended the proof, and some condition is undecided.
+    """
     from delta_cad.mechanism.proof.prove import prove
 
     def missing(asked: Limits) -> tuple[str, ...]:
-        proof = prove(g, cube, asked, tolerance=tolerance, max_boxes=MOST_BOXES, progress=progress)
+        if watch.over:
+            raise _TimeOverError
+        proof = prove(g, cube, asked, tolerance=tolerance, max_boxes=MOST_BOXES, progress=watch)
+        if watch.over and proof.verdict == "undecided":
+            raise _TimeOverError
         return tuple(f.condition for f in proof.findings if f.verdict != "proved")
 
     found = missing(limits)
@@ -109,11 +140,11 @@ def _unproved(
     return found
 
 
-def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, progress: Progress | None) -> list[Need]:
+def _needs(g: DeltaGeometry, cube: Cube, limit: PoseLimit, tolerance: float, watch: _Watch) -> list[Need]:
     """What each figure of a limit would need that is not proved by itself, such that they are proved together."""
 
     def proved(asked: PoseLimit) -> bool:
-        return not _unproved(g, cube, Limits.of(asked), tolerance, progress)
+        return not _unproved(g, cube, Limits.of(asked), tolerance, watch)
 
     found = []
     for figure in limit.figures:

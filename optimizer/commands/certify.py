@@ -218,7 +218,7 @@ def _certify(
             written = written if written.verdict == "proved" else certificate
         largest = None
         if given.tolerance is not None and certificate.verdict == "proved":
-            written, largest = _within(given, design, inertia, progress("all machines within a tolerance"))
+            written, largest = _within(given, design, inertia, certificate, progress("all machines within a tolerance"))
     rows = report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
@@ -240,10 +240,14 @@ def _certify(
         about = "the limits asked" if written is certificate else "the column `proved`"
         if largest is not None:
             print(tolerance_sentence(written, largest))
-            about = f"the limits asked, within {mm(written.tolerance)} mm"
+            about = f"the limits asked, within {mm(written.tolerance)} mm" if written.tolerance > 0.0 else about
         print(f"{given.out} is about {about}: {written.boxes} boxes examined, {len(written.leaves)} kept")
-    if largest is not None and written.verdict != "proved":
+    unanswered = largest is not None and largest.late == "largest" and given.tolerance == MAX
+    if largest is not None and (unanswered or written.verdict != "proved"):
         return refuse(f"{given.design.name}: {tolerance_sentence(written, largest)}", NOT_MET)
+    if given.tight and certificate.verdict == "proved" and written is certificate and progress.over:
+        tighter = "the time was over before the tightest limits were proved together: raise --proof-minutes"
+        return refuse(f"{given.design.name}: {tighter}", NOT_MET)
     if certificate.verdict == "proved":
         return DONE
     reasons = dict.fromkeys(shortfall(row) for row in broken(rows))
@@ -253,26 +257,46 @@ def _certify(
 
 
 def _within(
-    given: argparse.Namespace, design: Design, inertia: HandleInertia | None, progress: Progress
+    given: argparse.Namespace,
+    design: Design,
+    inertia: HandleInertia | None,
+    drawn: Certificate,
+    progress: Progress,
 ) -> tuple[Certificate, LargestTolerance]:
-    """Makes the certificate of all machines within the tolerance asked, or the largest, found in any case."""
+    """Makes the certificate of all machines within the tolerance asked, or the largest, which is looked for anyway.
+
+    Where no tolerance is proved it is that of the drawn machine.
+    """
     from delta_cad.common.units import MM_PER_M
     from optimizer.certify.certificate import certify, cube_of, limits_of
     from optimizer.certify.tolerance import search_tolerance
 
-    def share(within: float) -> GravityShare | None:
-        return share_of(design, given.mass_properties, given.gravity_torque, within)
+    def share(about: float) -> GravityShare | None:
+        return share_of(design, given.mass_properties, given.gravity_torque, about)
+
+    def within(tolerance: float, tell: Progress) -> Certificate:
+        gravity = share(tolerance)
+        return certify(
+            design,
+            limits_of(design, gravity, inertia),
+            gravity=gravity,
+            tolerance=tolerance,
+            max_boxes=given.max_boxes,
+            progress=tell,
+        )
 
     asked = None if given.tolerance == MAX else given.tolerance / MM_PER_M
+    written = None if asked is None else within(asked, progress)  # what is asked comes before what is told beside it
     largest = search_tolerance(
-        design.geometry, cube_of(design), lambda within: limits_of(design, share(within), inertia), asked, progress
+        design.geometry, cube_of(design), lambda about: limits_of(design, share(about), inertia), asked, progress
     )
-    within = largest.tolerance if asked is None else asked
-    gravity = share(within)
-    limits = limits_of(design, gravity, inertia)
-    return certify(
-        design, limits, gravity=gravity, tolerance=within, max_boxes=given.max_boxes, progress=progress
-    ), largest
+
+    def tell(boxes: int, part: float) -> None:  # and end nothing: the search has just proved it, in a second or two
+        progress(boxes, part)
+
+    if written is None:
+        written = within(largest.tolerance, tell) if largest.tolerance > 0.0 else drawn
+    return written, largest
 
 
 class _Clock:

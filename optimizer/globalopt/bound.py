@@ -77,7 +77,7 @@ def solve(
     proven = prove_optimum(problem, **effort.most(), before_mm=before_mm, seed=seed, report=tell, stop=stop)
     design = proven.design_mm or found or problem.lengths_mm(np.full(len(problem.free), 0.5))
     objective = finite(proven.objective) if proven.certified else None
-    proof = Bound(objective, finite(proven.bound), finite(proven.gap), proven.boxes)
+    proof = Bound(objective, finite(proven.bound), finite(proven.gap), proven.boxes, proven.late)
     return Result(problem, "proven", design, proven.status, proof=proof)
 
 
@@ -114,4 +114,4 @@ def with_bound(
     if not math.isfinite(proven.bound):
         return result
     gap = abs(result.objective - proven.bound) / result.objective if result.objective > 0.0 else math.inf
-    return replace(result, proof=Bound(None, proven.bound, finite(gap), proven.boxes))
+    return replace(result, proof=Bound(None, proven.bound, finite(gap), proven.boxes, proven.late))

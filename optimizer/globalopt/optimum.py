@@ -90,6 +90,7 @@ class Proven:
             "interrupted": stopped by hand.
         cutting_points: Points of the cube that were in use.
         certified: Whether the objective is proved; else its constraints alone are, and the condition number is sampled.
+        late: Whether the time was over before that.
     """
 
     objective: float
@@ -100,6 +101,7 @@ class Proven:
     status: Status
     cutting_points: int = 0
     certified: bool = True
+    late: bool = False
 
 
 def prove_optimum(
@@ -169,7 +171,7 @@ class _Proof:
         self.count, self.fixed = len(first), len(first)
         self.hits = np.zeros(POINTS, dtype=np.int64)
         self.vain = self.idle = 0
-        self.certifying, self.certified = CERTIFYING, True
+        self.certifying, self.certified, self.late = CERTIFYING, True, False
 
     def run(
         self, incumbent_mm: tuple[float, ...] | np.ndarray | None, before_mm: tuple[float, ...] | np.ndarray | None
@@ -208,7 +210,7 @@ class _Proof:
         gap = self._gap() if self.best else math.nan
         if status == "proved" and not self.certified:
             status = "gap not reached"  # the objective is only sampled
-        return Proven(objective, bound, gap, design, self.boxes, status, self.count, self.certified)
+        return Proven(objective, bound, gap, design, self.boxes, status, self.count, self.certified, self.late)
 
     def _gap(self) -> float:
         if self.best is None:
@@ -232,7 +234,8 @@ class _Proof:
             self.report(Now(self.boxes, self._objective(), self.bound, design, certifying))
 
     def _ends(self) -> bool:
-        return self.stop() or monotonic() > self.deadline
+        self.late = monotonic() > self.deadline
+        return self.stop() or self.late
 
     def _certified(self, design_mm: np.ndarray) -> Certified | None:
         return certified(self.problem, design_mm, self.certifying, self._watch)

@@ -32,11 +32,13 @@ ADVICE = {
     "no feasible design": "the GA met no feasible design though there is one; raise the population or use `sqp`",
     "interrupted": "stopped by hand; `--resume` goes on where it stopped",
     "proved": "holds at every point of its cube, and no design within the bounds is better by more than the gap",
-    "gap not reached": "holds at every point of its cube; the gap is what was reached: raise `--boxes` or the time",
-    "undecided": "no design was found and none was proved to be impossible: raise `--boxes` or the time",
+    "gap not reached": "holds at every point of its cube; the gap is what was reached",
+    "undecided": "no design was found and none was proved to be impossible",
     "infeasible": "no design within the bounds meets the constraints, proved; relax one of them",
 }
 STEEP = "its constraints hold at every point of its cube; kappa rises too steeply there to be proved and is sampled"
+# What ended a proof that did not come to its end, by whether that was the time -> what to raise.
+MORE = {False: "raise --boxes", True: "the time was over: raise --proof-minutes"}
 NOTHING_GAINED = ("not improved", "gap not reached", "undecided")
 FULL_SIDE = (
     "its half side is the largest that step 2 found, which leaves kappa next to nothing to gain: "
@@ -54,12 +56,14 @@ class Bound(NamedTuple):
         bound: No design within the bounds of the step is better: mm, or a condition number; None if there is none.
         gap: Distance of the objective from it, as a share of the objective; None without either.
         boxes: Boxes of designs that were examined.
+        late: Whether the time was over before the proof came to its end.
     """
 
     certified: float | None
     bound: float | None
     gap: float | None
     boxes: int
+    late: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,11 +96,13 @@ class Result:
         gap = None if self.proof is None else self.proof.gap
         if self.status in GUESSES and gap is not None and gap <= CLOSE:
             return "the best there is within the bounds, but for the gap"
-        text = ADVICE[self.status]
+        text, more = ADVICE[self.status], MORE[self.proof is not None and self.proof.late]
+        if self.status in ("gap not reached", "undecided"):
+            text = f"{text}: {more}"
         if self.status == "gap not reached" and self.proof is not None and self.proof.certified is None:
             text = STEEP
         if self.status in GUESSES and gap is not None:
-            text = f"at most {gap:.2g} of it can still be gained; raise --boxes, or use `proven`"
+            text = f"at most {gap:.2g} of it can still be gained; {more}, or use `proven`"
         return text if gap is not None and gap <= CLOSE else text + self._narrowed()
 
     def _narrowed(self) -> str:
@@ -207,7 +213,7 @@ class Result:
     def record(self) -> dict[str, Any]:
         """Gathers the facts as plain data for JSON; what is infinite is None."""
         L_A, R = self.design_mm[0], self.design_mm[2]
-        _, bound, gap, boxes = (None,) * 4 if self.proof is None else self.proof
+        _, bound, gap, boxes, _ = (None,) * 5 if self.proof is None else self.proof
         turned = bool(outline_of(self.problem.requirements).room(np.array(R + L_A))[1])
         return {
             "step": self.problem.step,

@@ -44,7 +44,7 @@ BAD_FILES: dict[str, tuple[bytes, tuple[str, ...]]] = {
         json.dumps(changed(mechanism__forearm_length_mm=-112.0)).encode(),
         ("mechanism.forearm_length_mm", "-112.0", "> 0"),
     ),
-    "zero": (json.dumps(changed(requirements__force_N=0.0)).encode(), ("requirements.force_N", "0.0", "> 0")),
+    "zero": (json.dumps(changed(requirements__force_N=0.0)).encode(), ("requirements.force_N", "0.0", ">= 1e-06")),
     "text for a number": (
         json.dumps(changed(mechanism__base_radius_mm="forty")).encode(),
         ("mechanism.base_radius_mm", '"forty"'),

@@ -76,6 +76,35 @@ def test_the_committed_design_is_at_its_limits_and_is_told_what_gives_room(
     assert "within 0.05 mm of every length and offset the limits are all proved" in capsys.readouterr().out
 
 
+def test_a_search_that_the_time_ends_says_what_it_reached_and_no_more(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, out = changed(tmp_path, **ROOMY), tmp_path / "c.json"
+
+    def told(asked: str, minutes: float, code: int) -> dict[str, Any]:
+        assert call(*certify, "--tolerance", asked, "--proof-minutes", str(minutes), "--json") == code
+        told, err = capsys.readouterr()
+        assert ("time was over" in err) == (code != 0)
+        assert "would need" not in err
+        return json.loads(told)["tolerance"]
+
+    certify = ("certify", "--design", path, "--out", out)
+    none = told("max", 1e-9, 1)
+    assert (none["largest_mm"], none["time_was_over_for"], none["certified_mm"]) == (0.0, "largest", 0.0)
+    assert "tolerance_m" not in json.loads(out.read_text())  # that of the drawn machine, which is proved
+    asked = told("0.01", 1e-9, 0)
+    assert (asked["proved"], asked["time_was_over_for"]) == (True, "largest")
+    calls = iter(range(10**9))
+    monkeypatch.setattr("optimizer.commands.certify.monotonic", lambda: float(next(calls)))  # s, a look each
+    some = told("max", 0.2, 1)
+    assert 0.0 < some["largest_mm"] == some["certified_mm"]
+    assert some["needs"] == []
+    assert call("verify", out, "--tolerance", f"{some['largest_mm']:g}") == 0
+    capsys.readouterr()
+    whole = told("max", 1e6, 0)
+    assert (whole["time_was_over_for"], whole["largest_mm"] >= some["largest_mm"]) == (None, True)
+
+
 @pytest.mark.parametrize("value", ["-0.1", "0", "nan", "inf", "small", "50"])
 def test_a_tolerance_that_is_none_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], value: str) -> None:
     try:

@@ -140,6 +140,8 @@ def test_a_proof_ends_with_its_time_and_says_what_it_reached(
     for cut, full in zip(short, whole, strict=True):
         assert cut["objective"] == full["objective"]
         assert cut["boxes"] == 0
+        assert "the time was over: raise --proof-minutes" in cut["advice"]
+        assert "--boxes" not in cut["advice"]
         assert cut["proven_bound"] is None or cut["proven_bound"] >= full["proven_bound"]
     for wrong in ("0", "-1", "nan", "inf", "a"):
         with pytest.raises(SystemExit) as ended:

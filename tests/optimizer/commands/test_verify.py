@@ -59,13 +59,12 @@ def test_a_certificate_with_fields_that_no_design_has_is_unreadable_and_nothing_
     capsys.readouterr()
     good = json.loads(out.read_text())
     evil = "\x1b[31mred\nline"
-    weighed = good["gravity"]["masses"]
     for change, where in (
         ({"boxes": -5}, "boxes"),
         ({"design": evil}, "design"),
         ({"design": "fine\n"}, "design"),
         ({"design_hash": evil}, "design_hash"),
-        ({"gravity": good["gravity"] | {"masses": weighed | {"file_sha256": evil}}}, "gravity.masses.file_sha256"),
+        ({"gravity": good["gravity"] | {"mass_file_sha256": evil}}, "gravity.mass_file_sha256"),
         ({evil: 1}, "'\\x1b[31mred\\nline'"),
     ):
         out.write_text(json.dumps(redigested(good | change)))
@@ -121,20 +120,14 @@ def test_a_share_of_gravity_that_was_compared_with_nothing_is_not_enough(
     """Any share can be written into a file, and the digest that fits it."""
     path, out = changed(tmp_path), tmp_path / "c.json"
     file = masses(tmp_path, load_design(path))
-    weightless = {"carried_mass_kg": 0.0, "arm_moment_kg_m": 0.0}
-    for hand, change, as_recorded in (
-        ("0", {}, 1),
-        ("1e-12", {}, 0),
-        (None, {}, 0),
-        (None, {"weight_N": 0.0, "reserve_N_m": 0.0, "masses": weightless}, 1),
-        (None, {"weight_N": 1e-12, "masses": weightless}, 0),
-    ):
+    lighter = {"carried_mass_kg": 1e-9, "arm_moment_kg_m": 0.0, "loose_moment_kg_m": 0.0}
+    for hand, change, as_recorded in (("0", {}, 1), ("1e-12", {}, 0), (None, {}, 0), (None, lighter, 0)):
         given = ("--mass-properties", file) if hand is None else ("--gravity-torque", hand)
         assert call("certify", "--design", path, "--out", out, *given) == 0
         good = json.loads(out.read_text())
-        share = good["gravity"] | change
-        share["masses"] = good["gravity"]["masses"] and good["gravity"]["masses"] | (share["masses"] or {})
-        out.write_text(json.dumps(redigested(good | {"gravity": share})))
+        if change:
+            good["limits"]["held_masses"] |= change
+        out.write_text(json.dumps(redigested(good)))
         capsys.readouterr()
         assert call("verify", out, "--design", path, "--json") == 1
         told, err = capsys.readouterr()
