@@ -56,7 +56,8 @@ DESK: Changes = {  # what `optimizer synthesize` makes of tests/references/sizes
 }
 WITH: dict[str, Changes] = {
     "faulhaber-3257g024cr": wider(2.0) | {"hardware__capstan_ratio": 6.3, "hardware__sector_radius_mm": 44.0},
-    "maxon-re30-310009-500": wider(16.0) | {"hardware__encoder_at": "motor"},  # 21 mm longer
+    "maxon-re30-310009-500": wider(16.0)  # 21 mm longer; rods farther apart hold the larger platform
+    | {"hardware__encoder_at": "motor", "mechanism__parallelogram_width_mm": 60.0},
     "maxon-re50-370354": DESK,
     "steel-0.8-7x19": wider(3.0),
     "619-8": wider(1.0),

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.dimensions import DimensionError, Dimensions
+from delta_cad.design import design_from_dict
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.dimensions.bracket import BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
-from tests.committed import DATA
+from tests.committed import DATA, changed
 from tests.delta_cad.dimensions.edited import edited
 
 
@@ -141,7 +142,7 @@ def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_t
 @pytest.mark.parametrize(("motor", "collar"), [("maxon-re30-310007", 7.0), ("maxon-re30-310009", 6.5)])
 def test_set_screws_end_flush_with_the_collar(motor: str, collar: float) -> None:
     """M3 x 4 on shafts of 6 and 5 mm: sunk ones would turn out against their own thread, for the key's check."""
-    d = edited(motor=motor)
+    d = dimensions(design_from_dict(changed(hardware__motor=motor)))
     assert capstan(d).collar_radius_mm == pytest.approx(collar)
 
 

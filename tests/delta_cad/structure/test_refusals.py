@@ -91,7 +91,7 @@ def test_a_motor_that_is_for_no_capstan_is_refused_with_those_that_are(motor: st
         DesignError, match=rf"^design: hardware\.motor = .*{motor}.* must be one of maxon-re30-310007, "
     ):
         machine(hardware__motor=motor)
-    assert "; for no " in catalogue.motor(motor).verified
+    assert "partly: for no " in catalogue.motor(motor).verified
 
 
 @pytest.mark.parametrize(
