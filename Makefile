@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 # of linear algebra in each: a second would only wait, and in that take the core of the other worker.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: build test bench coverage mutants faults endurance lint clean
+.PHONY: build test bench coverage mutants faults offered endurance lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -36,6 +36,10 @@ mutants: $(STAMP)
 # Wrong machines, one fault each: which of them do the checks of a build refuse.
 faults: $(STAMP)
 	$(PYTHON) -m tests.delta_cad.faults
+
+# Every motor, cable, bearing, tube, ball, ... of the catalogue in a machine of its own, all checks: half an hour.
+offered: $(STAMP)
+	$(PYTHON) -m tests.delta_cad.catalogue.offered
 
 # Damaged files, kills, full disks: half an hour on two cores; MINUTES=10 for less.
 endurance: $(STAMP)

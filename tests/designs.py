@@ -137,6 +137,7 @@ REFUSED = [
     ("cube.bottom_height_mm", -1.0, "cube.bottom_height_mm = -1.0: must be > 0 and <= 2000 mm"),
     ("requirements.force_N", 0, "requirements.force_N = 0: must be >= 1e-06 and <= 1000 N"),
     ("requirements.joint_torque_N_m", 0, "requirements.joint_torque_N_m = 0: must be >= 1e-06 and <= 100 N m"),
+    ("requirements.peak_torque_N_m", 101, "requirements.peak_torque_N_m = 101: must be > 0 and <= 100 N m"),
     ("requirements.kappa_max", 0.5, "requirements.kappa_max = 0.5: must be >= 1 and <= 1e+06"),
     ("requirements.lean_max_deg", 90, "requirements.lean_max_deg = 90: must be > 0 and < 90 deg"),
     ("requirements.clearance_min_mm", -1, "requirements.clearance_min_mm = -1: must be >= 0 and <= 100 mm"),

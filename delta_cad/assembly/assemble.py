@@ -107,6 +107,13 @@ def _bracket(bench: Bench, i: int) -> None:
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))
 
+    if d.sensed_at_shoulder:
+        _board(bench, shoulder, i)
+
+
+def _board(bench: Bench, shoulder: np.ndarray, i: int) -> None:
+    """Places the encoder's board on the cheek's head, on its spacers."""
+    d, layers = bench.d, bench.d.layers
     board = bench.once("encoder_board", lambda: make_encoder_board(d))
     back, front = layers.encoder_board_mm
     bench.put(f"encoder_board_{i}", board, "base", shoulder @ at(0.0, front, 0.0) @ UPRIGHT)
@@ -127,11 +134,14 @@ def _arm(bench: Bench, i: int) -> None:
     bench.put(
         f"shoulder_shaft_{i}", bench.once("shoulder_shaft", lambda: shaft.make_shoulder_shaft(d)), link, np.eye(4)
     )
-    magnet = bench.once("encoder_magnet", lambda: make_magnet(d))
-    bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
+    if d.sensed_at_shoulder:
+        magnet = bench.once("encoder_magnet", lambda: make_magnet(d))
+        bench.put(f"encoder_magnet_{i}", magnet, link, at(0.0, d.shaft.y_mm[0], 0.0))
     bench.put(f"cross_bar_{i}_elbow", bench.once("cross_bar", lambda: forearm.make_cross_bar(d)), link, at(a.length_mm))
     _balls(bench, i, "elbow", link, at(a.length_mm))
     bench.gap(f"upper_arm_{i}", f"encoder_cheek_{i}", BESIDE_MM, "arm turns beside the cheek, 1 mm by design")
+    if not d.sensed_at_shoulder:
+        return
     nearest, widest = d.encoder.air_gap_min_mm, d.encoder.air_gap_max_mm
     bench.gap(f"encoder_magnet_{i}", f"encoder_board_{i}", nearest, "air gap of the encoder", widest)
     bench.gap(f"shoulder_shaft_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm, "air gap of the encoder")

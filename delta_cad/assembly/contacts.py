@@ -125,6 +125,8 @@ def _dowel(bench: _Contacts, pin: str, *parts: str) -> None:
 
 
 def _sensor(bench: _Contacts, d: Dimensions, i: int) -> None:
+    if not d.sensed_at_shoulder:
+        return
     magnet, board = f"encoder_magnet_{i}", f"encoder_board_{i}"
     bench.cylinder(magnet, f"shoulder_shaft_{i}", 0.9 * d.magnet.thickness_mm, GLUE_MM, "magnet bonded in the shaft")
     screw = catalogue.screw(brackets.BOARD_SCREW)

@@ -19,7 +19,6 @@ BESIDE = (  # what of an arm passes what of its own bracket at less than the cle
     ("shoulder_shaft_{}", "encoder_cheek_{}"),
     ("shoulder_shaft_{}", "wave_spring_{}"),
     *((f"sector_dowel_{{}}_{k}", "encoder_cheek_{}") for k in range(2)),
-    ("encoder_magnet_{}", "bearing_{}_e"),
 )
 BESIDE_HEADS = ("sector_{}", "pinion_{}")  # what passes the heads of the motor's screws
 
@@ -83,11 +82,15 @@ def place_capstan(bench: Bench, i: int) -> None:
     bench.gap(f"sector_{i}", f"motor_cheek_{i}", BESIDE_MM, "sector turns beside the cheek, 1 mm by design")
     for moving, fixed in BESIDE:
         bench.gap(moving.format(i), fixed.format(i), BESIDE_MM, "turns beside the bracket, 1 mm or more by design")
+    if d.sensed_at_shoulder:
+        bench.gap(f"encoder_magnet_{i}", f"bearing_{i}_e", BESIDE_MM, "in the shaft's head, 1 mm or more by design")
     bench.gap(f"sector_{i}", f"motor_{i}", BESIDE_MM, "the motor's shaft comes out of the pinion beside the rim")
     for k in range(len(d.bracket.motor_screws_rad)):
         for moving in BESIDE_HEADS:
             bench.gap(moving.format(i), f"motor_screw_{i}_{k}", BESIDE_MM, "turns beside the sunk heads")
-    bench.gap(f"sector_{i}", pinion, 1.2, "capstan gap, 1 mm between the pitch circles by design", 1.65)
+    thicker = 0.75 * (d.cable.diameter_mm - 0.54)  # between the rim and the pinion's crest; 1.4 mm for 0.54 mm
+    words = "capstan gap, 1 mm between the pitch circles by design"
+    bench.gap(f"sector_{i}", pinion, 1.2 + thicker, words, 1.65 + thicker)
     bench.gap(f"sector_{i}", f"stop_pin_{i}_0", 0.3, "stop pin in its slot, 0.5 mm at either side")
     bench.gap(pinion, f"motor_cheek_{i}", 0.3, "collar in the pilot's bore, 0.5 mm by design")
     for k in range(2):

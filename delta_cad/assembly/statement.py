@@ -90,6 +90,8 @@ def _drive(d: Dimensions, i: int) -> list[Stated]:
 
 
 def _sensor(d: Dimensions, i: int) -> list[Stated]:
+    if not d.sensed_at_shoulder:  # the motors have encoders of their own, on their rear ends
+        return []
     group, screws = f"sensor_{i}", d.encoder.hole_count
     return [
         Stated(group, f"encoder_magnet_{i}", 1, "encoder_magnet", f"upper_arm_{i}"),

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from delta_cad.commands.machine import design_arguments
+from delta_cad.commands.machine import design_arguments, refuse_design, refuse_hardware, refused
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 
 NAME = "inspect"
@@ -31,11 +31,15 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
+        if reasons := refused(design):
+            return refuse_hardware(given, design.name, [], reasons)
         inertia = None
         if given.mass_properties is not None:
             inertia = load_masses(given.mass_properties, design).handle_inertia
         rows = inspection(design, inertia)
-    except (DesignError, MassError) as error:
+    except DesignError as error:
+        return refuse_design(given, error)
+    except MassError as error:
         return refuse(str(error), BAD_INPUT)
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)

@@ -173,5 +173,6 @@ def _drive(design: Design) -> list[InspectionRow]:
             ("cable's pretension", drive.cable_pretension_N, "N"),
             ("cable safety at the peak", drive.cable_safety_factor, ""),
             ("drum to cable ratio", drive.bend_ratio, "", f"advised {drive.bend_ratio_recommended:g}"),
+            ("cable's bending life, of that at the advised ratio", 100.0 * (drive.bend_life_share or 0.0), "%"),
         ]
     return [InspectionRow("drive", *row) for row in rows]

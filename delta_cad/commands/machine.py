@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all
 from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
-    from delta_cad.design import Design
+    from delta_cad.design import Design, DesignError
+    from delta_cad.dimensions import Reason
 
 NOT_BUILT = 3
 # design, what was typed, what to call with the name of the next phase -> what came of it
@@ -49,10 +52,15 @@ def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -
     try:
         design = load_design(given.design, given.catalogue)
     except DesignError as error:
-        return refuse(str(error), BAD_INPUT)
+        return refuse_design(given, error)
     from delta_cad.commands.tables import print_outcome
     from delta_cad.mechanism import MechanismError
 
+    try:
+        if reasons := refused(design):
+            return refuse_hardware(given, design.name, [], reasons)
+    except MechanismError as error:
+        return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     try:
         require_room(place(design, given), folder=folder)
     except OSError as error:
@@ -77,6 +85,42 @@ def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -
     else:
         print_outcome(outcome)
     return DONE if outcome.passed else NOT_MET
+
+
+def refused(design: Design) -> tuple[Reason, ...]:
+    """Gives every reason why the hardware of a design cannot do, in closed form: no kernel is loaded for it."""
+    from delta_cad.structure.refusals import refusals
+
+    return refusals(design)
+
+
+def refuse_design(given: argparse.Namespace, error: DesignError) -> int:
+    """Refuses a design file with all that was found in it and, where it can be computed with, its hardware."""
+    from delta_cad.mechanism import MechanismError
+
+    reasons: tuple[Reason, ...] = ()
+    if error.design is not None:
+        with suppress(MechanismError, ValueError, ArithmeticError):  # told already: its numbers cannot go together
+            reasons = refused(error.design)
+    named = (str(error), *error.more)
+    fresh = [reason for reason in reasons if not any(f" {reason.field} = " in line for line in named)]
+    name = "" if error.design is None else error.design.name
+    return refuse_hardware(given, name, named, fresh)
+
+
+def refuse_hardware(given: argparse.Namespace, name: str, lines: Sequence[str], reasons: Sequence[Reason]) -> int:
+    """Tells why a design is refused, one line a reason, and with `--json` as records, too.
+
+    Args:
+        given: What was typed.
+        name: The design's name; "" where its file could not be read as one.
+        lines: Lines of the design file's own refusal.
+        reasons: Why its hardware cannot do.
+    """
+    if given.json and name:
+        told = [{"message": line} for line in lines] + [asdict(reason) for reason in reasons]
+        print(json.dumps({"name": name, "passed": False, "refused": told, "folder": None}, indent=1))
+    return refuse_all([*lines, *(f"{given.design.name}: {reason}" for reason in reasons)], BAD_INPUT)
 
 
 def _unwritten(given: argparse.Namespace, error: OSError) -> int:

@@ -16,7 +16,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.makes import check_makes
 from delta_cad.checks.range.cable import check_cable
-from delta_cad.checks.range.drive import check_drive
+from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.sections import check_sections
@@ -154,8 +154,10 @@ def check_machine(
     progress("torque with gravity")
     gravity = np.array(required.gravity_m_s2)
     results.append(check_holding(machine.assembly, limits, bodies, gravity))
-    results += check_drive(drive_torque(d.design))
+    drive = drive_torque(d.design)
+    results += check_drive(drive)
     results += check_cable(machine.assembly)
+    results += check_bend(drive)
     progress("materials and sections")
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))

@@ -248,6 +248,13 @@ def refuse(message: str, code: int) -> int:
     return code
 
 
+def refuse_all(messages: Sequence[str], code: int) -> int:
+    """Tells everything that is wrong, one printable line each, as `refuse` does."""
+    for message in messages:
+        refuse(message, code)
+    return code
+
+
 class Interrupt:
     """Hears Ctrl-C: a `KeyboardInterrupt`, which comes again for as long as the block goes on.
 

@@ -28,7 +28,7 @@ from delta_cad.design.record import (
     Hardware,
     Mechanism,
 )
-from delta_cad.design.sums import impossible_sum
+from delta_cad.design.sums import impossible_sums
 from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
@@ -45,7 +45,15 @@ UNITS = {
 
 
 class DesignError(RefusedError):
-    """A design that is refused."""
+    """A design that is refused.
+
+    Attributes:
+        more: Further reasons, each a line as the first one, where several were found at once.
+        design: The design, where each field is within its bounds and only together they cannot be; else None.
+    """
+
+    more: tuple[str, ...] = ()
+    design: Design | None = None
 
 
 def load_design(path: str | Path, own_parts: Path | None = None) -> Design:
@@ -109,9 +117,10 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None) ->
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
-    fault = impossible_sum(design)
-    if fault is not None:
-        raise DesignError(file, fault.field, short(fault.value), fault.allowed)
+    if faults := impossible_sums(design):
+        first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
+        first.more, first.design = tuple(map(str, more)), design
+        raise first
     return design
 
 
@@ -245,6 +254,8 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         return f"must be a folder's name, relative to that of this file, of at most {FOLDER_LONGEST} characters"
     if name == "drive":
         return 'must be "capstan" or "direct"'
+    if name == "encoder_at":
+        return 'must be "shoulder" or "motor"'
     if name in HARDWARE_FAMILIES and model is Hardware:
         return f"must be one of {', '.join(catalogue.family(name))}"
     info = model.model_fields.get(name)
@@ -285,4 +296,13 @@ def _check_drive(hardware: Hardware, file: str) -> None:
         motors = catalogue.family("motor", hardware.own_parts).items()
         legal = [key for key, row in motors if isinstance(row, catalogue.Motor) and hardware.drive in row.drives]
         allowed = f"is not for the {hardware.drive} drive; must be one of {', '.join(legal)}"
+        raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)
+    if hardware.encoder_at == "motor" and catalogue.motor.chosen(hardware).encoder_counts_per_turn is None:
+        motors = catalogue.family("motor", hardware.own_parts).items()
+        sensed = [
+            key
+            for key, row in motors
+            if isinstance(row, catalogue.Motor) and hardware.drive in row.drives and row.encoder_counts_per_turn
+        ]
+        allowed = f"has no encoder of its own, which hardware.encoder_at = motor asks for; {', '.join(sensed)} have"
         raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)

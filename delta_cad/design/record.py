@@ -61,6 +61,9 @@ class Hardware(Section):
     capstan_ratio: float = Field(default=9.85, ge=2, le=30, description="turns of the motor per turn of the arm")
     sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
     cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
+    encoder_at: Literal["shoulder", "motor"] | None = Field(
+        default=None, description="motor: the motor's own encoder; shoulder, as where it is left out: board and magnet"
+    )
     encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")
     bearing: str = Field(default="688", description="id in the catalogue of bearings")
     tube: str = Field(default="cfrp-5x3", description="id in the catalogue of tubes: the rods")
@@ -68,7 +71,9 @@ class Hardware(Section):
     foot: str = Field(default="foot-m4-stud-15x8", description="id in the catalogue of feet")
     magnet: str = Field(default="ndfeb-6x2.5-diametric", description="id in the catalogue of magnets")
     base_plate_thickness_mm: float = Field(default=8.0, ge=4, le=30, description="base plate")
-    arm_thickness_mm: float = Field(default=8.0, ge=5, le=20, description="upper arm plate")
+    arm_thickness_mm: float = Field(
+        default=8.0, ge=5, le=20, description="upper arm plate, at least: loads may ask more"
+    )
     platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
     _own_parts: OwnParts | None = PrivateAttr(default=None)

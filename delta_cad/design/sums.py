@@ -24,17 +24,10 @@ class Contradiction(NamedTuple):
     allowed: str
 
 
-def impossible_sum(design: Design) -> Contradiction | None:
-    """Gives the first condition that a design with each field within its own bounds breaks, None for a sound one."""
-    return (
-        _shoulder_range(design)
-        or _peaks(design)
-        or _platform_size(design)
-        or _fold(design)
-        or _farthest_corner(design)
-        or _clashing_wrists(design)
-        or _pinion(design)
-    )
+def impossible_sums(design: Design) -> list[Contradiction]:
+    """Gives every condition that a design with each field within its own bounds breaks, none for a sound one."""
+    conditions = (_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner, _clashing_wrists, _pinion)
+    return [fault for condition in conditions if (fault := condition(design)) is not None]
 
 
 def _shoulder_range(design: Design) -> Contradiction | None:

@@ -30,15 +30,17 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.layers import Layers, layers
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, require
+from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
+from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 PRELOAD_N = 10.0  # of the shoulder's bearings: over the axial load of some 0.6 N per N at the handle, 3 N and 10 m/s2
+ARM_PLATE_MM = 6.0  # of an upper arm that is stiff enough, where the least sizes are
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
-__all__ = ["DimensionError", "Dimensions", "dimensions"]
+__all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,11 @@ class Dimensions:
         return float(inverse_kinematics(self.design.geometry, home)[0])
 
     @property
+    def sensed_at_shoulder(self) -> bool:
+        """Whether the shoulder carries an encoder's board and magnet; else the motors have encoders of their own."""
+        return self.design.hardware.encoder_at != "motor"
+
+    @property
     def stops_rad(self) -> tuple[float, float]:
         """Shoulder angles at which the stop pins are met."""
         return (
@@ -92,13 +99,18 @@ def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
         for row in catalogue.wave_spring.rows.values()
         if row.housing_mm == bearing.outer_mm and row.inner_mm > bearing.inner_ring_outer_mm
     ]
+    housings = sorted({row.housing_mm for row in catalogue.wave_spring.rows.values()})
     require(
         bool(rows),
         "shoulder",
         "preload",
         f"hardware.bearing = {bearing.id} has an outside diameter of {bearing.outer_mm:g} mm, for which the catalogue "
-        "has no wave spring",
+        f"has no wave spring; for {', '.join(f'{v:g}' for v in housings)} mm it has",
+        "hardware.bearing",
+        bearing.id,
+        next((row.id for row in catalogue.bearing.rows.values() if row.outer_mm in housings), None),
     )
+    rows = rows or list(catalogue.wave_spring.rows.values())  # in a search of reasons
     return min(rows, key=lambda row: abs(row.force_N - PRELOAD_N))
 
 
@@ -107,8 +119,13 @@ def dimensions(design: Design) -> Dimensions:
 
     Raises:
         UnreachableError: A point of the cube is out of reach.
-        DimensionError: A part cannot be given sound dimensions.
+        DimensionError: Parts cannot be given sound dimensions; it holds every reason that was found.
     """
+    with all_reasons():
+        return _dimensions(design)
+
+
+def _dimensions(design: Design) -> Dimensions:
     mechanism, hardware = design.mechanism, design.hardware
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
@@ -118,15 +135,18 @@ def dimensions(design: Design) -> Dimensions:
     cable, tube = catalogue.cable.chosen(hardware), catalogue.tube.chosen(hardware)
     knob = catalogue.knob.chosen(hardware)
     run = rim = None
+    grown = growth(design)
+    arm_mm = max(hardware.arm_thickness_mm, plate_mm(ARM_PLATE_MM, grown))
     if hardware.drive == "capstan":
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
         clear = design.requirements.clearance_min_mm
-        rim = rim_y_mm(run, cable.diameter_mm, hardware.arm_thickness_mm, mechanism.base_radius_mm, clear)
+        rim = rim_y_mm(run, cable.diameter_mm, arm_mm, mechanism.base_radius_mm, clear)
     preload = None if rim is None else preload_spring(bearing)
     spring_mm = 0.0 if preload is None else preload.work_height_mm
-    stack = layers(hardware.arm_thickness_mm, rim, pinion_end_mm(rim), bearing, spring_mm, encoder, motor)
+    stack = layers(arm_mm, rim, pinion_end_mm(rim), bearing, spring_mm, encoder, motor, grown)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
-    bar_bore = CROSS_BAR_MM + 2 * BAR_GLUE_MM
+    bar = bar_mm(CROSS_BAR_MM, grown)
+    bar_bore = bar + 2 * BAR_GLUE_MM
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing)
     capstan = None
     if run is not None:
@@ -169,6 +189,8 @@ def dimensions(design: Design) -> Dimensions:
         required.force_N,
         required.lean_max_deg,
         required.clearance_min_mm,
+        bar,
+        largest_force_N(required),
     )
     return Dimensions(
         design=design,
@@ -179,7 +201,9 @@ def dimensions(design: Design) -> Dimensions:
         bracket=bracket,
         shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet),
         forearm=forearm,
-        platform=platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob),
+        platform=platform_dimensions(
+            mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob, grown
+        ),
         base=base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width),
         motor=motor,
         bearing=bearing,

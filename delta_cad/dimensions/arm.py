@@ -92,6 +92,9 @@ def arm_dimensions(
         "length",
         f"upper_arm_length_mm = {length_mm:g} must be at least {flange + boss + BEAM_LEAST_MM:g} mm, or no beam "
         "is left between its hub and its boss",
+        "mechanism.upper_arm_length_mm",
+        length_mm,
+        flange + boss + BEAM_LEAST_MM,
     )
     thickness = layers.arm_mm[1] - layers.arm_mm[0]
     least = ARM_LEAST_MM if drive == "capstan" else catalogue.screw(CLAMP_SCREW).head_diameter_mm + 1.0
@@ -100,6 +103,9 @@ def arm_dimensions(
         "upper_arm",
         "thickness",
         f"hardware.arm_thickness_mm = {thickness:g} must be at least {least:g} mm, for its dowels or its clamp's screw",
+        "hardware.arm_thickness_mm",
+        thickness,
+        least,
     )
     return ArmDimensions(
         length_mm=length_mm,
@@ -156,6 +162,9 @@ def shaft_dimensions(
         "magnet seat",
         f"hardware.magnet of {magnet.diameter_mm:g} mm needs a head of {head:g} mm, which would touch more than the "
         f"bearing's inner ring of {bearing.inner_ring_outer_mm:g} mm: a smaller one, or another hardware.bearing",
+        "hardware.magnet",
+        magnet.id,
+        bearing.inner_ring_outer_mm - 2 * (MAGNET_WALL_MM + MAGNET_GLUE_MM),
     )
     sizes = [size for size in END_SCREWS if catalogue.screw(size).diameter_mm <= shaft_mm - 2 * END_WALL_MM]
     require(
@@ -164,7 +173,11 @@ def shaft_dimensions(
         "end screw",
         f"a shaft of {shaft_mm:g} mm has no room for {END_SCREWS[-1]}: hardware.bearing must have a bore of at least "
         f"{catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM:g} mm",
+        "hardware.bearing",
+        bearing.id,
+        catalogue.screw(END_SCREWS[-1]).diameter_mm + 2 * END_WALL_MM,
     )
+    sizes = sizes or [END_SCREWS[-1]]
     wide = max(head, collar)
     flats = [mm for mm in SPANNERS_MM if head <= mm <= wide - 2 * FLATS_DEEP_MM]
     return ShaftDimensions(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, asin, cos, hypot, inf, pi, remainder, sin, sqrt, tau
+from math import acos, asin, atan2, cos, hypot, inf, pi, remainder, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.rules import STOP_MARGIN_RAD, require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
 from delta_cad.mechanism.geometry import SIN_60
 
 STOP_PIN_MM = 4.0
@@ -120,6 +120,18 @@ def _beside_mm(
     return found
 
 
+def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: float, base_top_mm: float) -> float:
+    """Computes how far the elbow's boss at its lower stop stays off the outer edge of a capstan's encoder leg, mm.
+
+    The edge is the tangent from the circle at which the leg hangs on its head to the upper outer corner of the foot.
+    """
+    radius, corner = head_mm - LEG_ASIDE_MM, (foot_mm - LEG_ASIDE_MM, base_top_mm + FOOT_HEIGHT_MM)
+    far = hypot(*corner)
+    normal = atan2(corner[1], corner[0]) + acos(min(radius / far, 1.0))
+    elbow = arm.length_mm * cos(stop_rad) - LEG_ASIDE_MM, arm.length_mm * sin(stop_rad)
+    return elbow[0] * cos(normal) + elbow[1] * sin(normal) - radius - arm.boss_radius_mm
+
+
 def motor_pattern_rad(count: int, direction_rad: float | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Turns a motor's mounting holes so that a key reaches its screws past a sector.
 
@@ -224,13 +236,16 @@ def bracket_dimensions(
     stop = shoulder_rad[0] - STOP_MARGIN_RAD
     boss = arm.boss_radius_mm + CLEAR_MM
     head = bearing.outer_mm / 2 + HEAD_WALL_MM
-    inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
-    base_top = -max(body - dz + CLEAR_MM, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm)
+    under = 0.0 if capstan is None else FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
+    base_top = -max(
+        body - dz + CLEAR_MM + under, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm
+    )
     long = FOOT_MM[1] - FOOT_MM[0]
 
-    def foot_on(top: float) -> tuple[float, float]:
+    def foot_on(top: float, u: float = u) -> tuple[float, float]:
         """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
         end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM))
+        inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
         beside = -inf if capstan is None else _beside_mm(inner, top, (u + du, dz), body, leg_mm)
         low = max(end - long, beside)
         return low, low + long
@@ -255,8 +270,32 @@ def bracket_dimensions(
         "foot_block",
         "place",
         f"arms that swing to {shoulder_rad[0] * 180 / pi:.1f} deg push the foot to {foot[0]:.2f} mm from the centre; "
-        f"it must stay at least {FOOT_INSIDE_MM:g} mm away",
+        f"it must stay at least {FOOT_INSIDE_MM:g} mm away: base_radius_mm = {u:g} must be at least "
+        f"{u + FOOT_INSIDE_MM - foot[0]:.2f} mm, or the cube.bottom_height_mm larger",
+        "mechanism.base_radius_mm",
+        u,
+        u + FOOT_INSIDE_MM - foot[0],
     )
+    if capstan is not None:
+
+        def room(u: float) -> float:
+            return _leg_room_mm(arm, stop, head, foot_on(base_top, u)[1] - u, base_top)
+
+        wider, low = u + arm.length_mm, u
+        for _ in range(HALVINGS):
+            middle = (low + wider) / 2
+            low, wider = (low, middle) if room(middle) >= RUNNING_GAP_MM else (middle, wider)
+        require(
+            room(u) >= RUNNING_GAP_MM,
+            "encoder_cheek",
+            "leg",
+            f"the elbow at its stop is {room(u):.2f} mm off the leg, which the neighbour's motor pushes out; at least "
+            f"{RUNNING_GAP_MM:g}: base_radius_mm = {u:g} must be at least {wider:.2f} mm, or hardware.motor or "
+            "hardware.bearing smaller",
+            "mechanism.base_radius_mm",
+            u,
+            wider,
+        )
     holes, screws = motor_pattern_rad(motor.mount_count, None if capstan is None else capstan.direction_rad)
     return BracketDimensions(
         shoulder_u_mm=u,

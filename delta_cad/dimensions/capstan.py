@@ -21,6 +21,7 @@ SHOULDER_MM = 0.5  # of the pinion at either end of its groove
 SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
 COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
 COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+COLLAR_OFF_HEADS_MM = 1.1  # and from the heads of the motor's screws
 SET_SCREW = "M3"
 COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
 NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
@@ -259,14 +260,24 @@ def capstan_dimensions(
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
         f"hardware.capstan_ratio must be <= {pitch / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
+        "hardware.capstan_ratio",
+        ratio,
+        pitch / (bore / 2 + PINION_WALL_MM + d / 2),
     )
-    collar = collar_radius_mm(motor)
+    crest = crest_mm(run.pinion_mm, d)  # a collar within it passes the rim as the pinion does
+    room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
+    # as wide as its set screws are long, which then end flush with it and turn out before the slot of their key
+    collar = bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
     require(
         collar - bore / 2 >= COLLAR_WALL_MM,
         "pinion",
         "collar",
         f"{collar - bore / 2:.2f} mm over the shaft of {bore:g} mm inside the motor's pilot of "
-        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws: another hardware.motor",
+        f"{motor.pilot_diameter_mm:g} mm; at least {COLLAR_WALL_MM:g} mm for the set screws: another hardware.motor, "
+        f"with a pilot of at least {bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM):g} mm",
+        "hardware.motor",
+        motor.id,
+        bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM),
     )
     middle = sum(layers.sector_mm) / 2
     half = run.grooved_mm / 2 + SHOULDER_MM
@@ -278,7 +289,12 @@ def capstan_dimensions(
         engaged >= SHAFT_ENGAGEMENT_MM,
         "pinion",
         "bore",
-        f"the motor's shaft of {motor.shaft_length_mm:g} mm engages {engaged:.1f} mm; at least {SHAFT_ENGAGEMENT_MM:g}",
+        f"hardware.motor = {motor.id}: its shaft of {motor.shaft_length_mm:g} mm must be at least "
+        f"{motor.shaft_length_mm + SHAFT_ENGAGEMENT_MM - engaged:.1f} mm long: it engages {engaged:.1f} mm; at least "
+        f"{SHAFT_ENGAGEMENT_MM:g}",
+        "hardware.motor",
+        motor.id,
+        motor.shaft_length_mm + SHAFT_ENGAGEMENT_MM - engaged,
     )
     slot_width = stop_pin_mm + 1.0
     to_pilot = slot_radius_mm + (stop_pin_mm + motor.pilot_diameter_mm) / 2 + SLOT_WALL_MM
@@ -292,6 +308,9 @@ def capstan_dimensions(
         "slot",
         f"hardware.sector_radius_mm = {pitch:g} must be at least {least:.1f} mm, or the stop pin's slot on "
         f"radius {slot_radius_mm:g} cuts the rim, or the pin the motor's pilot bore",
+        "hardware.sector_radius_mm",
+        pitch,
+        least,
     )
     side = run.tangent_rad + run.beyond_rad
     reach = (direction_rad - shoulder_rad[1] - STOP_MARGIN_RAD, direction_rad - shoulder_rad[0] + STOP_MARGIN_RAD)
@@ -311,7 +330,7 @@ def capstan_dimensions(
         cable_diameter_mm=d,
         rim_radius_mm=pitch - d / 2,
         middle_y_mm=middle,
-        pinion_radius_mm=crest_mm(run.pinion_mm, d),
+        pinion_radius_mm=crest,
         pinion_bore_mm=bore,
         pinion_bore_depth_mm=y[1] - floor,
         pinion_y_mm=y,
@@ -330,8 +349,9 @@ def capstan_dimensions(
 
 
 def collar_radius_mm(motor: catalogue.Motor) -> float:
-    """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, mm."""
-    return motor.pilot_diameter_mm / 2 - COLLAR_PLAY_MM
+    """Gives the radius of the pinion's collar, which turns in the bore of the motor's pilot, between the screws, mm."""
+    heads = (motor.mount_circle_mm - catalogue.screw(motor.mount_thread).head_diameter_mm) / 2
+    return min(motor.pilot_diameter_mm / 2 - COLLAR_PLAY_MM, heads - COLLAR_OFF_HEADS_MM)
 
 
 def lug_length_mm() -> float:

@@ -25,7 +25,7 @@ from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.placement import spring_sway
 
 GUSSET = (0.65, 0.9)  # of the cup's radius, along and across the rod: the gusset's shoulder, before the cup's dome
-CROSS_BAR_MM = 8.0  # arm and platform read it
+CROSS_BAR_MM = 8.0  # the least; it grows with loads and lengths
 BAR_GLUE_MM = 0.02  # radial, bar in its bosses: retaining compound
 BAR_WALL_MM = 1.0  # least metal around a bar that is bonded
 TUBE_GLUE_MM = 0.1  # radial, spigot in the tube: what the epoxy asks
@@ -193,8 +193,11 @@ def _ball(diameter_mm: float) -> catalogue.Ball:
         "joint_ball",
         "diameter",
         f"hardware.ball_diameter_mm = {diameter_mm:g} must be one of {', '.join(f'{v:g}' for v in stock)} mm",
+        "hardware.ball_diameter_mm",
+        diameter_mm,
+        min(stock, key=lambda v: abs(v - diameter_mm)),
     )
-    return min((row for row in rows if row.diameter_mm == diameter_mm), key=lambda row: row.grade)
+    return min(rows, key=lambda row: (abs(row.diameter_mm - diameter_mm), row.grade))
 
 
 def forearm_dimensions(
@@ -208,6 +211,8 @@ def forearm_dimensions(
     force_N: float,
     lean_max_deg: float | None,
     clearance_mm: float,
+    bar_mm: float = CROSS_BAR_MM,
+    peak_N: float = 0.0,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
@@ -219,9 +224,11 @@ def forearm_dimensions(
         arm: The upper arm, over which the elbow's spring folds.
         fold_rad: Least angle between upper arm and rod, at the elbow.
         tube: What the rods are cut of.
-        force_N: At the handle; the bond of tube and spigot is made for it.
+        force_N: At the handle, for ever; the bond of tube and spigot is made for it.
         lean_max_deg: Largest lean; None: 28 deg.
         clearance_mm: Between cups of neighbouring chains.
+        bar_mm: Diameter of the cross-bars.
+        peak_N: Largest force at the handle; the springs are made for it.
 
     Raises:
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
@@ -240,8 +247,11 @@ def forearm_dimensions(
         "cross_bar",
         "length",
         f"parallelogram_width_mm = {width_mm:g} must be at least {boss_width_mm + 2.0 + 2 * stand_off:g} mm",
+        "mechanism.parallelogram_width_mm",
+        width_mm,
+        boss_width_mm + 2.0 + 2 * stand_off,
     )
-    spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM)
+    spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
     seat = ball_mm + 2 * CLEARANCE_MM
     coil = spring.mean_diameter_mm + spring.wire_mm
     eye = spring.wire_mm + EYE_PLAY_MM
@@ -249,7 +259,7 @@ def forearm_dimensions(
     shoulder = stem + NECK_MM
     sway = spring_sway(width_mm, EYE_MM, EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
     beside = coil / 2 + ROOM_MM + sway.across_mm + sway.turn_rad * boss_width_mm / 2
-    end = max(shoulder + RING_MM[1], CROSS_BAR_MM / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
+    end = max(shoulder + RING_MM[1], bar_mm / 2 + BAR_WALL_MM + beside + EYE_Z_MM)
     first, second = eyes_mm(arm, fold_rad, lean, beside, length_mm, end)
     spigot = tube.inner_mm - 2 * TUBE_GLUE_MM
     held = max(BOND_LEAST_MM, ceil(BOND_SAFETY * ROD_FORCE * force_N / (BOND_N_MM2 * pi * spigot)))
@@ -260,6 +270,9 @@ def forearm_dimensions(
         "rod_tube",
         "length",
         f"forearm_length_mm = {length_mm:g} must be at least {least + 2 * shoulder:g} mm",
+        "mechanism.forearm_length_mm",
+        length_mm,
+        least + 2 * shoulder,
     )
     require(
         length_mm - second >= end - 1e-9,
@@ -267,6 +280,9 @@ def forearm_dimensions(
         "springs",
         f"forearm_length_mm = {length_mm:g} must be at least {second + end:.1f} mm: rods that fold to "
         f"{degrees(fold_rad):.1f} deg beside the arm leave its springs no room",
+        "mechanism.forearm_length_mm",
+        length_mm,
+        second + end,
     )
     cup = seat / 2 + CUP_WALL_MM
     return ForearmDimensions(
@@ -278,9 +294,9 @@ def forearm_dimensions(
         pin_diameter_mm=pin,
         pin_past_mm=round(0.1 * ball_mm, 1),
         stand_off_mm=stand_off,
-        bar_diameter_mm=CROSS_BAR_MM,
+        bar_diameter_mm=bar_mm,
         bar_length_mm=bar,
-        cone_mm=CROSS_BAR_MM / 2 - step,
+        cone_mm=bar_mm / 2 - step,
         lip_mm=seat / 2 * cos(WRAP_RAD),
         cup_radius_mm=cup,
         liner_radius_mm=seat / 2 + LINER_MM,

@@ -32,6 +32,7 @@ LINER_MM = 0.6  # of the plastic shell in a cup: as thin as one turns it; the me
 POCKET_MM = 0.6  # diameter of the hole at the shell's pole: holds grease, keeps the ball off a cutter's centre
 EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
 PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
+PRELOAD_PER_N = 0.9  # by which the least grows with a larger force: 2 N in a rod per N, over tan(75 deg) less the lean
 LEAST_N = 1e-3  # a load below this rubs in an arm that no longer shrinks: nothing to speak of, and no division by 0
 SPARE_RANGE = 8.0  # times the preload, within which the preload that a load needs is looked for
 HALVINGS = 40
@@ -139,12 +140,19 @@ class JointDimensions:
         return self.preload_N - high
 
 
-def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpring:
+def spring_range_N(force_N: float) -> tuple[float, float]:
+    """Gives the least and the largest preload of a pair's springs for the largest force at the handle, N."""
+    least = max(PRELOAD_N[0], PRELOAD_PER_N * force_N)
+    return least, PRELOAD_N[1] / PRELOAD_N[0] * least
+
+
+def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -> catalogue.TensionSpring:
     """Chooses the tension spring that gives a pair its preload at a distance of its eyes.
 
     Args:
         between_eyes_mm: Distance between the insides of the loops at no lean, mm.
         eye_mm: Distance of an eye from its rod's axis, mm, for the message.
+        force_N: Largest force at the handle, N.
 
     Returns:
         Of those within their own length and the preload's bounds the one with the least force: friction goes with it.
@@ -153,18 +161,30 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpr
         DimensionError: None is; the message names the nearest parallelogram width for which one is.
     """
     rows: Mapping[str, catalogue.TensionSpring] = catalogue.tension_spring.rows
-    low, high = PRELOAD_N
+    low, high = spring_range_N(force_N)
 
     def span(row: catalogue.TensionSpring) -> tuple[float, float]:
         shortest = row.free_length_mm + (low - row.initial_tension_N) / row.rate_N_mm
         longest = row.free_length_mm + (high - row.initial_tension_N) / row.rate_N_mm
         return shortest, min(longest, row.length_max_mm - SPRING_LEAN_MM)
 
-    spans = {key: span(row) for key, row in rows.items()}
+    spans = {key: (a, b) for key, row in rows.items() for a, b in [span(row)] if a <= b}
     fitting = [rows[key] for key, (a, b) in spans.items() if a <= between_eyes_mm <= b]
     if not fitting:
         ends = [end + 2 * eye_mm for both in spans.values() for end in both]
         width = between_eyes_mm + 2 * eye_mm
+        strongest = max(row.force_max_N for row in rows.values())
+        require(
+            bool(ends),
+            "rod_spring",
+            "force",
+            f"force_N or peak_force_N = {force_N:g} must be at most {strongest / PRELOAD_PER_N:.3g} N: springs must "
+            f"give {low:g} N, the catalogue's strongest {strongest:g}",
+            "requirements.force_N",
+            force_N,
+            strongest / PRELOAD_PER_N,
+        )
+        ends = ends or [width]
         nearest = min(ends, key=lambda end: abs(end - width))
         bound = f"at least {nearest:.1f}" if nearest > width else f"at most {nearest:.1f}"
         require(
@@ -172,7 +192,11 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float) -> catalogue.TensionSpr
             "rod_spring",
             "length",
             f"parallelogram_width_mm = {width:g} must be {bound} mm for a spring of {low:g} to {high:g} N",
+            "mechanism.parallelogram_width_mm",
+            width,
+            nearest,
         )
+        return min(rows.values(), key=lambda row: abs(row.free_length_mm - between_eyes_mm))  # in a search of reasons
     return min(fitting, key=lambda row: row.force_N(between_eyes_mm))
 
 
@@ -258,14 +282,15 @@ def sliding_torques_N_mm(ball_mm: float, load_N: np.ndarray) -> tuple[np.ndarray
     return FRICTION * load * radius, FRICTION * load * turning_arm_mm(whole)
 
 
-def preload_N(width_mm: float) -> float:
+def preload_N(width_mm: float, force_N: float = 0.0) -> float:
     """Computes what the spring across a pair of rods presses each of its balls with, N; both ends alike.
 
     Args:
         width_mm: Distance of the two rods along the shoulder axis.
+        force_N: Largest force at the handle, which the spring is chosen for, N.
     """
     between = width_mm - 2 * EYE_MM
-    return chosen_spring(between, EYE_MM).force_N(between)
+    return chosen_spring(between, EYE_MM, force_N).force_N(between)
 
 
 def joint_dimensions(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from delta_cad import catalogue
 from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
+from delta_cad.dimensions.sizes import plate_mm
 
 ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
@@ -47,6 +48,7 @@ def layers(
     preload_mm: float,
     encoder: catalogue.Encoder,
     motor: catalogue.Motor,
+    grown: float = 1.0,
 ) -> Layers:
     """Stacks a chain from the encoder (negative side) to the motor (positive side).
 
@@ -62,12 +64,13 @@ def layers(
         preload_mm: Working height of the spring behind the encoder's bearing.
         encoder: Row of the catalogue, at the shoulder.
         motor: At the motor cheek.
+        grown: Second moment of the cheeks over that of the least, see `sizes.growth`.
 
     Raises:
         DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter.
     """
     half = arm_thickness_mm / 2
-    cheek = bearing.width_mm + PRESS_DEPTH_MM
+    cheek = plate_mm(bearing.width_mm + PRESS_DEPTH_MM, grown)
     sector = rim_mm or (half, half)
     encoder_inside = -half - RUNNING_GAP_MM
     motor_inside = sector[1] + RUNNING_GAP_MM
@@ -87,6 +90,9 @@ def layers(
             "shaft bore",
             f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {clamped:g} mm on the motor's shaft; it must be "
             f"at least {least:g} mm",
+            "hardware.arm_thickness_mm",
+            arm_thickness_mm,
+            least,
         )
     bearings: tuple[tuple[float, float], ...] = ()
     head = encoder_inside - cheek

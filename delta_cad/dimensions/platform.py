@@ -9,6 +9,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
 from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.sizes import plate_mm, stem_mm
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
@@ -16,7 +17,8 @@ UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
-PLATE_MM = 5.0
+PLATE_MM = 5.0  # the least; it grows with loads and lengths
+STEM_WALL_MM = 3.0  # of the hub around the stem
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,16 @@ class BaseDimensions:
 
 
 def platform_dimensions(
-    radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob
+    radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob, grown: float = 1.0
 ) -> PlatformDimensions:
     """Dimensions a platform for a wrist radius; the bosses of its cross-bars are as thick as `thickness_mm`.
+
+    Args:
+        radius_mm: Platform centre to wrist.
+        thickness_mm: Of the bosses.
+        forearm: Whose cross-bars it carries.
+        knob: On its stem.
+        grown: Second moments of plate and stem over those of the least, see `sizes.growth`.
 
     Raises:
         DimensionError: Too thin around the cross-bars; the cups of neighbouring chains would come within the clearance
@@ -62,13 +71,20 @@ def platform_dimensions(
         "platform",
         "wrist boss",
         f"hardware.platform_thickness_mm = {thickness_mm:g} must be at least {least:g} mm around the cross-bar",
+        "hardware.platform_thickness_mm",
+        thickness_mm,
+        least,
     )
-    hub = 8.0
+    stem = stem_mm(grown)
+    hub = stem / 2 + STEM_WALL_MM
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
         "platform",
         "wrist boss",
         f"platform_radius_mm = {radius_mm:g} must be at least {hub + thickness_mm / 2 + 2.0:g} mm",
+        "mechanism.platform_radius_mm",
+        radius_mm,
+        hub + thickness_mm / 2 + 2.0,
     )
     require(
         radius_mm >= forearm.wrist_radius_min_mm,
@@ -76,6 +92,9 @@ def platform_dimensions(
         "wrists",
         f"platform_radius_mm = {radius_mm:g} must be at least {forearm.wrist_radius_min_mm:.2f} mm, or neighbouring "
         f"cups come within the clearance at parallelogram_width_mm = {forearm.width_mm:g}",
+        "mechanism.platform_radius_mm",
+        radius_mm,
+        forearm.wrist_radius_min_mm,
     )
     # A boss's edge comes as near as `b cos(tilt) - r sin(tilt)` to the axis of a rod that hangs b beside its end.
     tilt, needed = forearm.tilt_limit_rad, forearm.tube_outer_mm / 2 + ROOM_MM
@@ -85,9 +104,9 @@ def platform_dimensions(
         boss_diameter_mm=thickness_mm,
         boss_length_mm=min(forearm.bar_length_mm - 2.0, forearm.width_mm - 2 * beside),
         bar_bore_mm=forearm.bar_diameter_mm + 2 * BAR_GLUE_MM,
-        plate_mm=PLATE_MM,
+        plate_mm=plate_mm(PLATE_MM, grown),
         hub_radius_mm=hub,
-        stem_diameter_mm=10.0,
+        stem_diameter_mm=stem,
         stem_length_mm=25.0,
         stem_thread=knob.thread,
     )
@@ -110,6 +129,9 @@ def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_
         "base_plate",
         "counterbore",
         f"hardware.base_plate_thickness_mm = {thickness_mm:g} must be at least {least:g} mm",
+        "hardware.base_plate_thickness_mm",
+        thickness_mm,
+        least,
     )
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
     return BaseDimensions(

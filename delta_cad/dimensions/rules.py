@@ -1,7 +1,11 @@
-"""Choices shared by several parts, each with its reason, and the error that says a part cannot be dimensioned."""
+"""Choices shared by several parts, each with its reason, and the error that says why parts cannot be dimensioned."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from math import radians
 
 RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm parts and a shim
@@ -9,20 +13,98 @@ STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube'
 PRESS_DEPTH_MM = 1.0  # a bearing seat ends in a lip of this thickness
 
 
-class DimensionError(ValueError):
-    """A part cannot be given sound dimensions; says which part, which feature and which bound.
+@dataclass(frozen=True)
+class Reason:
+    """Why a part cannot be made, with what would do.
 
     Attributes:
         part: Part number.
         feature: What of the part.
+        message: Field, value and bound in words.
+        field: Dotted path of the design's field to change; "" where a feature follows from several.
+        value: Its value; None where there is no field.
+        bound: The value that would do, in the field's unit or as the id of a row; None where none is known.
     """
 
-    def __init__(self, part: str, feature: str, message: str) -> None:
-        self.part, self.feature = part, feature
-        super().__init__(f"{part}, {feature}: {message}")
+    part: str
+    feature: str
+    message: str
+    field: str = ""
+    value: float | str | None = None
+    bound: float | str | None = None
+
+    def __str__(self) -> str:
+        return f"{self.part}, {self.feature}: {self.message}"
 
 
-def require(holds: bool, part: str, feature: str, message: str) -> None:
-    """Raises a DimensionError unless `holds`."""
-    if not holds:
-        raise DimensionError(part, feature, message)
+class DimensionError(ValueError):
+    """Parts cannot be given sound dimensions; says of each which part, which feature and which bound.
+
+    Attributes:
+        reasons: All that were found.
+        part: Part number of the first.
+        feature: What of the part.
+    """
+
+    def __init__(self, reasons: Sequence[Reason]) -> None:
+        self.reasons = tuple(reasons)
+        self.part, self.feature = self.reasons[0].part, self.reasons[0].feature
+        super().__init__("; ".join(map(str, self.reasons)))
+
+
+_COLLECTED: ContextVar[list[Reason] | None] = ContextVar("reasons", default=None)
+
+
+def require(
+    holds: bool,
+    part: str,
+    feature: str,
+    message: str,
+    field: str = "",
+    value: float | str | None = None,
+    bound: float | str | None = None,
+) -> None:
+    """Raises a DimensionError unless `holds`; inside `all_reasons` it notes the reason and goes on.
+
+    Args:
+        holds: The condition.
+        part: As all that follows, of `Reason`.
+        feature: What of the part.
+        message: Field, value and bound in words.
+        field: Dotted path of the design's field.
+        value: Its value.
+        bound: What would do.
+    """
+    if holds:
+        return
+    reason, collected = Reason(part, feature, message, field, value, bound), _COLLECTED.get()
+    if collected is None:
+        raise DimensionError([reason])
+    if reason not in collected:
+        collected.append(reason)
+
+
+@contextmanager
+def all_reasons() -> Iterator[list[Reason]]:
+    """Lets everything inside note its reasons, and raises them together at the end.
+
+    What follows from a broken number may make no sense: an arithmetic error after a reason ends the search, and is not
+    told.
+
+    Raises:
+        DimensionError: At least one was noted.
+    """
+    if (outer := _COLLECTED.get()) is not None:  # one search is going on: it takes these, too
+        yield outer
+        return
+    collected: list[Reason] = []
+    token = _COLLECTED.set(collected)
+    try:
+        yield collected
+    except (ValueError, ZeroDivisionError, OverflowError, IndexError, TypeError):
+        if not collected:
+            raise
+    finally:
+        _COLLECTED.reset(token)
+    if collected:
+        raise DimensionError(collected)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import log2
 from typing import Literal
 
 from delta_cad import catalogue
@@ -20,6 +21,12 @@ DIRECT_EFFICIENCY = 1.0  # the motor's own friction is already taken off its nom
 # Least tension of a capstan's slack strand. Of a cable fixed at both ends one side loses half of the drive force; at 0
 # it would go slack and bring backlash, and a new rope settles.
 SLACK_N = 4.0
+# Bending of the rope on the pinion, by Sava's tests: below 16 rope diameters a rope's life is "relatively low", and
+# twice the diameter makes it up to 13 times as long (savacable.com/pages/applic_10.html, read 2026-11-22); for 7x7,
+# whose advised ratio is 40, 16 is the share below. Crosby's table for hoists (30: 10, 20: 3.8, 16: 2.1) grows by less
+# than 13 for twice the diameter: the exponent does not flatter a ratio below the advised one.
+BEND_LEAST_SHARE = 16.0 / 40.0
+BEND_LIFE_EXPONENT = log2(13.0)
 
 
 @dataclass(frozen=True)
@@ -68,6 +75,18 @@ class DriveReport:
     bend_ratio: float | None
     bend_ratio_recommended: float | None
 
+    @property
+    def bend_ratio_least(self) -> float | None:
+        """Bend ratio below which the cable's life is short, whatever its load; None for a direct drive."""
+        return None if self.bend_ratio_recommended is None else BEND_LEAST_SHARE * self.bend_ratio_recommended
+
+    @property
+    def bend_life_share(self) -> float | None:
+        """Estimate of the cable's bending life over its life at the advised ratio; None for a direct drive."""
+        if self.bend_ratio is None or self.bend_ratio_recommended is None:
+            return None
+        return (max(self.bend_ratio, 0.0) / self.bend_ratio_recommended) ** BEND_LIFE_EXPONENT
+
 
 def drive_torque(design: Design) -> DriveReport:
     """Computes what the design's motor and drive give at each joint; the verdict compares with the torque required."""
@@ -112,3 +131,13 @@ def drive_torque(design: Design) -> DriveReport:
         bend_ratio=bend,
         bend_ratio_recommended=advised,
     )
+
+
+def joint_counts_per_turn(design: Design) -> float:
+    """Computes the counts of a joint's encoder in a turn of the arm; at the motor, its own times the ratio."""
+    hardware = design.hardware
+    if hardware.encoder_at != "motor":
+        return float(catalogue.encoder.chosen(hardware).counts_per_turn)
+    counts = catalogue.motor.chosen(hardware).encoder_counts_per_turn
+    assert counts is not None, "the design file refuses such a motor"
+    return counts * drive_torque(design).ratio

@@ -208,13 +208,14 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     outside, inside = d.layers.encoder_cheek_mm
     face = d.layers.encoder_head_mm[0]
     through = (face - THROUGH_MM, inside + THROUGH_MM)
-    board = board_screw_positions(d)
+    board = board_screw_positions(d) if d.sensed_at_shoulder else []
     head = [(0.0, 0.0, b.head_radius_mm), *((x, z, 4.0) for x, z in board)]
     leg = [b.leg_circle_mm, *_foot(d)] if face < outside else [*head, *_foot(d)]
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
     if face < outside:
-        upper = edge_break(number, hull_along_y(head, (face, inside)), "<Y or >Y", 0.5)
+        round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
+        upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
         body = fuse(body, upper)
     screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
     thread, drilled = board_thread_mm(d)
@@ -223,7 +224,7 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"
     holes = [
-        Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} {callout}, encoder board"),
+        *([Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} {callout}, encoder board")] if board else []),
         Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
         Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
     ]
@@ -252,7 +253,8 @@ def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -
     """Seat from a cheek's inner face to its floor, and the passage through the lip."""
     clear = THROUGH_MM
     ends = sorted((inside - outwards * clear, floor))
-    rest = sorted((inside - outwards * clear, floor + outwards * 5.0))
+    through = max(5.0, d.layers.motor_cheek_mm[1] - floor + clear) if outwards > 0.0 else 5.0
+    rest = sorted((inside - outwards * clear, floor + outwards * through))
     return [
         bore_y(d.bearing.outer_mm, (0.0, 0.0), (ends[0], ends[1])),
         bore_y(d.bracket.passage_mm, (0.0, 0.0), (rest[0], rest[1])),

@@ -56,6 +56,10 @@ LIGHTENING_MM = 7.0
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
+STEEP, KINK = (
+    0.014,
+    0.0115,
+)  # climb above which arcs are shorter, climb times arc: more, and no torus is swept round a kink
 
 
 def capstan_of(d: Dimensions) -> CapstanDimensions:
@@ -358,7 +362,8 @@ def _arcs(
         climb: Way along y per length of cable.
     """
     first, last = ends
-    angles = np.linspace(first, last, 2 * ceil(abs(last - first) / ARC_RAD) + 1)
+    longest = ARC_RAD if abs(climb) <= STEEP else KINK / abs(climb)
+    angles = np.linspace(first, last, 2 * ceil(abs(last - first) / longest) + 1)
     along = y + climb * radius * np.abs(angles - first)
     points = np.column_stack([middle[0] + radius * np.cos(angles), along, middle[1] + radius * np.sin(angles)])
     return [list(points[k : k + 3]) for k in range(0, len(points) - 1, 2)]

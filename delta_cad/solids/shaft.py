@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import END_DRILL_MM, FLATS_LONG_MM, WASHER_MM
@@ -10,6 +12,9 @@ from delta_cad.solids.making import made_part, round_y
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, box, cut, feature, turned
+
+if TYPE_CHECKING:
+    import cadquery as cq
 
 EDGE_MM = 0.3
 
@@ -22,8 +27,11 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
     if head > r:
         profile += [(head, s.head_to_y_mm), (r, s.head_to_y_mm)]
     profile += [(r, y1 - EDGE_MM), (r - EDGE_MM, y1), (0.0, y1)]
-    tools = [bore_y(s.magnet_bore_mm, (0.0, 0.0), (y0 - THROUGH_MM, y0 + s.magnet_depth_mm))]
-    holes = [Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush")]
+    tools: list[cq.Shape] = []
+    holes: list[Hole] = []
+    if d.sensed_at_shoulder:
+        tools.append(bore_y(s.magnet_bore_mm, (0.0, 0.0), (y0 - THROUGH_MM, y0 + s.magnet_depth_mm)))
+        holes.append(Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush"))
     if s.end_screw:
         drill = catalogue.screw(s.end_screw).tap_drill_mm
         tools.append(bore_y(drill, (0.0, 0.0), (y1 - s.end_thread_mm - END_DRILL_MM, y1 + THROUGH_MM)))

@@ -66,14 +66,14 @@ def _summary(board: Board) -> str:
 def _board(given: argparse.Namespace):
     import math
 
-    from delta_cad import catalogue
+    from delta_cad.drive import joint_counts_per_turn
     from haptics.devices.board import Board
     from haptics.devices.simulated import SimulatedDevice
     from haptics.model.machine import load_machine
     from haptics.model.plant import plant
 
     machine = load_machine(given.design, given.masses, given.catalogue)
-    counts = catalogue.encoder.chosen(machine.design.hardware).counts_per_turn
+    counts = round(joint_counts_per_turn(machine.design))
     par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
     device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
     torque = machine.drive.controlled_torque_N_m

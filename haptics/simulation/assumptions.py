@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 from delta_cad import catalogue
+from delta_cad.drive import joint_counts_per_turn
 from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
 from haptics.control.pose import model
@@ -92,8 +93,8 @@ def joint_friction(machine: MachineModel) -> Friction:
 
 
 def encoder_count(machine: MachineModel) -> float:
-    """Count of the encoder on the shoulder shaft, rad."""
-    return 2.0 * math.pi / catalogue.encoder.chosen(machine.design.hardware).counts_per_turn
+    """Count of the encoder as an angle of the arm, rad: on the shoulder's shaft, or on the motor, through the ratio."""
+    return 2.0 * math.pi / joint_counts_per_turn(machine.design)
 
 
 def default_estimator(period: float = 1e-3) -> Estimator:

@@ -14,7 +14,7 @@ class Motor(CatalogueRow):
     """A motor with its mounting face at the front.
 
     Attributes:
-        drives: Drive kinds it may be used with: "capstan", "direct".
+        drives: Drive kinds it may be used with: "capstan", "direct"; "none" where nothing we make holds on it.
         commutation: "brushed" or "brushless".
         diameter_mm: Body diameter.
         length_mm: Body length behind the mounting face.
@@ -38,6 +38,8 @@ class Motor(CatalogueRow):
         no_load_current_A: Current at `nominal_voltage_V` without a load: its torque is what idles away.
         cogging_torque_N_m: Largest torque with which the magnets hold the rotor, without a current; 0 for windings
             without iron.
+        encoder_counts_per_turn: Counts of the encoder on the motor's rear end, which length and mass include; None
+            where it has none.
     """
 
     defaults: ClassVar = {
@@ -82,11 +84,12 @@ class Motor(CatalogueRow):
     max_axial_load_N: float | None
     no_load_current_A: float | None
     cogging_torque_N_m: float | None
+    encoder_counts_per_turn: int | None
 
     def fault(self) -> str:
         """Says which shaft, pilot or mounting circle cannot be, or that a drive is not known."""
-        if not set(self.drives) <= {"capstan", "direct"}:
-            return f"drives = {';'.join(self.drives)}: must be capstan, direct or both"
+        if self.drives != ("none",) and not set(self.drives) <= {"capstan", "direct"}:
+            return f"drives = {';'.join(self.drives)}: must be capstan, direct or both, or none"
         if not self.shaft_diameter_mm < self.pilot_diameter_mm < self.mount_circle_mm < self.diameter_mm:
             return "must have shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
         if self.peak_torque_N_m < self.nominal_torque_N_m:

@@ -1,4 +1,4 @@
-"""Motor and capstan: do they give the joint torque that is asked for, for ever and for a moment?"""
+"""Motor and capstan: torque at the joint for ever and for a moment, and how sharply the pinion bends its cable."""
 
 from __future__ import annotations
 
@@ -29,3 +29,22 @@ def check_drive(drive: DriveReport) -> list[CheckResult]:
     if drive.required_peak_N_m > drive.required_torque_N_m:
         checks.append(held("drive peak torque", drive.peak_torque_N_m, drive.required_peak_N_m))
     return checks
+
+
+def check_bend(drive: DriveReport) -> list[CheckResult]:
+    """Holds the diameter of the pinion's groove over the cable's against the one below which the cable's life is short.
+
+    On the sector's nose, which bends it more, the cable lies still.
+
+    Returns:
+        `cable bend ratio`; nothing for a direct drive.
+    """
+    ratio, least, life = drive.bend_ratio, drive.bend_ratio_least, drive.bend_life_share
+    if ratio is None or least is None or life is None:
+        return []
+    told = (
+        f"makers advise {drive.bend_ratio_recommended:g}; estimate: {100.0 * life:.0f} % of the bending life there "
+        "(Sava: twice the diameter, up to 13 times the life), and below the limit it is short; it grows with "
+        "hardware.sector_radius_mm, and with a smaller hardware.capstan_ratio or a thinner hardware.cable"
+    )
+    return [CheckResult("cable bend ratio", ratio >= least, ratio, least, "", detail=told)]

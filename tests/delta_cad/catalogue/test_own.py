@@ -182,12 +182,13 @@ def test_a_folder_without_parts_is_refused(tmp_path: Path) -> None:
 
 def test_a_design_takes_its_rows_from_the_folder_beside_it(tmp_path: Path) -> None:
     written(tmp_path / "my-parts", motor=MOTOR, cable=CABLE)
-    design = load_design(stated(tmp_path, "my-parts", motor="mine-32", cable="mine-rope", capstan_ratio=9.0))
-    made, drive = dimensions(design), drive_torque(design)
+    design = load_design(stated(tmp_path, "my-parts", motor="mine-32", cable="mine-rope", capstan_ratio=4.8))
+    wider = design.model_copy(update={"mechanism": design.mechanism.model_copy(update={"base_radius_mm": 36.0})})
+    made, drive = dimensions(wider), drive_torque(design)
     assert (made.motor.id, made.motor.length_mm, made.cable.diameter_mm) == ("mine-32", 70.0, 0.5)
     assert made.bearing is catalogue.bearing("688")
     assert (drive.motor, drive.cable) == ("mine-32", "mine-rope")
-    assert drive.continuous_torque_N_m == pytest.approx(9.0 * 0.96 * 0.1)
+    assert drive.continuous_torque_N_m == pytest.approx(4.8 * 0.96 * 0.1)
 
 
 def test_all_parts_may_be_ones_own(tmp_path: Path) -> None:

@@ -312,7 +312,7 @@ def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.Monkey
 def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     found = own_checks(machine, best, monkeypatch)
     names = [name for name in found if not name.startswith("structure ")]
-    drive = ["drive torque", "drive peak torque", "cable fleet angle", "cable on its groove"]
+    drive = ["drive torque", "drive peak torque", "cable fleet angle", "cable on its groove", "cable bend ratio"]
     assert names == ["lean", "torque with gravity", *drive]
     assert all(result.passed for result in found.values())
     assert found["drive torque"].value == pytest.approx(0.39168)  # 0.96 x 4.8 x 85 mN m

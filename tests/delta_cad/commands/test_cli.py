@@ -235,16 +235,56 @@ def test_a_cube_out_of_reach_ends_with_2(
     assert not left_in(tmp_path / "out")
 
 
-@pytest.mark.parametrize("command", ["build", "check"])
-def test_a_part_without_sound_dimensions_ends_with_3(
+@pytest.mark.parametrize("command", COMMANDS)
+def test_hardware_that_cannot_do_is_refused_with_every_reason(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = tmp_path / "thin.json"
-    file.write_text(json.dumps(changed(hardware__capstan_ratio=11.0)))
-    line = refused(capsys, [command, "--design", str(file), "--out", str(tmp_path / "out")], code=3)
-    assert line.startswith("thin.json: pinion, wall: ")
-    assert "hardware.capstan_ratio must be <= 9.63" in line
-    assert not left_in(tmp_path / "out")
+    file, rest = tmp_path / "thin.json", [] if command == "inspect" else ["--out", str(tmp_path / "out")]
+    file.write_text(json.dumps(changed(hardware__capstan_ratio=11.0, hardware__platform_thickness_mm=9.0)))
+    assert main([command, "--design", str(file), *rest]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    first, second, third = told.err.splitlines()
+    assert first.startswith("thin.json: pinion, wall: ")
+    assert "hardware.capstan_ratio must be <= 9.63" in first
+    assert "hardware.platform_thickness_mm = 9 must be at least 10 mm" in second
+    assert "hardware.sector_radius_mm = 38.7 must be at least 50.49 mm" in third
+    assert not (tmp_path / "out").exists()
+    assert main([command, "--design", str(file), "--json", *rest]) == 2
+    record = json.loads(capsys.readouterr().out)
+    assert record["passed"] is False
+    fields = {reason["field"]: (reason["value"], reason["bound"]) for reason in record["refused"]}
+    assert fields["hardware.platform_thickness_mm"] == (9.0, 10.0)
+    assert fields["hardware.capstan_ratio"][1] == pytest.approx(38.7 / (3 + 0.75 + 0.27))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_sums_that_cannot_be_do_not_hide_what_else_is_wrong(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A ratio whose groove cuts the shaft is refused with the file; its plate and its cable are told all the same."""
+    file = tmp_path / "worse.json"
+    file.write_text(json.dumps(changed(hardware__capstan_ratio=12.0, hardware__base_plate_thickness_mm=4.5)))
+    assert main([command, "--design", str(file)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("worse.json: hardware.capstan_ratio = 12.0: must be < 11.8")
+    assert any("hardware.base_plate_thickness_mm = 4.5 must be at least" in line for line in lines)
+    assert any("hardware.sector_radius_mm = 38.7 must be at least" in line for line in lines)
+
+
+@pytest.mark.parametrize("command", ["build", "check"])
+def test_a_part_that_cannot_be_made_ends_with_3(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from delta_cad.dimensions.rules import require
+
+    def failing(*_: object) -> None:
+        require(False, "stop_pin", "length", "none in stock")
+
+    monkeypatch.setattr(build, "_built", failing)
+    monkeypatch.setattr(check, "_checked", failing)
+    line = refused(capsys, [command, "--design", str(BEST), "--out", str(tmp_path / "out")], code=3)
+    assert line == "best.json: stop_pin, length: none in stock\n"
 
 
 @pytest.mark.parametrize("command", ["build", "check"])

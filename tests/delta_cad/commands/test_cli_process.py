@@ -23,14 +23,14 @@ def run(*arguments: str, code: str = "") -> subprocess.CompletedProcess[str]:
 def test_exit_codes_of_the_process(tmp_path: Path) -> None:
     asking, thin = tmp_path / "asking.json", tmp_path / "thin.json"
     asking.write_text(json.dumps(changed(requirements__kappa_max=1.5)))
-    thin.write_text(json.dumps(changed(hardware__capstan_ratio=11.0)))
+    thin.write_text(json.dumps(changed(hardware__platform_thickness_mm=9.0)))
     out = str(tmp_path / "out")
     for arguments, code in (
         (["inspect", "--design", str(BEST)], 0),
         (["inspect", "--design", str(asking)], 1),
         (["inspect", "--design", str(tmp_path)], 2),
         (["inspect"], 2),
-        (["build", "--design", str(thin), "--out", out], 3),
+        (["build", "--design", str(thin), "--out", out], 2),
     ):
         ended = run(*arguments)
         assert ended.returncode == code, ended

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.dimensions import DimensionError, Dimensions
+from delta_cad.design import design_from_dict
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.dimensions.bracket import BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
-from tests.committed import DATA
+from tests.committed import DATA, changed
 from tests.delta_cad.dimensions.edited import edited
 
 
@@ -138,10 +139,26 @@ def test_the_cable_turns_inwards_at_the_upper_end_so_that_nothing_stands_above_t
     assert end - slot @ aside - c.slot_width_mm / 2 >= 2.0
 
 
+@pytest.mark.parametrize(("motor", "collar"), [("maxon-re30-310007", 7.0), ("maxon-re30-310009", 6.5)])
+def test_set_screws_end_flush_with_the_collar(motor: str, collar: float) -> None:
+    """M3 x 4 on shafts of 6 and 5 mm: sunk ones would turn out against their own thread, for the key's check."""
+    d = dimensions(design_from_dict(changed(hardware__motor=motor)))
+    assert capstan(d).collar_radius_mm == pytest.approx(collar)
+
+
 def test_the_keep_out_radius_contains_the_lug_and_its_screw(best_dimensions: Dimensions) -> None:
     c = capstan(best_dimensions)
     assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm + 4.2, 13.0)
     assert c.keep_out_radius_mm >= hypot(c.pitch_radius_mm, 13.0 + catalogue.screw("M3").head_height_mm)
+
+
+WIDE: dict[str, float | str] = {  # its motor of 50 mm hangs lowest, over the foot
+    "motor": "maxon-re50-370354",
+    "sector_radius_mm": 34.0,
+    "capstan_ratio": 5.0,
+    "base_radius_mm": 46.0,
+    "platform_radius_mm": 36.0,
+}
 
 
 @pytest.mark.parametrize(
@@ -150,7 +167,7 @@ def test_the_keep_out_radius_contains_the_lug_and_its_screw(best_dimensions: Dim
         {},
         {"arm_thickness_mm": 12.0, "base_plate_thickness_mm": 6.0},
         {"forearm_length_mm": 120.0, "half_side_mm": 25.0, "bottom_height_mm": 70.0},
-        {"motor": "maxon-ec45flat-411812", "sector_radius_mm": 34.0, "capstan_ratio": 6.0},  # the motor hangs lowest
+        WIDE,
         {"drive": "direct", "motor": "maxon-ec60flat-625858"},
     ],
 )
@@ -159,7 +176,9 @@ def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | 
     b, cube = d.bracket, d.design.cube
     top, under = d.base.top_mm, d.base.top_mm - d.base.thickness_mm
     assert top == b.base_top_mm
-    assert top <= b.motor_axis_mm[1] - d.motor.diameter_mm / 2 - 2.0 + 1e-9
+    over = 0.0 if d.capstan is None else b.foot_height_mm
+    assert top + over <= b.motor_axis_mm[1] - d.motor.diameter_mm / 2 - 2.0 + 1e-9
+    assert changes is not WIDE or top + over == pytest.approx(b.motor_axis_mm[1] - 25.0 - 2.0)
     swept = d.capstan.keep_out_radius_mm if d.capstan is not None else d.arm.flange_radius_mm
     assert top + b.foot_height_mm <= -swept - 2.0 + 1e-9
     side = np.linspace(-cube.half_side_mm, cube.half_side_mm, 31)

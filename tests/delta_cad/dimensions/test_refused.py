@@ -20,7 +20,7 @@ from tests.delta_cad.dimensions.edited import edited
 SMALL_CUBE: dict[str, float | str] = {"bottom_height_mm": 70.0, "half_side_mm": 8.0}
 REFUSED = {
     # what: (changes, field, a value that is refused, part, feature, words before the bound, least or largest)
-    "arm": (SMALL_CUBE, "upper_arm_length_mm", 45.0, "upper_arm", "length", "at least", 1),
+    "arm": (SMALL_CUBE | {"bottom_height_mm": 88.0}, "upper_arm_length_mm", 45.0, "upper_arm", "length", "at least", 1),
     "tube": (
         {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
         "forearm_length_mm",
@@ -50,9 +50,9 @@ REFUSED = {
     ),
     "short spring": (SMALL_CUBE, "parallelogram_width_mm", 33.0, "rod_spring", "length", "at least", 1),
     "long spring": (
-        SMALL_CUBE | {"platform_radius_mm": 45.0, "bottom_height_mm": 80.0},
+        SMALL_CUBE | {"platform_radius_mm": 70.0, "bottom_height_mm": 80.0},
         "parallelogram_width_mm",
-        78.0,
+        160.0,
         "rod_spring",
         "length",
         "at most",

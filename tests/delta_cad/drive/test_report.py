@@ -84,15 +84,15 @@ def test_the_verdict_changes_at_the_limits(key: str) -> None:
     report = drive_torque(design(motor=key, capstan_ratio=9.0))
     for torque, verdict in (
         (report.continuous_torque_N_m, "continuous"),
-        (math.nextafter(report.continuous_torque_N_m, 9.0), "peak only"),
+        (math.nextafter(report.continuous_torque_N_m, math.inf), "peak only"),
         (report.peak_torque_N_m, "peak only"),
-        (math.nextafter(report.peak_torque_N_m, 9.0), "insufficient"),
+        (math.nextafter(report.peak_torque_N_m, math.inf), "insufficient"),
     ):
         assert drive_torque(design(torque, motor=key, capstan_ratio=9.0)).verdict == verdict
     for torque, peak, verdict in (  # a peak is judged by itself
         (report.continuous_torque_N_m, report.peak_torque_N_m, "continuous"),
-        (math.nextafter(report.continuous_torque_N_m, 9.0), report.peak_torque_N_m, "peak only"),
-        (report.continuous_torque_N_m, math.nextafter(report.peak_torque_N_m, 9.0), "insufficient"),
+        (math.nextafter(report.continuous_torque_N_m, math.inf), report.peak_torque_N_m, "peak only"),
+        (report.continuous_torque_N_m, math.nextafter(report.peak_torque_N_m, math.inf), "insufficient"),
     ):
         assert drive_torque(design(torque, peak, motor=key, capstan_ratio=9.0)).verdict == verdict
 
@@ -108,7 +108,7 @@ def test_the_ratio_for_continuous_torque_is_the_one() -> None:
 @given(
     ratio=st.floats(4, 12),
     torque=st.floats(0.01, 6),
-    sector=st.floats(42, 60),  # the thickest cable on the thickest shaft at 12:1 needs 40.8 mm
+    sector=st.floats(53, 70),  # the thickest cable on the thickest shaft at 12:1 needs 52.8 mm
     motor=st.sampled_from([k for k in catalogue.family("motor") if "capstan" in catalogue.motor(k).drives]),
     cable=st.sampled_from(list(catalogue.family("cable"))),
 )

@@ -83,9 +83,11 @@ def test_without_thermal_data_the_peak_time_decides(motor: Motor) -> None:
 
 @pytest.mark.parametrize("motor", KNOWN, ids=lambda m: m.id)
 def test_there_are_seconds_between_warm_and_hot(motor: Motor) -> None:
+    assert motor.thermal_time_constant_winding_s is not None
     heat = motor_heat(motor, DRIVE)
     rate = heat.heat * (DRIVE * motor.peak_torque_N_m) ** 2
-    assert 6.0 - 0.1 < rate < 10.0
+    slow = 5.9 if motor.thermal_time_constant_winding_s < 30.0 else 1.7  # K/s; RE 50: a winding of 72 s
+    assert slow < rate < 10.0
     assert heat.hottest - heat.derate == DERATE_K
 
 

@@ -38,10 +38,10 @@ def solved() -> list[Result]:
 
 
 def test_the_first_of_what_may_be_used_stands_in_the_design(tmp_path: Path, solved: list[Result]) -> None:
-    stated = 'motor = ["maxon-re25-118752", "maxon-re30-310007"]\ndrive = "capstan"\ncapstan_ratio = 12.0'
+    stated = 'motor = ["faulhaber-3257g024cr", "maxon-re30-310007"]\ndrive = "capstan"\ncapstan_ratio = 12.0'
     given = load_requirements(task(tmp_path, stated))
     design = design_of(given, solved, "sqp", 1, "d.json")
-    assert (design.hardware.motor, design.hardware.capstan_ratio) == ("maxon-re25-118752", 12.0)
+    assert (design.hardware.motor, design.hardware.capstan_ratio) == ("faulhaber-3257g024cr", 12.0)
     assert design.hardware.cable == "steel-0.54-7x7"  # the default
 
 

@@ -1,0 +1,68 @@
+"""Sections from loads and stiffness: closed forms by which what is made grows with forces and lengths.
+
+The least sizes are those of the machine of 86 mm and 3 N (`best.json`), which holds 15 N/mm at the knob with arms of
+91 mm. Another machine is to be held by k N/mm with lengths L: what is asked of the design, or what keeps the handle's
+give under the whole force within a share of the upper arm's length. A bar of length L and second moment I gives
+`L^3 / (3 E I)`: each section keeps the share of the whole give that it has there where `I ~ k L^3`. A flat plate's
+thickness, whose width is given, goes with the cube root of that, a round bar's diameter with the fourth root.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+from delta_cad.design import Design
+from delta_cad.design.record import DesignRequirements
+
+STIFFNESS_N_MM, ARM_MM = 15.0, 91.0  # for which the least sizes are enough: see above
+GIVE = 0.005  # of the upper arm's length: the handle's give under its lasting force, where no stiffness is asked
+STEP_MM = 0.5  # of what is milled or turned to size
+STEMS_MM = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0)  # round bars in stock
+ROUNDING = 1e-9
+
+
+def largest_force_N(required: DesignRequirements) -> float:
+    """Gives the largest force at the handle that a design asks for, of the lasting one and the peak, N."""
+    return max(required.force_N, required.peak_force_N or 0.0)
+
+
+def stiffness_wanted_N_mm(design: Design) -> float:
+    """Computes the stiffness at the knob that sections are made for, N/mm: what is asked, or `GIVE` under the force."""
+    required = design.requirements
+    by_force = required.force_N / (GIVE * design.mechanism.upper_arm_length_mm)
+    return by_force if required.stiffness_min_N_mm is None else max(by_force, required.stiffness_min_N_mm)
+
+
+def growth(design: Design) -> float:
+    """Computes by how much second moments grow over those of the least sizes: `k L^3` over the reference's, at least 1.
+
+    The length is the upper arm's: others grow with it.
+    """
+    length = design.mechanism.upper_arm_length_mm / ARM_MM
+    return max(stiffness_wanted_N_mm(design) / STIFFNESS_N_MM * length**3, 1.0)
+
+
+def plate_mm(least_mm: float, grown: float) -> float:
+    """Gives a plate's thickness whose second moment has grown, its width kept, mm.
+
+    Args:
+        least_mm: Of the reference.
+        grown: Result of `growth`.
+    """
+    return _stepped(least_mm, least_mm * grown ** (1.0 / 3.0))
+
+
+def bar_mm(least_mm: float, grown: float) -> float:
+    """Gives a round bar's diameter whose second moment has grown, mm; arguments as of `plate_mm`."""
+    return _stepped(least_mm, least_mm * grown**0.25)
+
+
+def stem_mm(grown: float) -> float:
+    """Gives the handle's stem, the thinnest bar in stock that is stiff enough, mm; the largest where none is."""
+    needed = STEMS_MM[0] * grown**0.25 - ROUNDING
+    return next((size for size in STEMS_MM if size >= needed), STEMS_MM[-1])
+
+
+def _stepped(least_mm: float, needed_mm: float) -> float:
+    """Rounds a size up to the next step above its least."""
+    return least_mm + STEP_MM * ceil((needed_mm - least_mm) / STEP_MM - ROUNDING)

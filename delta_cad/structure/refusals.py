@@ -1,0 +1,191 @@
+"""Why a design's hardware cannot do, in closed form and all at once: no solid is made, only samples are posed.
+
+Three kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; loads that
+parts may not bear even if nothing had a weight. Each is necessary: what passes here may still fail a check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design
+from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
+from delta_cad.drive import drive_torque
+from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
+from delta_cad.structure.holds import ROPE_FACTOR, Holds, holds
+from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
+from delta_cad.structure.modes import Moving, MovingBody
+from delta_cad.structure.table import StructureTable, structure_table
+
+COUNT = 5  # positions along an edge of the cube, its corners among them
+HALVINGS = 30  # of the share of a force that a part bears
+TOLD = 4  # rows of the catalogue that a message names at most
+# Load -> the field of the design that sizes its part, and what of its row counts.
+SIZED: dict[str, tuple[str, str]] = {
+    "rod buckling": ("hardware.tube", "of a bending stiffness"),
+    "stud": ("hardware.ball_diameter_mm", ""),
+    "motor shaft": ("hardware.motor", "whose shaft may bear across"),
+    "cable": ("hardware.cable", "of a breaking load"),
+    "shoulder bearing": ("hardware.bearing", "of a static load"),
+    "shoulder bearing life": ("hardware.bearing", "of a dynamic load"),
+}
+
+
+def refusals(design: Design) -> tuple[Reason, ...]:
+    """Gives every reason why a design's hardware cannot do; none where it may.
+
+    Args:
+        design: A validated design.
+
+    Returns:
+        Reasons, each with the field to change, its value and what would do.
+
+    Raises:
+        UnreachableError: A point of the cube is out of reach.
+    """
+    found = _drive(design)
+    try:
+        d = dimensions(design)
+    except DimensionError as error:
+        return (*error.reasons, *found)
+    return (*found, *_borne(d))
+
+
+def _drive(design: Design) -> list[Reason]:
+    """Torque for ever and for a moment, the cable's strength and bend."""
+    drive, h = drive_torque(design), design.hardware
+    found: list[Reason] = []
+    asked = (
+        ("for ever", drive.continuous_torque_N_m, drive.required_torque_N_m, "nominal_torque_N_m"),
+        ("for a moment", drive.peak_torque_N_m, drive.required_peak_N_m, "peak_torque_N_m"),
+    )
+    for words, value, required, column in asked:
+        if value >= required:
+            continue
+        needed = required / (drive.ratio * drive.efficiency)
+        others = _rows("motor", design, lambda row, c=column, n=needed: getattr(row, c) >= n and h.drive in row.drives)
+        advice = f"a motor of at least {needed:.4g} N m {words}{others}"
+        if h.drive == "capstan":
+            ratio = drive.ratio * required / value
+            message = f"hardware.capstan_ratio = {h.capstan_ratio:g} must be at least {ratio:.4g}, or {advice}"
+            bound, field, held = ratio, "hardware.capstan_ratio", h.capstan_ratio
+        else:
+            message, bound, field, held = f"must be {advice}", needed, "hardware.motor", h.motor
+            message = f"hardware.motor = {h.motor} {message}"
+        told = f"{message}: {value:.4g} of {required:.4g} N m at the joint {words}"
+        found.append(Reason("drive", f"torque {words}", told, field, held, bound))
+    tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
+    if tension is None or ratio is None or least is None:
+        return found
+    cable = catalogue.cable.chosen(h)
+    if cable.breaking_load_N < ROPE_FACTOR * tension:
+        needed = ROPE_FACTOR * tension
+        others = _rows("cable", design, lambda row: row.breaking_load_N >= needed)
+        told = f"hardware.cable = {h.cable} must have a breaking load of at least {needed:.4g} N{others}"
+        found.append(Reason("cable", "strength", told, "hardware.cable", h.cable, needed))
+    if ratio < least:
+        radius = h.sector_radius_mm * (least + 1.0) / (ratio + 1.0)
+        others = _rows("cable", design, lambda row: _bend(h.sector_radius_mm / h.capstan_ratio, row) >= 0.0)
+        told = (
+            f"hardware.sector_radius_mm = {h.sector_radius_mm:g} must be at least {radius:.4g} mm, for a bend ratio of "
+            f"{least:g} at capstan_ratio = {h.capstan_ratio:g} and cable = {h.cable}, or another cable{others}"
+        )
+        found.append(Reason("cable", "bend ratio", told, "hardware.sector_radius_mm", h.sector_radius_mm, radius))
+    return found
+
+
+def _bend(pinion_mm: float, cable: catalogue.Cable) -> float:
+    """Bend ratio of a cable on a pinion less the least of its kind."""
+    return (2.0 * pinion_mm - cable.diameter_mm) / cable.diameter_mm - BEND_LEAST_SHARE * cable.min_bend_ratio
+
+
+def _rows(name: str, design: Design, does: Callable[[Any], bool]) -> str:
+    """Names rows of a family that would do, for a message; "" where there are none."""
+    ids = [key for key, row in catalogue.family(name, design.hardware.own_parts).items() if does(row)]
+    return f" ({', '.join(ids[:TOLD])})" if ids else " (the catalogue has none)"
+
+
+def _borne(d: Dimensions) -> list[Reason]:
+    """Loads of weightless parts over what they may be, for both forces."""
+    required, cube, table, limits = d.design.requirements, d.design.cube, structure_table(d), holds(d)
+    nothing = MovingBody(0.0, np.zeros(3), np.zeros((3, 3)))
+    what, positions = (
+        Moving(nothing, nothing, (0.0, 0.0, 0.0)),
+        sampled_mm(cube.bottom_height_mm, cube.half_side_mm, COUNT),
+    )
+    found: dict[str, Reason] = {}
+    forces = {"force_N": required.force_N, "peak_force_N": required.peak_force_N}
+    for field, force in forces.items():
+        if force is None:
+            continue
+        given = borne(table, what, positions, force, np.zeros(3))
+        for load in loads(table, limits, positions, given):
+            if load.holds or (load.least and field == "peak_force_N"):  # life is of what lasts
+                continue
+            bears = force * _share_borne(table, limits, positions, given, load)
+            found[load.name] = _overloaded(d, load, (f"requirements.{field}", force, bears))
+    return list(found.values())
+
+
+def _share_borne(table: StructureTable, limits: Holds, positions: np.ndarray, given: Borne, load: Load) -> float:
+    """Share of a force that a part bears where it bears least: weightless loads go with the force."""
+    k = int(np.argmin(np.linalg.norm(positions - np.array(load.position_mm), axis=1)))
+    one = {f.name: getattr(given, f.name)[k : k + 1] for f in fields(given)}
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        share = (low + high) / 2.0
+        scaled = Borne(**{name: share * values for name, values in one.items()})
+        again = next(x for x in loads(table, limits, positions[k : k + 1], scaled) if x.name == load.name)
+        low, high = (share, high) if again.holds else (low, share)
+    return low
+
+
+def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float]) -> Reason:
+    """Says which field is to change for a load.
+
+    Args:
+        d: The design's dimensions.
+        load: What a part may not bear.
+        force: Field of the force that makes it, the force, and the one that the part would bear, N.
+    """
+    told = f"{load.value:.4g} {load.unit}, {'at least' if load.least else 'at most'} {load.limit:.4g}"
+    less = f"{force[0]} = {force[1]:g} at most {force[2]:.3g} N"
+    if load.name == "cable's slack strand":
+        drive, required = drive_torque(d.design), d.design.requirements
+        torque = 2.0 * (load.value - SLACK_N) * drive.efficiency * d.design.hardware.sector_radius_mm / MM_PER_M
+        held = required.peak_torque_N_m or required.joint_torque_N_m
+        field = "requirements.peak_torque_N_m"
+        message = f"{field} = {held:g} must be at least {torque:.4g} N m, which the cable is tensioned for: {told}"
+        return Reason(load.name, "load", f"{message}; or {less}", field, held, torque)
+    field, column = SIZED.get(load.name, ("", ""))
+    if not field:
+        return Reason(load.name, "load", f"{less}: {told}", *force)
+    held, more = getattr(d.design.hardware, field.split(".")[1]), 1.0 / load.margin
+    if load.name == "motor shaft":
+        needed, does = load.value, None
+    elif load.name == "cable":
+        needed = load.value * ROPE_FACTOR
+        does = _rows("cable", d.design, lambda row: row.breaking_load_N >= needed)
+    elif load.name == "shoulder bearing":
+        needed = load.value
+        does = _rows("bearing", d.design, lambda row: row.static_load_N >= needed and row.bore_mm == d.bearing.bore_mm)
+    elif load.name == "shoulder bearing life":
+        needed = d.bearing.dynamic_load_N * more ** (1.0 / 3.0)
+        does = _rows("bearing", d.design, lambda row: row.dynamic_load_N >= needed)
+    elif load.name == "stud":
+        needed = d.forearm.ball_diameter_mm * more ** (1.0 / 3.0)
+        sizes = sorted({row.diameter_mm for row in catalogue.ball.rows.values() if row.diameter_mm >= needed})
+        does = f" ({', '.join(f'{v:g}' for v in sizes)} mm)" if sizes else " (the catalogue has none)"
+    else:
+        needed = d.tube.outer_mm * more ** (1.0 / 4.0)
+        column = "of an outside diameter"
+        does = _rows("tube", d.design, lambda row: row.outer_mm >= needed)
+    words = f"{column} of at least {needed:.4g}{does or ''}".strip()
+    message = f"{field} = {held} must be one {words}: {told}; or {less}"
+    return Reason(load.name, "load", message, field, held, needed)
