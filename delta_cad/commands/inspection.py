@@ -9,6 +9,7 @@ from typing import Any
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, dimensions
+from delta_cad.dimensions.capstan import base_radius_min_mm
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, HandleInertia, Torque
@@ -60,6 +61,7 @@ def inspection(design: Design, inertia: HandleInertia | None = None) -> list[Ins
         *_dimensions(design),
         *_limits(design, cube, inertia),
         *_others(extremes),
+        *_smallest(design),
         *_drive(design),
         *_structure(design),
     ]
@@ -130,6 +132,22 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
         value = {"deg": degrees(extreme.value), "": extreme.value}.get(unit, extreme.value * MM_PER_M)
         x, y, z = (MM_PER_M * float(v) for v in extreme.position)
         rows.append(InspectionRow("over the cube (sampled and polished)", quantity, value, unit, at_mm=(x, y, z)))
+    return rows
+
+
+def _smallest(design: Design) -> list[InspectionRow]:
+    """Radii at which the parts of neighbouring chains still pass one another; none of parts that cannot be made."""
+    try:
+        d = dimensions(design)
+    except DimensionError:
+        return []
+    group = "smallest for this hardware (closed form)"
+    clear = design.requirements.clearance_min_mm
+    rows = [InspectionRow(group, "platform radius r, for the wrists", d.forearm.wrist_radius_min_mm, "mm")]
+    if (c := d.capstan) is not None:
+        thickness = d.layers.arm_mm[1] - d.layers.arm_mm[0]
+        least = base_radius_min_mm(c.run, c.cable_diameter_mm, thickness, d.arm.flange_radius_mm, clear)
+        rows.insert(0, InspectionRow(group, "base radius R, for the sectors", least, "mm"))
     return rows
 
 

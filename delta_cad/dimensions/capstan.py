@@ -194,6 +194,32 @@ def rim_y_mm(
     return low, low + sector_width_mm(run, cable_mm)
 
 
+def base_radius_min_mm(
+    run: CableRun, cable_mm: float, arm_thickness_mm: float, flange_radius_mm: float, clearance_mm: float
+) -> float:
+    """Computes the smallest base radius at which a sector passes the neighbours' sectors and upper arms.
+
+    The tip of a sector that swings inwards lies `1.5 R - tip / 2 - y sin 60` from the neighbour's shoulder axis, y
+    being the outer side of its rim, as far out as `rim_y_mm` places it: there the neighbour's flange and the clearance
+    must have room.
+
+    Args:
+        run: The cable.
+        cable_mm: Its diameter.
+        arm_thickness_mm: Thickness of the arm's plate.
+        flange_radius_mm: Of the upper arm about the shoulder.
+        clearance_mm: Between links.
+
+    Returns:
+        R, mm; arms that never swing a sector under the platform may stand closer.
+    """
+    tip, width = run.sector_mm + cable_mm / 2, sector_width_mm(run, cable_mm)
+    beside_arm = arm_thickness_mm / 2 + SECTOR_OFF_MM + width
+    by_arm = (flange_radius_mm + tip / 2 + SIN_60 * beside_arm + clearance_mm) / 1.5
+    by_sector = (flange_radius_mm + tip + clearance_mm * (1.0 + 0.5 / SIN_60) + SIN_60 * width) / 2.0
+    return max(by_arm, by_sector)
+
+
 def pinion_end_mm(rim_y: tuple[float, float] | None) -> float:
     """Gives where the pinion's collar ends beyond the rim, along the shoulder's axis, mm; 0 without a rim."""
     return 0.0 if rim_y is None else rim_y[1] + COLLAR_OFF_MM + COLLAR_MM
