@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import asdict
 from pathlib import Path
 
-from delta_cad.commands.machine import design_arguments, refuse_design, refuse_hardware, refused
-from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
+from delta_cad.commands.machine import design_arguments, refuse_design, refused
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse, refuse_all
 
 NAME = "inspect"
 TEXT = "one table: dimensions, reach, torque, conditioning, angles, margins; needs no CAD"
@@ -22,7 +23,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 
 def run(given: argparse.Namespace) -> int:
-    """Prints the table and returns the exit code."""
+    """Prints the table, and why the hardware cannot do; returns the exit code, by the limits in the table."""
     from delta_cad.commands.inspection import inspection
     from delta_cad.commands.tables import print_inspection
     from delta_cad.design import DesignError, load_design
@@ -31,8 +32,7 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        if reasons := refused(design):
-            return refuse_hardware(given, design.name, [], reasons)
+        reasons = refused(design)
         inertia = None
         if given.mass_properties is not None:
             inertia = load_masses(given.mass_properties, design).handle_inertia
@@ -44,7 +44,10 @@ def run(given: argparse.Namespace) -> int:
     except MechanismError as error:
         return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
     if given.json:
-        print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows]}, indent=1))
+        told = [asdict(reason) for reason in reasons]
+        print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows], "refused": told}, indent=1))
     else:
         print_inspection(design.name, rows)
+    if reasons:  # of its hardware: the mechanism's figures stand all the same
+        refuse_all([f"{given.design.name}: no build: {reason}" for reason in reasons], NOT_MET)
     return DONE if all(row.holds is not False for row in rows) else NOT_MET

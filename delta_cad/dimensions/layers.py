@@ -102,10 +102,11 @@ def layers(
         bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
         head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
     board = head - BOARD_STAND_OFF_MM
+    boss = max(ELBOW_BOSS_WIDTH_MM / 2, half)  # no thinner than the arm: its bore would end in the plate
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,
-        elbow_boss_mm=(-ELBOW_BOSS_WIDTH_MM / 2, ELBOW_BOSS_WIDTH_MM / 2),
+        elbow_boss_mm=(-boss, boss),
         encoder_cheek_mm=(encoder_inside - cheek, encoder_inside),
         encoder_head_mm=(head, encoder_inside - cheek),
         bearings_mm=bearings,

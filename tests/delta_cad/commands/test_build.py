@@ -231,7 +231,7 @@ def test_progress_tells_every_phase(machine: BuiltMachine, best: Design, monkeyp
     told: list[str] = []
     assert pipeline.check(best, told.append).passed
     assert told[0] == "dimensions"
-    assert told[-3:] == ["clearance", "torque with gravity", "loads and stiffness"]
+    assert told[-4:] == ["clearance", "torque with gravity", "materials and sections", "loads and stiffness"]
     for part in machine.assembly.parts:
         assert f"mesh {part.number}" in told
     assert sum(phase.startswith("solid ") for phase in told) == len(machine.assembly.parts)
@@ -313,7 +313,8 @@ def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design, monke
     found = own_checks(machine, best, monkeypatch)
     names = [name for name in found if not name.startswith("structure ")]
     drive = ["drive torque", "drive peak torque", "cable fleet angle", "cable on its groove", "cable bend ratio"]
-    assert names == ["lean", "torque with gravity", *drive]
+    made = ["parts made as stated", "sections carry", "sections no heavier"]
+    assert names == ["lean", "torque with gravity", *drive, *made]
     assert all(result.passed for result in found.values())
     assert found["drive torque"].value == pytest.approx(0.39168)  # 0.96 x 4.8 x 85 mN m
     assert found["drive peak torque"].value == pytest.approx(3 * 0.39168)

@@ -235,20 +235,23 @@ def test_a_cube_out_of_reach_ends_with_2(
     assert not left_in(tmp_path / "out")
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", ["build", "check"])
 def test_hardware_that_cannot_do_is_refused_with_every_reason(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file, rest = tmp_path / "thin.json", [] if command == "inspect" else ["--out", str(tmp_path / "out")]
+    file, rest = tmp_path / "thin.json", ["--out", str(tmp_path / "out")]
     file.write_text(json.dumps(changed(hardware__capstan_ratio=11.0, hardware__platform_thickness_mm=9.0)))
     assert main([command, "--design", str(file), *rest]) == 2
     told = capsys.readouterr()
     assert told.out == ""
-    first, second, third = told.err.splitlines()
-    assert first.startswith("thin.json: pinion, wall: ")
-    assert "hardware.capstan_ratio must be <= 9.63" in first
-    assert "hardware.platform_thickness_mm = 9 must be at least 10 mm" in second
-    assert "hardware.sector_radius_mm = 38.7 must be at least 50.49 mm" in third
+    lines = told.err.splitlines()
+    assert lines[0].startswith("thin.json: pinion, wall: ")
+    assert "hardware.capstan_ratio must be <= 9.63" in lines[0]
+    for reason in (
+        "hardware.platform_thickness_mm = 9 must be at least 10 mm",
+        "hardware.sector_radius_mm = 38.7 must be at least 50.49 mm",
+    ):
+        assert sum(reason in line for line in lines) == 1
     assert not (tmp_path / "out").exists()
     assert main([command, "--design", str(file), "--json", *rest]) == 2
     record = json.loads(capsys.readouterr().out)
@@ -256,6 +259,19 @@ def test_hardware_that_cannot_do_is_refused_with_every_reason(
     fields = {reason["field"]: (reason["value"], reason["bound"]) for reason in record["refused"]}
     assert fields["hardware.platform_thickness_mm"] == (9.0, 10.0)
     assert fields["hardware.capstan_ratio"][1] == pytest.approx(38.7 / (3 + 0.75 + 0.27))
+
+
+def test_inspect_tells_why_no_machine_can_be_built_beside_the_mechanism_s_figures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "thin.json"
+    file.write_text(json.dumps(changed(hardware__platform_thickness_mm=9.0)))
+    assert main(["inspect", "--design", str(file), "--json"]) == 0
+    told = capsys.readouterr()
+    record = json.loads(told.out)
+    assert {row["quantity"] for row in record["rows"]} >= {"kappa", "cube side 2 L"}
+    assert [reason["field"] for reason in record["refused"]] == ["hardware.platform_thickness_mm"]
+    assert told.err.startswith("thin.json: no build: platform, wrist boss: hardware.platform_thickness_mm = 9 must be")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

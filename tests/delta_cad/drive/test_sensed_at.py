@@ -32,10 +32,11 @@ def assembly(design: Design) -> Assembly:
 
 
 def test_a_count_at_the_motor_is_worth_the_less_the_higher_the_ratio(best: Design, design: Design) -> None:
-    """500 lines in four edges each, through 4.8:1, beside 16384 counts on the shoulder's shaft."""
+    """500 lines in four edges each, times the ratio, beside 16384 counts on the shoulder's shaft."""
     assert joint_counts_per_turn(best) == 16384
-    assert joint_counts_per_turn(design) == 500 * 4 * 4.8
-    hardware = design.hardware.model_copy(update={"capstan_ratio": 9.6})
+    ratio = design.hardware.capstan_ratio
+    assert joint_counts_per_turn(design) == 500 * 4 * ratio
+    hardware = design.hardware.model_copy(update={"capstan_ratio": 2 * ratio})
     assert joint_counts_per_turn(design.model_copy(update={"hardware": hardware})) == 2 * joint_counts_per_turn(design)
 
 
@@ -47,7 +48,7 @@ def test_the_controller_and_the_simulation_take_it_through_the_ratio(best: Desig
         def __init__(self, design: Design) -> None:
             self.design = design
 
-    for known, counts in ((best, 16384.0), (design, 9600.0)):
+    for known, counts in ((best, 16384.0), (design, 2000.0 * design.hardware.capstan_ratio)):
         model: MachineModel = Known(known)  # type: ignore[assignment]
         assert encoder_count(model) == pytest.approx(2.0 * pi / counts)
 

@@ -20,8 +20,8 @@ from tests.delta_cad.solids.measured import placed
 DIRECT: dict[str, Any] = {"hardware__drive": "direct", "hardware__arm_thickness_mm": 8.0}
 DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},
-    "capstan, thick arm": {"hardware__arm_thickness_mm": 14.0},
-    "capstan, wide bearing": {"hardware__bearing": "608"},
+    "capstan, thick arm": {"hardware__arm_thickness_mm": 14.0, "mechanism__base_radius_mm": 38.0},
+    "capstan, wide bearing": {"hardware__bearing": "608", "mechanism__base_radius_mm": 34.0},
     "direct, 60 mm motor": DIRECT | {"hardware__motor": "maxon-ec60flat-625858"},
     "direct, 43 mm motor": DIRECT | {"hardware__motor": "maxon-ec45flat-411812"},
 }
