@@ -28,19 +28,19 @@ def quarter(k: int) -> np.ndarray:
 
 
 OTHERS: dict[str, dict[str, object]] = {
-    "a smaller pinion": {"hardware__capstan_ratio": 6.0},
+    "a smaller pinion": {"hardware__capstan_ratio": 6.0, "mechanism__base_radius_mm": 31.5},
     "a larger pinion": {"hardware__capstan_ratio": 4.2},
-    "a larger sector": {"hardware__sector_radius_mm": 42.0},
+    "a smaller sector": {"hardware__sector_radius_mm": 36.0},
     "another cable": {"hardware__cable": "steel-0.45-7x7"},
-    "another bearing": {"hardware__bearing": "608"},
+    "another bearing": {"hardware__bearing": "618-8"},
     "another ball": {"hardware__ball_diameter_mm": 5.0},
     "another knob": {"hardware__knob": "din319-32"},
     "another foot": {"hardware__foot": "foot-m4-hole-16x8"},
-    "a thicker arm": {"hardware__arm_thickness_mm": 12.0},
+    "a thicker arm": {"hardware__arm_thickness_mm": 12.0, "mechanism__base_radius_mm": 36.0},
     "a thicker base": {"hardware__base_plate_thickness_mm": 12.0},
     "another cube": {"cube__half_side_mm": 28.0, "cube__bottom_height_mm": 80.0},
-    "longer arms": {"mechanism__upper_arm_length_mm": 93.0},
-    "longer forearms": {"mechanism__forearm_length_mm": 145.0},
+    "longer arms": {"mechanism__upper_arm_length_mm": 93.0, "hardware__platform_thickness_mm": 10.5},
+    "shorter forearms": {"mechanism__forearm_length_mm": 142.0},
     "a wider parallelogram": {"mechanism__parallelogram_width_mm": 56.0},
     "a wider platform": {"mechanism__platform_radius_mm": 26.0},
 }
