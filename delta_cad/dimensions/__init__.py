@@ -18,7 +18,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
-from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions
+from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions, key_slot_rad
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
@@ -28,7 +28,9 @@ from delta_cad.dimensions.capstan import (
     rim_y_mm,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
+from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
 from delta_cad.dimensions.layers import Layers, layers
+from delta_cad.dimensions.neighbours import require_room_for_board
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
@@ -38,6 +40,7 @@ from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
 PRELOAD_N = 10.0  # of the shoulder's bearings: over the axial load of some 0.6 N per N at the handle, 3 N and 10 m/s2
 ARM_PLATE_MM = 6.0  # of an upper arm that is stiff enough, where the least sizes are
+UP_AND_DOWN = 65  # heights of the handle in the middle, at which the range of an arm is looked at
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
@@ -45,7 +48,10 @@ __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
 
 @dataclass(frozen=True)
 class Dimensions:
-    """All dimensions of a design, and the motion and catalogue rows they were derived from."""
+    """All dimensions of a design, and the motion and catalogue rows they were derived from.
+
+    `set_screws_rad` are the directions of a pinion's set screws in its frame, from x towards z.
+    """
 
     design: Design
     extremes: CubeExtremes
@@ -66,6 +72,7 @@ class Dimensions:
     knob: catalogue.Knob
     foot: catalogue.Foot
     magnet: catalogue.Magnet
+    set_screws_rad: tuple[float, float]
 
     @property
     def home_rad(self) -> float:
@@ -177,6 +184,9 @@ def _dimensions(design: Design) -> Dimensions:
         bearing,
         motor,
     )
+    if hardware.encoder_at != "motor" and hardware.drive == "capstan":
+        require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
+    screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))
     required = design.requirements
     forearm = forearm_dimensions(
         mechanism.forearm_length_mm,
@@ -214,4 +224,13 @@ def _dimensions(design: Design) -> Dimensions:
         knob=knob,
         foot=catalogue.foot.chosen(hardware),
         magnet=magnet,
+        set_screws_rad=screws,
     )
+
+
+def _set_screws(design: Design, cube: Cube, slot_rad: float) -> tuple[float, float]:
+    """Directions of a pinion's set screws: the pinion turns against the arm."""
+    up = np.zeros((UP_AND_DOWN, 3))
+    up[:, 2] = np.linspace(cube.bottom_height, cube.bottom_height + 2.0 * cube.half_side, UP_AND_DOWN)
+    arm, ratio = inverse_kinematics(design.geometry, up)[:, 0], design.hardware.capstan_ratio
+    return set_screws_rad(slot_rad, (-ratio * float(arm.max()), -ratio * float(arm.min())), ratio)

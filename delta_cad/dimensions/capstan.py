@@ -21,6 +21,7 @@ SHOULDER_MM = 0.5  # of the pinion at either end of its groove
 SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
 COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
 COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
 COLLAR_OFF_HEADS_MM = 1.1  # and from the heads of the motor's screws
 SET_SCREW = "M3"
 COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
@@ -278,6 +279,19 @@ def capstan_dimensions(
         "hardware.motor",
         motor.id,
         bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM),
+    )
+    head = catalogue.screw(motor.mount_thread).head_diameter_mm
+    widest = motor.mount_circle_mm / 2 - head / 2 - PAST_HEADS_MM - crest + run.pinion_mm
+    require(
+        run.pinion_mm <= widest,
+        "pinion",
+        "beside the motor's screws",
+        f"hardware.sector_radius_mm = {pitch:g} must be at most {ratio * widest:.4g}, or hardware.capstan_ratio = "
+        f"{ratio:g} at least {pitch / widest:.4g}: the screws of {motor.id} are drawn out past its pinion, which "
+        f"must have a pitch radius of at most {widest:.2f} mm",
+        "hardware.sector_radius_mm",
+        pitch,
+        ratio * widest,
     )
     middle = sum(layers.sector_mm) / 2
     half = run.grooved_mm / 2 + SHOULDER_MM

@@ -14,6 +14,7 @@ SHAFT_ENDS_GAP_MM = 0.5
 PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
+RECESS_MM = 0.5  # of the encoder's bearing in its cheek, at least: the sector's dowels turn before it
 SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what holds an arm sideways
 
 
@@ -97,7 +98,7 @@ def layers(
     bearings: tuple[tuple[float, float], ...] = ()
     head = encoder_inside - cheek
     if rim_mm is not None:
-        middle = min(encoder_inside - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
+        middle = min(encoder_inside - RECESS_MM - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
         outer = middle - bearing.width_mm / 2
         bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
         head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
