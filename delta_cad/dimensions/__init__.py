@@ -23,6 +23,7 @@ from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
     capstan_dimensions,
+    collar_off_mm,
     pinion_direction_rad,
     pinion_end_mm,
     rim_y_mm,
@@ -34,11 +35,13 @@ from delta_cad.dimensions.neighbours import require_room_for_board
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
+from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
-PRELOAD_N = 10.0  # of the shoulder's bearings: over the axial load of some 0.6 N per N at the handle, 3 N and 10 m/s2
+PRELOAD_N = 10.0  # of the shoulder's bearings, nearest to which a spring is chosen that is strong enough
+PRELOAD_PER_N = 0.6  # its least over the tolerances, by the largest force: some 0.5 N along the shaft per N and weight
 ARM_PLATE_MM = 6.0  # of an upper arm that is stiff enough, where the least sizes are
 UP_AND_DOWN = 65  # heights of the handle in the middle, at which the range of an arm is looked at
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
@@ -95,8 +98,12 @@ class Dimensions:
         )
 
 
-def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
+def preload_spring(bearing: catalogue.Bearing, force_N: float = 0.0) -> catalogue.WaveSpring:
     """Chooses the wave spring that presses on a bearing's outer ring alone, nearest to the preload that is wanted.
+
+    Args:
+        bearing: Row of the catalogue.
+        force_N: Largest force at the handle: weaker springs are left out, unless all are.
 
     Raises:
         DimensionError: The catalogue has none for the bearing's bore.
@@ -118,7 +125,11 @@ def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
         next((row.id for row in catalogue.bearing.rows.values() if row.outer_mm in housings), None),
     )
     rows = rows or list(catalogue.wave_spring.rows.values())  # in a search of reasons
-    return min(rows, key=lambda row: abs(row.force_N - PRELOAD_N))
+    least = PRELOAD_PER_N * force_N
+    strong = [row for row in rows if preload_range_N(row)[0] >= least]
+    return (
+        min(strong, key=lambda row: abs(row.force_N - PRELOAD_N)) if strong else max(rows, key=lambda row: row.force_N)
+    )
 
 
 def dimensions(design: Design) -> Dimensions:
@@ -148,9 +159,10 @@ def _dimensions(design: Design) -> Dimensions:
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
         clear = design.requirements.clearance_min_mm
         rim = rim_y_mm(run, cable.diameter_mm, arm_mm, mechanism.base_radius_mm, clear)
-    preload = None if rim is None else preload_spring(bearing)
+    preload = None if rim is None else preload_spring(bearing, largest_force_N(design.requirements))
     spring_mm = 0.0 if preload is None else preload.work_height_mm
-    stack = layers(arm_mm, rim, pinion_end_mm(rim), bearing, spring_mm, encoder, motor, grown)
+    collar_off = 0.0 if run is None else collar_off_mm(run, cable.diameter_mm, motor)
+    stack = layers(arm_mm, rim, pinion_end_mm(rim, collar_off), bearing, spring_mm, encoder, motor, grown)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     bar = bar_mm(CROSS_BAR_MM, grown)
     bar_bore = bar + 2 * BAR_GLUE_MM

@@ -8,7 +8,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
 from delta_cad.dimensions.sizes import plate_mm
 
-ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
+ELBOW_BOSS_WIDTH_MM, ELBOW_BOSS_BESIDE_MM = 16.0, 1.0  # grips the cross-bar over 2.7 diameters; over the arm's plate
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
 SHAFT_ENDS_GAP_MM = 0.5
 PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
@@ -103,10 +103,11 @@ def layers(
         bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
         head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
     board = head - BOARD_STAND_OFF_MM
+    boss = max(ELBOW_BOSS_WIDTH_MM / 2, half + ELBOW_BOSS_BESIDE_MM)
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,
-        elbow_boss_mm=(-ELBOW_BOSS_WIDTH_MM / 2, ELBOW_BOSS_WIDTH_MM / 2),
+        elbow_boss_mm=(-boss, boss),
         encoder_cheek_mm=(encoder_inside - cheek, encoder_inside),
         encoder_head_mm=(head, encoder_inside - cheek),
         bearings_mm=bearings,
