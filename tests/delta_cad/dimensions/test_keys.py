@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import pi, radians, tau
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,7 +56,7 @@ def test_a_pinion_that_turns_too_little_for_both_set_screws_is_refused() -> None
 
 def test_a_pinion_past_which_no_screw_is_drawn_out_is_refused_at_the_sector_that_would_do() -> None:
     """RE 30: screws on 22 mm with heads of 5.5; the crest lies a quarter of a cable inside the pitch circle."""
-    changes = {"hardware__capstan_ratio": 3.0, "requirements__joint_torque_N_m": 0.24}
+    changes: dict[str, Any] = {"hardware__capstan_ratio": 3.0, "requirements__joint_torque_N_m": 0.24}
     changes |= {"requirements__peak_torque_N_m": None, "requirements__peak_force_N": None, "requirements__force_N": 1.0}
     found = {reason.feature: reason for reason in refusals(machine(changes))}
     reason = found["beside the motor's screws"]
