@@ -24,6 +24,7 @@ from delta_cad.assembly.makes import makes
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
 from delta_cad.solids import brackets, fasteners, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
@@ -102,7 +103,7 @@ def _bracket(bench: Bench, i: int) -> None:
     motor = bench.once("motor", lambda: make_motor(d))
     u, z = b.motor_axis_mm
     bench.put(f"motor_{i}", motor, "base", chain_frame(i) @ at(u, motor_side[1], z))
-    length, sunk = brackets.motor_screw_mm(d)
+    length, sunk = motor_screw_mm(d.motor, d.layers)
     fixing, face = bench.screw(d.motor.mount_thread, length), motor_side[0] + sunk
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
         bench.put(f"motor_screw_{i}_{k}", fixing, "base", shoulder @ pointing((0, -1, 0), x, face, height))

@@ -11,20 +11,6 @@ from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.part import Reach, Removal
 
-KEYS_MM = {  # width across flats: long and short leg
-    0.9: (33.0, 11.0),
-    1.3: (41.0, 13.0),
-    1.5: (46.5, 15.5),
-    2.0: (52.0, 18.0),
-    2.5: (58.5, 20.5),
-    3.0: (66.0, 23.0),
-    4.0: (74.0, 29.0),
-    5.0: (85.0, 33.0),
-    6.0: (96.0, 38.0),
-}
-"""Hexagon keys, standard type, mm. Source: ISO 2936, as JIS B 4648:2008 gives it (mikipulley.co.jp, tech13)."""
-CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table
-CUT = 0.8  # share of its short leg to which a key is cut that must turn between the two cheeks
 LOOSE_MM = 0.5  # way of a set screw that leaves its shaft free
 SET_SCREWS = 2
 

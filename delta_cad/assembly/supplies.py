@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
-from delta_cad.assembly.exchange import CUT, KEYS_MM
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
+from delta_cad.dimensions.keys import CUT, KEYS_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought.spring import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.making import ordered

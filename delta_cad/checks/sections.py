@@ -179,7 +179,8 @@ def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
     """Cuts a solid in a span's frame."""
     moments = np.zeros((len(stations), 5))
     for k, face in _faces(solid, stations):
-        moments[k] += _moments(face)
+        if span.own is None or _is_own(face.Center(), span.own):
+            moments[k] += _moments(face)
     bare = moments[:, 0].copy()
     if span.filled:
         inward = np.linalg.inv(span.frame)
@@ -191,6 +192,12 @@ def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
     about_z = moments[:, 3] - moments[:, 1] ** 2 / area
     about_y = moments[:, 4] - moments[:, 2] ** 2 / area
     return _Cut(bare, moments[:, 0], about_y, about_z)
+
+
+def _is_own(middle: cq.Vector, own: tuple[float, float]) -> bool:
+    """Whether a face's middle lies in the sector from a place on x that is a span's own."""
+    place, half = own
+    return abs(np.arctan2(middle.y, middle.x - place)) <= half
 
 
 def _faces(solid: cq.Shape, stations: np.ndarray) -> Iterator[tuple[int, Any]]:

@@ -18,26 +18,32 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
-from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions
+from delta_cad.dimensions.bracket import STOP_PIN_MM, BracketDimensions, bracket_dimensions, key_slot_rad
 from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     cable_run,
     capstan_dimensions,
+    collar_off_mm,
     pinion_direction_rad,
     pinion_end_mm,
     rim_y_mm,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
+from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
 from delta_cad.dimensions.layers import Layers, layers
+from delta_cad.dimensions.neighbours import require_room_for_board
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
+from delta_cad.dimensions.tolerances import preload_range_N
 from delta_cad.mechanism import inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
-PRELOAD_N = 10.0  # of the shoulder's bearings: over the axial load of some 0.6 N per N at the handle, 3 N and 10 m/s2
+PRELOAD_N = 10.0  # of the shoulder's bearings, nearest to which a spring is chosen that is strong enough
+PRELOAD_PER_N = 0.6  # its least over the tolerances, by the largest force: some 0.5 N along the shaft per N and weight
 ARM_PLATE_MM = 6.0  # of an upper arm that is stiff enough, where the least sizes are
+UP_AND_DOWN = 65  # heights of the handle in the middle, at which the range of an arm is looked at
 ELBOW_BEYOND_MM = 5.8  # of an arm at rest beyond the line of its elbow's balls
 
 __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
@@ -45,7 +51,10 @@ __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
 
 @dataclass(frozen=True)
 class Dimensions:
-    """All dimensions of a design, and the motion and catalogue rows they were derived from."""
+    """All dimensions of a design, and the motion and catalogue rows they were derived from.
+
+    `set_screws_rad` are the directions of a pinion's set screws in its frame, from x towards z.
+    """
 
     design: Design
     extremes: CubeExtremes
@@ -66,6 +75,7 @@ class Dimensions:
     knob: catalogue.Knob
     foot: catalogue.Foot
     magnet: catalogue.Magnet
+    set_screws_rad: tuple[float, float]
 
     @property
     def home_rad(self) -> float:
@@ -88,8 +98,12 @@ class Dimensions:
         )
 
 
-def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
+def preload_spring(bearing: catalogue.Bearing, force_N: float = 0.0) -> catalogue.WaveSpring:
     """Chooses the wave spring that presses on a bearing's outer ring alone, nearest to the preload that is wanted.
+
+    Args:
+        bearing: Row of the catalogue.
+        force_N: Largest force at the handle: weaker springs are left out, unless all are.
 
     Raises:
         DimensionError: The catalogue has none for the bearing's bore.
@@ -111,7 +125,11 @@ def preload_spring(bearing: catalogue.Bearing) -> catalogue.WaveSpring:
         next((row.id for row in catalogue.bearing.rows.values() if row.outer_mm in housings), None),
     )
     rows = rows or list(catalogue.wave_spring.rows.values())  # in a search of reasons
-    return min(rows, key=lambda row: abs(row.force_N - PRELOAD_N))
+    least = PRELOAD_PER_N * force_N
+    strong = [row for row in rows if preload_range_N(row)[0] >= least]
+    return (
+        min(strong, key=lambda row: abs(row.force_N - PRELOAD_N)) if strong else max(rows, key=lambda row: row.force_N)
+    )
 
 
 def dimensions(design: Design) -> Dimensions:
@@ -141,9 +159,10 @@ def _dimensions(design: Design) -> Dimensions:
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
         clear = design.requirements.clearance_min_mm
         rim = rim_y_mm(run, cable.diameter_mm, arm_mm, mechanism.base_radius_mm, clear)
-    preload = None if rim is None else preload_spring(bearing)
+    preload = None if rim is None else preload_spring(bearing, largest_force_N(design.requirements))
     spring_mm = 0.0 if preload is None else preload.work_height_mm
-    stack = layers(arm_mm, rim, pinion_end_mm(rim), bearing, spring_mm, encoder, motor, grown)
+    collar_off = 0.0 if run is None else collar_off_mm(run, cable.diameter_mm, motor)
+    stack = layers(arm_mm, rim, pinion_end_mm(rim, collar_off), bearing, spring_mm, encoder, motor, grown)
     shaft_mm = bearing.bore_mm if hardware.drive == "capstan" else motor.shaft_diameter_mm
     bar = bar_mm(CROSS_BAR_MM, grown)
     bar_bore = bar + 2 * BAR_GLUE_MM
@@ -177,6 +196,9 @@ def _dimensions(design: Design) -> Dimensions:
         bearing,
         motor,
     )
+    if hardware.encoder_at != "motor" and hardware.drive == "capstan":
+        require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
+    screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))
     required = design.requirements
     forearm = forearm_dimensions(
         mechanism.forearm_length_mm,
@@ -214,4 +236,13 @@ def _dimensions(design: Design) -> Dimensions:
         knob=knob,
         foot=catalogue.foot.chosen(hardware),
         magnet=magnet,
+        set_screws_rad=screws,
     )
+
+
+def _set_screws(design: Design, cube: Cube, slot_rad: float) -> tuple[float, float]:
+    """Directions of a pinion's set screws: the pinion turns against the arm."""
+    up = np.zeros((UP_AND_DOWN, 3))
+    up[:, 2] = np.linspace(cube.bottom_height, cube.bottom_height + 2.0 * cube.half_side, UP_AND_DOWN)
+    arm, ratio = inverse_kinematics(design.geometry, up)[:, 0], design.hardware.capstan_ratio
+    return set_screws_rad(slot_rad, (-ratio * float(arm.max()), -ratio * float(arm.min())), ratio)

@@ -8,6 +8,7 @@ from math import acos, asin, atan2, cos, hypot, inf, pi, remainder, sin, sqrt, t
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.keys import handle_room_mm
 from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
 from delta_cad.mechanism.geometry import SIN_60
 
@@ -237,8 +238,9 @@ def bracket_dimensions(
     boss = arm.boss_radius_mm + CLEAR_MM
     head = bearing.outer_mm / 2 + HEAD_WALL_MM
     under = 0.0 if capstan is None else FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
+    key = 0.0 if capstan is None else handle_room_mm(motor) - dz
     base_top = -max(
-        body - dz + CLEAR_MM + under, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm
+        body - dz + CLEAR_MM + under, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm, key
     )
     long = FOOT_MM[1] - FOOT_MM[0]
 

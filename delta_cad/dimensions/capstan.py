@@ -21,6 +21,7 @@ SHOULDER_MM = 0.5  # of the pinion at either end of its groove
 SHAFT_ENGAGEMENT_MM = 6.0  # length of the motor's shaft in the pinion, at least
 COLLAR_WALL_MM = 3.0  # around the shaft: the shortest set screw
 COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot bore
+PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
 COLLAR_OFF_HEADS_MM = 1.1  # and from the heads of the motor's screws
 SET_SCREW = "M3"
 COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
@@ -32,7 +33,11 @@ RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
 SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
-COLLAR_OFF_MM = 1.0  # along the axis from the sector's rim to the collar, which may be wider than the pinion
+COLLAR_OFF_MM = 1.0, 1.5  # along the axis from the sector's rim to the collar; where that is wider than the pinion
+COLLAR_ASIDE_MM = 0.64  # by which the set screws lie farther from the rim than the collar's end
+BESIDE_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
+BESIDE_RIM_SHARE = 0.75  # by which the former grows with a cable over `USUAL_CABLE_MM`
+USUAL_CABLE_MM = 0.54
 TENSION_SCREW, TENSION_SCREW_LENGTH_MM = "M3", 10.0
 CARRIAGE_MM = (6.0, 5.0)  # length and thickness of the block that pulls the cable's outer end
 CARRIAGE_RADII_MM = (-7.5, 2.5)  # its inner and outer face from the cable's line
@@ -220,9 +225,37 @@ def base_radius_min_mm(
     return max(by_arm, by_sector)
 
 
-def pinion_end_mm(rim_y: tuple[float, float] | None) -> float:
+def collar_mm(pinion_mm: float, cable_mm: float, motor: catalogue.Motor) -> float:
+    """Gives the outer radius of a pinion's collar: as wide as its set screws are long, which end flush with it, mm.
+
+    So they turn out before the slot of their key.
+
+    Args:
+        pinion_mm: Radius of the cable's middle on the pinion.
+        cable_mm: Diameter of the cable.
+        motor: Row of the catalogue.
+    """
+    bore, crest = motor.shaft_diameter_mm, crest_mm(pinion_mm, cable_mm)  # within it, it passes the rim as the pinion
+    room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
+    return bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
+
+
+def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor) -> float:
+    """Gives how far from the sector's rim the pinion's collar stands along the axis, mm.
+
+    It stands close where it is that much smaller than the pinion, farther off where it is as wide.
+    """
+    near, far = COLLAR_OFF_MM
+    beside = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
+    beside = max(beside, 0.0)
+    collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
+    clear = hypot(near, beside) >= collar and hypot(near + COLLAR_ASIDE_MM, beside) >= BESIDE_RIM_MM[1]
+    return near if clear else max(far, collar)
+
+
+def pinion_end_mm(rim_y: tuple[float, float] | None, off_mm: float) -> float:
     """Gives where the pinion's collar ends beyond the rim, along the shoulder's axis, mm; 0 without a rim."""
-    return 0.0 if rim_y is None else rim_y[1] + COLLAR_OFF_MM + COLLAR_MM
+    return 0.0 if rim_y is None else rim_y[1] + off_mm + COLLAR_MM
 
 
 def pinion_direction_rad(
@@ -290,10 +323,7 @@ def capstan_dimensions(
         ratio,
         pitch / (bore / 2 + PINION_WALL_MM + d / 2),
     )
-    crest = crest_mm(run.pinion_mm, d)  # a collar within it passes the rim as the pinion does
-    room = min(collar_radius_mm(motor), max(crest, bore / 2 + COLLAR_WALL_MM)) - bore / 2
-    # as wide as its set screws are long, which then end flush with it and turn out before the slot of their key
-    collar = bore / 2 + max((mm for mm in catalogue.set_screw(SET_SCREW).lengths_mm if mm <= room), default=room)
+    crest, collar = crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
     require(
         collar - bore / 2 >= COLLAR_WALL_MM,
         "pinion",
@@ -305,9 +335,22 @@ def capstan_dimensions(
         motor.id,
         bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM),
     )
+    head = catalogue.screw(motor.mount_thread).head_diameter_mm
+    widest = motor.mount_circle_mm / 2 - head / 2 - PAST_HEADS_MM - crest + run.pinion_mm
+    require(
+        run.pinion_mm <= widest,
+        "pinion",
+        "beside the motor's screws",
+        f"hardware.sector_radius_mm = {pitch:g} must be at most {ratio * widest:.4g}, or hardware.capstan_ratio = "
+        f"{ratio:g} at least {pitch / widest:.4g}: the screws of {motor.id} are drawn out past its pinion, which "
+        f"must have a pitch radius of at most {widest:.2f} mm",
+        "hardware.sector_radius_mm",
+        pitch,
+        ratio * widest,
+    )
     middle = sum(layers.sector_mm) / 2
     half = run.grooved_mm / 2 + SHOULDER_MM
-    y = (middle - half, pinion_end_mm(layers.sector_mm))
+    y = (middle - half, pinion_end_mm(layers.sector_mm, collar_off_mm(run, d, motor)))
     shaft_end = layers.motor_cheek_mm[1] - motor.shaft_length_mm
     floor = shaft_end - 0.5 if shaft_end - 0.5 > y[0] + 0.5 else y[0]  # a longer shaft comes out of the pinion
     engaged = y[1] - max(floor, shaft_end)

@@ -8,12 +8,13 @@ from delta_cad import catalogue
 from delta_cad.dimensions.rules import PRESS_DEPTH_MM, RUNNING_GAP_MM, require
 from delta_cad.dimensions.sizes import plate_mm
 
-ELBOW_BOSS_WIDTH_MM = 16.0  # grips the cross-bar over 2.7 diameters
+ELBOW_BOSS_WIDTH_MM, ELBOW_BOSS_BESIDE_MM = 16.0, 1.0  # grips the cross-bar over 2.7 diameters; over the arm's plate
 STUB_DEPTH_MM = 3.0  # the magnet stub of a direct drive in the arm; the motor's shaft has the rest of the bore
 SHAFT_ENDS_GAP_MM = 0.5
 PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
+RECESS_MM = 0.5  # of the encoder's bearing in its cheek, at least: the sector's dowels turn before it
 SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what holds an arm sideways
 
 
@@ -97,12 +98,12 @@ def layers(
     bearings: tuple[tuple[float, float], ...] = ()
     head = encoder_inside - cheek
     if rim_mm is not None:
-        middle = min(encoder_inside - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
+        middle = min(encoder_inside - RECESS_MM - bearing.width_mm / 2, motor_inside + bearing.width_mm / 2 - SPAN_MM)
         outer = middle - bearing.width_mm / 2
         bearings = (outer, outer + bearing.width_mm), (motor_inside, motor_inside + bearing.width_mm)
         head = min(head, outer - preload_mm - PRESS_DEPTH_MM)
     board = head - BOARD_STAND_OFF_MM
-    boss = max(ELBOW_BOSS_WIDTH_MM / 2, half)  # no thinner than the arm: its bore would end in the plate
+    boss = max(ELBOW_BOSS_WIDTH_MM / 2, half + ELBOW_BOSS_BESIDE_MM)
     return Layers(
         arm_mm=(-half, half),
         sector_mm=sector,

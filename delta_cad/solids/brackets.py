@@ -14,7 +14,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
-from delta_cad.dimensions.layers import motor_thread_mm
+from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
 from delta_cad.dimensions.tolerances import LENGTH_MM, minutes, seat_tilt_rad
@@ -94,15 +94,6 @@ def cheek_dowel_depth_mm(d: Dimensions) -> float:
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
 
 
-def motor_screw_mm(d: Dimensions) -> tuple[float, float]:
-    """Length of the motor's screws and how deep their heads are sunk: so deep that they fill the motor's threads."""
-    row, thread = catalogue.screw(d.motor.mount_thread), motor_thread_mm(d.motor)
-    inside, face = d.layers.motor_cheek_mm
-    room = face - inside - row.counterbore_depth_mm + thread + ROUNDING_MM
-    length = max(long for long in row.lengths_mm if long <= room)
-    return length, face - inside + thread - length
-
-
 def stopped_y_mm(d: Dimensions) -> float:
     """Face of the sector's web that the stop pin reaches into, or of the arm where there is no sector."""
     return d.layers.arm_mm[1] if d.capstan is None else d.capstan.web_y_mm[1]
@@ -152,7 +143,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
     screw, block = catalogue.screw(d.motor.mount_thread), catalogue.screw(BLOCK_SCREW)
-    seat_depth = motor_screw_mm(d)[1]
+    seat_depth = motor_screw_mm(d.motor, d.layers)[1]
     motor_screws = motor_screw_positions(d)
     tools: list[cq.Shape] = [bore_y(d.motor.pilot_diameter_mm, (x, z), through)]
     tools += [bore_y(screw.clearance_hole_mm, at, through) for at in motor_screws]
@@ -210,10 +201,10 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     through = (face - THROUGH_MM, inside + THROUGH_MM)
     board = board_screw_positions(d) if d.sensed_at_shoulder else []
     head = [(0.0, 0.0, b.head_radius_mm), *((x, z, 4.0) for x, z in board)]
-    leg = [b.leg_circle_mm, *_foot(d)] if face < outside else [*head, *_foot(d)]
+    leg = [b.leg_circle_mm, *_foot(d)] if d.capstan is not None else [*head, *_foot(d)]
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
-    if face < outside:
+    if d.capstan is not None:
         round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
         upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
         body = fuse(body, upper)
@@ -253,7 +244,8 @@ def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -
     """Seat from a cheek's inner face to its floor, and the passage through the lip."""
     clear = THROUGH_MM
     ends = sorted((inside - outwards * clear, floor))
-    through = max(5.0, d.layers.motor_cheek_mm[1] - floor + clear) if outwards > 0.0 else 5.0
+    face = d.layers.motor_cheek_mm[1] if outwards > 0.0 else d.layers.encoder_head_mm[0]
+    through = max(5.0, abs(face - floor) + clear)
     rest = sorted((inside - outwards * clear, floor + outwards * through))
     return [
         bore_y(d.bearing.outer_mm, (0.0, 0.0), (ends[0], ends[1])),

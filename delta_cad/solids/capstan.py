@@ -53,6 +53,7 @@ from delta_cad.solids.upper_arm import dowel_positions, polar_positions
 
 BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
 LIGHTENING_MM = 7.0
+AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a rounding
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
@@ -119,9 +120,15 @@ def set_screw_frames(d: Dimensions, length_mm: float) -> tuple[np.ndarray, np.nd
     """(4, 4) frames of the pinion's set screws in its frame: tip on the motor's shaft, z outwards."""
     c = capstan_of(d)
     middle, out = sum(c.collar_y_mm) / 2, c.pinion_bore_mm / 2 + length_mm
-    along_x = frames(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.array([out, middle, 0.0]))
-    along_z = frames(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, middle, out]))
-    return along_x, along_z
+    found = []
+    for x, z in _set_screw_ways(d):
+        found.append(frames(np.array([z, 0.0, -x]), np.array([0.0, 1.0, 0.0]), np.array([out * x, middle, out * z])))
+    return found[0], found[1]
+
+
+def _set_screw_ways(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, z) unit vectors along the pinion's set screws in its frame; those along its axes without rounding."""
+    return [(round(cos(a), AXIS_DIGITS) + 0.0, round(sin(a), AXIS_DIGITS) + 0.0) for a in d.set_screws_rad]
 
 
 def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
@@ -268,7 +275,7 @@ def make_pinion(d: Dimensions) -> Part:
     tools = [bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y2 + THROUGH_MM))]
     reach = c.collar_radius_mm + THROUGH_MM
     tools += [
-        cylinder(screw.tap_drill_mm, (0.0, middle, 0.0), at) for at in ((reach, middle, 0.0), (0.0, middle, reach))
+        cylinder(screw.tap_drill_mm, (0.0, middle, 0.0), (reach * x, middle, reach * z)) for x, z in _set_screw_ways(d)
     ]
     solid = feature(number, "bore", "motor shaft", lambda: cut(body, tools))
     run, d_c = c.run, c.cable_diameter_mm

@@ -41,6 +41,7 @@ class Span:
         least: Least share of area and second moments that is enough, with what a drawing takes.
         most: Largest share of the area: a part heavier than it was counted is as wrong.
         filled: Whether declared bores count as filled, because what is in them carries, or the table has taken them.
+        own: A place on x and half an angle: what has its middle outside, seen from there, is another bar's.
     """
 
     part: str
@@ -51,6 +52,7 @@ class Span:
     least: float
     most: float
     filled: bool = False
+    own: tuple[float, float] | None = None
 
     def assumed(self, place_mm: float) -> Section:
         """Gives the section that is assumed at a place along the bar, mm from its root."""
@@ -150,7 +152,8 @@ def _webs(d: Dimensions, table: StructureTable) -> list[Span]:
     for i in CHAINS:
         u = np.array([cos(2 * pi * i / 3), sin(2 * pi * i / 3), 0.0])
         frame = _frame(root * u + table.spoke_up_mm * Z, u, np.cross(Z, u))
-        found.append(Span("platform", "web", frame, (p.hub_radius_mm - root, boss - root), bar, *WINDOW))
+        own = -root, pi / 3  # wide bosses of the neighbours reach beside a web's root
+        found.append(Span("platform", "web", frame, (p.hub_radius_mm - root, boss - root), bar, *WINDOW, own=own))
         reach = boss - root, bar.length_mm
         found.append(Span("platform", "boss", frame, reach, bar, WINDOW[0], inf, filled=True))
     return found

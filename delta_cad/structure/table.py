@@ -246,7 +246,7 @@ def _cheek(d: Dimensions, head: list[Circle], open_: list[Circle], y_mm: tuple[f
     def section(z: float) -> Section:
         bores = sum(2 * sqrt(max(0.0, r**2 - (z - at) ** 2)) for _, at, r in open_)
         width = outline_width_mm(circles, max(z, top)) - bores
-        slotted = sum(_slotted_mm(z, bore, slot, deep, circles) for bore in open_)
+        slotted = min(sum(_slotted_mm(z, bore, slot, deep, circles) for bore in open_), width)
         return rectangle(thickness, width) if not slotted else stepped_plate(thickness, width, deep, slotted)
 
     return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
@@ -256,7 +256,8 @@ def _slotted_mm(z: float, bore: Circle, angle_rad: float, deep_mm: float, circle
     """Width that the key's slot takes at a height, from a bore out to the edge at an angle, mm.
 
     The cheek folds along the slot's line, which counts as level at its middle's height; on either side the stress takes
-    the slot's depth to spread over the whole thickness again (by finite elements: 13 % of what the cheek gives).
+    the slot's depth to spread over the whole thickness again (by finite elements: 13 % of what the cheek gives). A
+    steep slot may be longer than the cheek is wide there: it takes all of that, which is safe.
     """
     x, at, r = bore
     edge = max((cx - x) * cos(angle_rad) + (cz - at) * sin(angle_rad) + cr for cx, cz, cr in circles)

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.assembly.exchange import CORNERS, CUT, KEYS_MM
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.checks.contact.common import common_size, volume
@@ -25,6 +24,7 @@ from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
+from delta_cad.dimensions.keys import CORNERS, CUT, KEYS_MM
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner

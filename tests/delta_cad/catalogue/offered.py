@@ -64,7 +64,7 @@ WITH: dict[str, Changes] = {
     "608": wider(4.0),
     "din319-32": wider(1.0),
     "8": wider(1.0),
-    "10": wider(2.0),
+    "10": wider(1.0),
 }
 
 

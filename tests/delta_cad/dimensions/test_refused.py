@@ -18,11 +18,13 @@ from delta_cad.mechanism import UnreachableError
 from tests.delta_cad.dimensions.edited import edited
 
 SMALL_CUBE: dict[str, float | str] = {"bottom_height_mm": 70.0, "half_side_mm": 8.0}
+# Without a pinion, whose set screws would not come to their key's slot in so small a cube.
+DIRECT: dict[str, float | str] = {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 14.0}
 REFUSED = {
     # what: (changes, field, a value that is refused, part, feature, words before the bound, least or largest)
     "arm": (SMALL_CUBE | {"bottom_height_mm": 88.0}, "upper_arm_length_mm", 45.0, "upper_arm", "length", "at least", 1),
     "tube": (
-        {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
+        DIRECT | {"upper_arm_length_mm": 60.0, "bottom_height_mm": 60.0, "half_side_mm": 5.0},
         "forearm_length_mm",
         40.0,
         "rod_tube",
@@ -31,7 +33,7 @@ REFUSED = {
         1,
     ),
     "hub": (
-        SMALL_CUBE | {"parallelogram_width_mm": 34.5, "platform_thickness_mm": 16.0},
+        SMALL_CUBE | DIRECT | {"parallelogram_width_mm": 34.5, "platform_thickness_mm": 16.0},
         "platform_radius_mm",
         17.0,
         "platform",
@@ -40,7 +42,7 @@ REFUSED = {
         1,
     ),
     "wrists": (
-        SMALL_CUBE | {"ball_diameter_mm": 6.0},
+        SMALL_CUBE | DIRECT | {"ball_diameter_mm": 6.0},
         "platform_radius_mm",
         21.5,
         "platform",
@@ -59,7 +61,7 @@ REFUSED = {
         -1,
     ),
     "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
-    "slot": ({"capstan_ratio": 3.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
+    "slot": ({"capstan_ratio": 3.0, "base_radius_mm": 43.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
     "clamp": (
         {"drive": "direct", "motor": "maxon-ec60flat-625858"},
         "arm_thickness_mm",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import pytest
@@ -56,7 +57,7 @@ def test_sizes_are_the_next_that_are_stiff_enough() -> None:
     assert bar_mm(8.0, 16.0) == 16.0  # d^4
     assert (stem_mm(2.0), stem_mm(16.0), stem_mm(1e6)) == (12.0, 20.0, 30.0)
     assert spring_range_N(3.0) == (8.0, 13.0)
-    assert spring_range_N(20.0) == pytest.approx((18.0, 29.25))
+    assert spring_range_N(20.0) == pytest.approx((21.0, 34.125))
 
 
 def test_a_force_of_30_N_makes_a_stronger_and_stiffer_machine_than_3() -> None:
@@ -79,47 +80,48 @@ def test_a_force_of_30_N_makes_a_stronger_and_stiffer_machine_than_3() -> None:
 
 POCKET: dict[str, Any] = {  # what `optimizer synthesize` makes of pocket-40.toml
     "mechanism": {
-        "base_radius_mm": 38.0,
+        "base_radius_mm": 42.0,
         "platform_radius_mm": 18.0,
         "upper_arm_length_mm": 60.0,
-        "forearm_length_mm": 98.094,
+        "forearm_length_mm": 100.977,
         "parallelogram_width_mm": 38.0,
     },
-    "cube": {"bottom_height_mm": 53.431, "half_side_mm": 20.0},
+    "cube": {"bottom_height_mm": 57.253, "half_side_mm": 20.0},
 }
-LARGE: dict[str, Any] = {
+LARGE: dict[str, Any] = {  # and of large-250.toml
     "mechanism": {
-        "base_radius_mm": 100.0,
-        "platform_radius_mm": 70.0,
-        "upper_arm_length_mm": 270.0,
-        "forearm_length_mm": 363.7,
-        "parallelogram_width_mm": 108.0,
+        "base_radius_mm": 95.0,
+        "platform_radius_mm": 55.0,
+        "upper_arm_length_mm": 274.0,
+        "forearm_length_mm": 441.911,
+        "parallelogram_width_mm": 118.0,
     },
-    "cube": {"bottom_height_mm": 133.9, "half_side_mm": 125.0},
+    "cube": {"bottom_height_mm": 208.127, "half_side_mm": 125.0},
 }
 
 
-def made(name: str, lengths: dict[str, Any]) -> Design:
-    """The design that the lengths make with a requirements file's task and hardware."""
+def made(name: str, lengths: dict[str, Any], **task: float) -> Design:
+    """The design that the lengths make with a requirements file's task, or another, and its hardware."""
     given = load_requirements(SIZES / f"{name}.toml")
-    task = given.requirements.model_dump(exclude_none=True)
+    asked = given.requirements.model_dump(exclude_none=True) | task
     hardware = given.hardware_from(Path())
-    return design_from_dict(changed(**lengths, requirements=task, hardware=hardware, name=name))
+    return design_from_dict(changed(**lengths, requirements=asked, hardware=hardware, name=name))
 
 
-def test_machines_of_40_and_150_mm_are_not_refused() -> None:
-    """Both were built, and passed all checks."""
+def test_machines_of_40_150_and_250_mm_are_not_refused() -> None:
+    """All were built, and passed all checks."""
     assert refusals(made("pocket-40", POCKET)) == ()
     assert refusals(machine({"hardware__motor": "maxon-re50-370354"} | DESK)) == ()
     assert load_requirements(SIZES / "desk-150.toml").requirements.force_N == 10.0
+    assert refusals(made("large-250", LARGE)) == ()
 
 
 def test_a_cube_of_250_mm_at_30_N_is_refused_with_all_that_would_do() -> None:
-    """No motor of the catalogue gives 12.5 N m on a capstan: told at once beside plates and shaft."""
-    found = {reason.field: reason for reason in refusals(made("large-250", LARGE))}
+    """No motor of the catalogue gives 13 N m at such a ratio: told at once beside all that it would overload."""
+    start = process_time()
+    found = {reason.field: reason for reason in refusals(made("large-250", LARGE, force_N=30.0, joint_torque_N_m=13.0))}
+    assert process_time() - start < 3.0  # a third of it here; the bound is for a machine that is shared
     ratio = found["hardware.capstan_ratio"]
-    assert ratio.value == 12.0
-    assert ratio.bound == pytest.approx(12.5 / (0.96 * 0.405))
-    assert "1.085 N m" in ratio.message
-    assert found["hardware.platform_thickness_mm"].bound == 22.0
-    assert found["hardware.motor"].bound == pytest.approx(23.0, abs=0.1)  # mm of shaft
+    assert ratio.value == 16.5
+    assert ratio.bound == pytest.approx(13.0 / (0.96 * 0.405))
+    assert "0.8207 N m" in ratio.message

@@ -1,0 +1,92 @@
+"""Keys at a motor: lengths by hand, directions against the pinion's turning, rules against borders that they name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, radians, tau
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad import catalogue
+from delta_cad.dimensions import DimensionError, Dimensions, preload_spring
+from delta_cad.dimensions.keys import handle_room_mm, motor_screw_mm, set_screws_rad
+from delta_cad.dimensions.neighbours import require_room_for_board
+from delta_cad.dimensions.tolerances import preload_range_N
+from delta_cad.structure.refusals import refusals
+from tests.delta_cad.catalogue.offered import machine
+
+
+def test_a_screw_is_as_long_as_a_cut_key_lets_it_stand_out(best_dimensions: Dimensions) -> None:
+    """M3 in the RE 30: 3.9 mm of thread; a key of 16.4 mm and half of 2.8 mm must pass the encoder's cheek at -4 mm."""
+    d = best_dimensions
+    assert motor_screw_mm(d.motor, d.layers) == (6.0, pytest.approx(4.9))
+    thick = replace(d.layers, motor_cheek_mm=(12.7, 20.7))  # an 8 mm screw would be buried, its key would not turn
+    assert motor_screw_mm(d.motor, thick) == (6.0, pytest.approx(5.9))
+    wide = replace(thick, encoder_cheek_mm=(-20.0, -8.0))
+    assert motor_screw_mm(d.motor, wide) == (8.0, pytest.approx(3.9))
+
+
+def test_the_base_lies_four_fifths_of_a_keys_long_leg_below_the_motor(best_dimensions: Dimensions) -> None:
+    assert handle_room_mm(best_dimensions.motor) == pytest.approx(0.8 * 58.5)
+    assert handle_room_mm(catalogue.motor("maxon-re50-370354")) == pytest.approx(0.8 * 66.0)
+
+
+@pytest.mark.parametrize("slot", [-0.3, 0.0, 0.9])
+@pytest.mark.parametrize("low", [-5.0, -1.0, 0.4])
+@pytest.mark.parametrize("turn", [1.6, 3.0, 7.0])
+def test_each_set_screw_comes_to_its_slot_as_the_pinion_turns(slot: float, low: float, turn: float) -> None:
+    ways = set_screws_rad(slot, (low, low + turn), 4.0)
+    assert ways[1] - ways[0] == pytest.approx(pi / 2)
+    turned = np.linspace(low, low + turn, 20001)
+    for way in ways:
+        off = np.abs((way + turned - slot + pi) % tau - pi)
+        assert off.min() < 1e-3
+    if turn > tau:
+        assert ways == (0.0, pi / 2)
+
+
+def test_a_pinion_that_turns_too_little_for_both_set_screws_is_refused() -> None:
+    least = radians(88.0)
+    set_screws_rad(0.2, (1.0, 1.0 + least + 1e-9), 3.0)
+    with pytest.raises(DimensionError, match=r"^pinion, set screws: hardware\.capstan_ratio = 3 must be at least 6"):
+        set_screws_rad(0.2, (1.0, 1.0 + least / 2), 3.0)
+
+
+def test_a_pinion_past_which_no_screw_is_drawn_out_is_refused_at_the_sector_that_would_do() -> None:
+    """RE 30: screws on 22 mm with heads of 5.5; the crest lies a quarter of a cable inside the pitch circle."""
+    changes: dict[str, Any] = {"hardware__capstan_ratio": 3.0, "requirements__joint_torque_N_m": 0.24}
+    changes |= {"requirements__peak_torque_N_m": None, "requirements__peak_force_N": None, "requirements__force_N": 1.0}
+    found = {reason.feature: reason for reason in refusals(machine(changes))}
+    reason = found["beside the motor's screws"]
+    assert reason.bound == pytest.approx(3.0 * (11.0 - 2.75 - 0.2 + 0.54 / 4))
+    changes["hardware__sector_radius_mm"] = reason.bound
+    assert "beside the motor's screws" not in {reason.feature for reason in refusals(machine(changes))}
+
+
+def test_a_motor_meets_no_board_from_the_base_radius_that_is_named(best_dimensions: Dimensions) -> None:
+    """A motor raised to the board's height; beside the border it is as far off as it must be, by its own corner."""
+    d = best_dimensions
+    u, height = d.bracket.motor_axis_mm[0], -12.0
+
+    def asked(radius: float) -> None:
+        axis = u + radius - d.bracket.shoulder_u_mm, height
+        require_room_for_board(radius, axis, d.layers, d.motor, d.encoder)
+
+    with pytest.raises(DimensionError) as refused:
+        asked(d.bracket.shoulder_u_mm)
+    bound = refused.value.reasons[0].bound
+    assert isinstance(bound, float)
+    asked(bound + 1e-6)
+    with pytest.raises(DimensionError):
+        asked(bound - 1e-6)
+    require_room_for_board(d.bracket.shoulder_u_mm, (u, -60.0), d.layers, d.motor, d.encoder)  # below the board
+
+
+def test_a_stronger_wave_spring_is_chosen_for_a_larger_force(best_dimensions: Dimensions) -> None:
+    bearing = best_dimensions.bearing
+    assert preload_spring(bearing) == preload_spring(bearing, 6.0) == best_dimensions.preload
+    strong = preload_spring(bearing, 15.0)
+    assert preload_range_N(strong)[0] >= 0.6 * 15.0 > preload_range_N(preload_spring(bearing))[0]
+    assert preload_spring(bearing, 1e3) == strong  # the strongest there is; its load is refused then
