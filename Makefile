@@ -7,13 +7,24 @@ STAMP := $(VENV)/.installed
 # of linear algebra in each: a second would only wait, and in that take the core of the other worker.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: build test bench coverage mutants faults offered endurance lint clean
+# What the linters say while the tests run beside them.
+LINTED := $(VENV)/.linted
+
+.PHONY: build test tests linted bench coverage mutants faults offered endurance lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
 
-test: $(STAMP) lint
+# The linters, of which the slow one takes a single core, run beside the tests; what they say follows the tests.
+test: $(STAMP)
+	@rm -f $(LINTED)
+	@$(MAKE) --no-print-directory --jobs=2 --keep-going tests linted; ended=$$?; cat $(LINTED); exit $$ended
+
+tests: $(STAMP)
 	$(PYTEST)
+
+linted: $(STAMP)
+	@$(MAKE) --no-print-directory lint >$(LINTED) 2>&1 || { echo 'the linters fail: see below the tests'; exit 1; }
 
 lint: $(STAMP)
 	$(VENV)/bin/ruff check .

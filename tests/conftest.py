@@ -29,8 +29,6 @@ LONGEST = (
     "optimizer/front/test_front.py",
     "delta_cad/checks/clearance/test_clearance.py",
     "haptics/feel/test_sheet.py",
-    "optimizer/globalopt/test_cutting_points.py",
-    "delta_cad/common/test_jit.py",
     "optimizer/atlas/test_atlas.py",
     "delta_cad/mechanism/proof/test_tolerance.py",
     "optimizer/globalopt/test_effective_mass.py",

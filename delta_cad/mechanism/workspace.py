@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -159,12 +160,13 @@ class CubeExtremes:
 Figure = Callable[[np.ndarray], np.ndarray]
 
 
+@lru_cache(maxsize=64)
 def cube_extremes(g: DeltaGeometry, cube: Cube, force: float, n: int = 41) -> CubeExtremes:
     """Searches for the extremes of every figure of merit over the cube: a grid, then a local search inside the cube.
 
     The grid is the surface, where the extremes lie, README (21), and a coarse one inside. From the best point of
     each face a compass search over 26 neighbours, kept inside the cube, halves its step down to 2^-22 of the
-    grid's.
+    grid's. What was found last is kept: dimensions, checks and tables ask for the same machine.
 
     Args:
         g: The mechanism.

@@ -20,6 +20,7 @@ WITHIN = [np.where(np.arange(3) == axis, 0.0, STEPS[STEPS[:, axis] == -1.0]) for
 MOVES = np.concatenate([*WITHIN, STEPS])
 MOVER = np.repeat(np.arange(len(FACES) + 1), [len(steps) for steps in (*WITHIN, STEPS)])
 FIRST = np.arange(len(FACES)) * len(WITHIN[0])  # row of a face's first step
+LEAST = np.array([-1.0, 0.0, -1.0])  # of the half cube
 
 Margins = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 
@@ -49,25 +50,26 @@ def worst_points(margins: Margins, n: int, further: np.ndarray = CENTRE) -> dict
     """
     grid = np.concatenate([half_surface(n), further])
     values = margins(grid)
-    faces = [grid[:, axis] == side for axis, side in FACES]
-    faces.append(np.ones(len(grid), dtype=bool))
     names = list(values)
     if not names:
         return {}
-    starts = [int(np.argmin(np.where(face, values[name], np.inf))) for name in names for face in faces]
-    best = grid[starts].reshape(len(names), len(faces), 3)
-    cost = np.stack([values[name][starts[k * len(faces) :][: len(faces)]] for k, name in enumerate(names)])
+    faces = [*(np.flatnonzero(grid[:, axis] == side) for axis, side in FACES), np.arange(len(grid))]
+    starts = np.array([[face[values[name][face].argmin()] for face in faces] for name in names])
+    own, inner = np.arange(len(names))[:, None], len(MOVES) - len(STEPS)
+    best, cost = grid[starts], np.stack([values[name] for name in names])[own, starts]
     step = 1.0 / (n - 1)  # half the grid's
-    own, inner = np.arange(len(names)), len(MOVES) - len(STEPS)
+    table, chosen = np.empty((len(names), len(MOVES))), np.empty_like(starts)
+    within, anywhere = table[:, :inner].reshape(len(names), len(FACES), -1), table[:, inner:]  # views
     for _ in range(REFINEMENTS):
-        around = np.clip(best[:, MOVER] + step * MOVES, [-1.0, 0.0, -1.0], 1.0)
+        around = np.maximum(np.minimum(best[:, MOVER] + step * MOVES, 1.0), LEAST)
         found = margins(around.reshape(-1, 3))
-        table = np.stack([found[name].reshape(len(names), -1)[k] for k, name in enumerate(names)])
-        within, anywhere = table[:, :inner].reshape(len(names), len(FACES), -1), table[:, inner:]
-        chosen = np.column_stack([within.argmin(axis=2) + FIRST, anywhere.argmin(axis=1) + inner])
-        least = np.take_along_axis(table, chosen, axis=1)
+        for k, name in enumerate(names):
+            table[k] = found[name][k * len(MOVES) : (k + 1) * len(MOVES)]
+        chosen[:, :-1] = within.argmin(axis=2) + FIRST
+        chosen[:, -1] = anywhere.argmin(axis=1) + inner
+        least = table[own, chosen]
         better = least < cost
-        best = np.where(better[..., None], around[own[:, None], chosen], best)
+        best = np.where(better[..., None], around[own, chosen], best)
         cost = np.where(better, least, cost)
         step /= 1.6 if better.any() else 2.0  # slower while it moves on
     result = {}

@@ -88,6 +88,17 @@ class Problem:
         singular = any(limit.infinite_at_singularity for limit in found)
         return Limits.of(*found, AssemblyMode() if singular else None)
 
+    @cached_property
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray, list[int]]:
+        """Lower and upper bounds as arrays, mm, and which variables are free."""
+        return np.array(self.lower), np.array(self.upper), list(self.free_index)
+
+    @cached_property
+    def _in_points(self) -> tuple[tuple[PoseLimit, ...], frozenset[str]]:
+        """The limits that hold in a point of the cube, and what all limits evaluate."""
+        held = tuple(limit for limit in self.limits if isinstance(limit, PoseLimit) and limit.cut is not None)
+        return held, frozenset(name for limit in self.limits for name in limit.evaluates)
+
     @property
     def torque_for_force(self) -> float:
         """What is left of a joint's torque beside gravity's share, N m."""
@@ -102,12 +113,10 @@ class Problem:
         Returns:
             (D, 6) lengths in the order of `VARIABLES`, m.
         """
-        lower, upper = np.array(self.lower), np.array(self.upper)
+        lower, upper, index = self._bounds
         full = np.tile(lower, (len(x), 1))
-        index = list(self.free_index)
-        full[:, index] += x * (upper - lower)[index]
         # the bound itself, not a rounding beside it
-        full[:, index] = np.where(x == 1.0, upper[index], full[:, index])
+        full[:, index] = np.where(x == 1.0, upper[index], lower[index] + x * (upper - lower)[index])
         return full / MM_PER_M
 
     def lengths_mm(self, x: ArrayLike) -> tuple[float, ...]:
@@ -137,7 +146,7 @@ class Problem:
 
     def figures(self, designs: np.ndarray, points: np.ndarray) -> Figures:
         """Computes the figures that this step needs; `quality` and the angles only where a limit evaluates them."""
-        evaluated = {name for limit in self.limits for name in limit.evaluates}
+        _, evaluated = self._in_points
         return figures(designs, points, self.step == 3 or "quality" in evaluated, "angles" in evaluated)
 
     def point_margins(self, f: Figures) -> dict[str, np.ndarray]:
@@ -149,7 +158,7 @@ class Problem:
         Returns:
             Name of the constraint -> (D, K); those that hold for the cube in closed form are left out.
         """
-        return {one.name: one.margin(f) for one in self.limits if isinstance(one, PoseLimit) and one.cut is not None}
+        return {limit.name: limit.margin(f) for limit in self._in_points[0]}
 
     def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
         """Computes the margins in closed form, the same in the whole cube.

@@ -60,6 +60,9 @@ class Program:
         self.level_index: int | None = None
         if self.has_level or "half_side" in problem.free:
             self.level_index = len(problem.free) if self.has_level else problem.free.index("half_side")
+        eye = np.eye(len(problem.free))
+        self._steps = DIFFERENCE * np.concatenate([np.zeros((1, len(eye))), eye, -eye])
+        self._points, self._rows = np.empty((0, 3)), dict[str, list[int]]()  # of the active ones; name -> places
         self._kept: tuple[bytes, np.ndarray, np.ndarray] | None = None
 
     def add(self, active: list[Active]) -> int:
@@ -72,6 +75,9 @@ class Program:
             near = (other for other in self.active if other.name == item.name)
             gone = [k for k in near if max(abs(a - b) for a, b in zip(k.point, item.point, strict=True)) < NEAR]
             self.active = [other for other in self.active if other not in gone] + [item]
+        self._points, self._rows = np.array([item.point for item in self.active]), {}
+        for k, item in enumerate(self.active):
+            self._rows.setdefault(item.name, []).append(k)
         self._kept = None
         return len(new)
 
@@ -103,10 +109,7 @@ class Program:
 
     def _values(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         n = len(self.problem.free)
-        x = np.concatenate(
-            [[unknowns[:n]], unknowns[:n] + DIFFERENCE * np.eye(n), unknowns[:n] - DIFFERENCE * np.eye(n)]
-        )
-        table, weights = self.margins(x)  # (1 + 2 n, rows), (rows,)
+        table, weights = self.margins(unknowns[:n] + self._steps)  # (1 + 2 n, rows), (rows,)
         gradient = (table[1 : n + 1] - table[n + 1 :]).T / (2.0 * DIFFERENCE)
         # a margin that no free variable moves can keep no slack: it is met to a rounding
         value = table[0] - np.where((gradient != 0.0).any(axis=1), SLACK, -ROUNDING)
@@ -127,18 +130,18 @@ class Program:
         """
         designs = self.problem.designs(x)
         self.evaluations += len(designs)
-        columns, weights = [], []
+        count, cube = len(self.active), self._cube_margins(designs)
+        table, feasibility = np.empty((len(x), count + len(cube))), self.kind == "feasibility"
+        weights = np.full(count + len(cube), 1.0 if feasibility else 0.0)
         if self.active:
-            points = np.array([item.point for item in self.active])
-            f = self.problem.figures(designs, points)
+            f = self.problem.figures(designs, self._points)
             values = self.problem.point_margins(f) | {"quality": f.quality}
-            for k, item in enumerate(self.active):
-                columns.append(values[item.name][:, k])
-                weights.append(1.0 if self.kind == "feasibility" or item.name == "quality" else 0.0)
-        for margin in self._cube_margins(designs):
-            columns.append(margin)
-            weights.append(1.0 if self.kind == "feasibility" else 0.0)
-        return np.column_stack(columns) if columns else np.ones((len(x), 0)), np.array(weights)
+            for name, rows in self._rows.items():
+                table[:, rows] = values[name][:, rows]
+            weights[self._rows.get("quality", [])] = 1.0
+        for k, margin in enumerate(cube):
+            table[:, count + k] = margin
+        return table, weights
 
     def _cube_margins(self, designs: np.ndarray) -> list[np.ndarray]:
         """Computes the (D,) margins that each hold for the whole design.

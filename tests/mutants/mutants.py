@@ -11,7 +11,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
     "tests/delta_cad/mechanism": (
         (f"{ENCLOSURE}/affine_form.py", "a product forgets its rounding", "+ ROUND * (ma * mb) + TINY", "+ TINY"),
         (f"{ENCLOSURE}/affine_form.py", "a product forgets a mixed term", "abs(a[3] * b[4] + a[4] * b[3])", "0.0"),
-        (f"{ENCLOSURE}/interval.py", "an upper end is not moved outwards", "np.nextafter(hi, np.inf))", "hi)"),
+        (f"{ENCLOSURE}/interval.py", "an upper end is not moved outwards", "np.nextafter(hi, UP))", "hi)"),
         (f"{ENCLOSURE}/interval.py", "upper ends of many are not moved", "hi + (np.abs(hi) * UNIT + LEAST)", "hi"),
         (f"{PROOF}/prove.py", "half of the half cube is searched",
          "side, cube.half_side,", "side, 0.5 * cube.half_side,"),

@@ -15,9 +15,10 @@ import numpy as np
 UNIT = 2.0**-53 * (1.0 + 2.0**-52)  # relative error of rounding, and one double more
 LEAST = 2.0**-1074  # least double above 0
 MANY = 400  # numbers from which on sums are faster than calls of nextafter
+DOWN, UP = np.array(-np.inf), np.array(np.inf)  # as arrays: not made again for each call
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)  # not frozen: made by the million, which takes three times as long frozen
 class Interval:
     """Numbers between lo and hi, elementwise; NaN where nothing is known.
 
@@ -39,8 +40,8 @@ class Interval:
         return Interval(-self.hi, -self.lo)
 
     def __mul__(self, other: Interval) -> Interval:
-        a, b = self.lo * other.lo, self.lo * other.hi
-        c, d = self.hi * other.lo, self.hi * other.hi
+        low, high, least, most = self.lo, self.hi, other.lo, other.hi
+        a, b, c, d = low * least, low * most, high * least, high * most
         return _outward(np.minimum(np.minimum(a, b), np.minimum(c, d)), np.maximum(np.maximum(a, b), np.maximum(c, d)))
 
     def inverse(self) -> Interval:
@@ -82,8 +83,8 @@ def _outward(lo: np.ndarray, hi: np.ndarray) -> Interval:
     Source: Rump, Zimmermann, Boldo, Melquiond, Computing predecessor and successor in rounding to nearest, BIT 49
         (2009), algorithm 1.
     """
-    if np.size(lo) < MANY:
-        return Interval(np.nextafter(lo, -np.inf), np.nextafter(hi, np.inf))
+    if lo.size < MANY:
+        return Interval(np.nextafter(lo, DOWN), np.nextafter(hi, UP))
     return Interval(lo - (np.abs(lo) * UNIT + LEAST), hi + (np.abs(hi) * UNIT + LEAST))
 
 
@@ -93,7 +94,7 @@ def exactly(x: float | np.ndarray) -> Interval:
     return Interval(x, x)
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Slopes:
     """A function of m variables over n boxes.
 

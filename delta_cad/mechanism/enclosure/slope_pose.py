@@ -139,14 +139,14 @@ class SlopePose:
         A - mu and square mu - A are positive definite if V^T (.) V is, for whatever regular V.
 
         Args:
-            square: Largest quotient of two eigenvalues.
+            square: Largest quotient of two eigenvalues, or one a box.
 
         Returns:
             (n,) truth.
         """
         turned, weights = [self._turned(k) for k in range(3)], products(self._gram_vectors)
         b = {(k, m): dot(turned[k], turned[m]) if k < m else norm2(turned[k]) for k, m in weights}
-        share = 0.5 / float(square.hi)
+        share = 0.5 / square.hi
         centre = 0.5 * middle_of(b[0, 0].centre) + share * middle_of(b[2, 2].centre)
         slope = 0.5 * middle_of(b[0, 0].slope) + share * middle_of(b[2, 2].slope)
         step = self.z.step

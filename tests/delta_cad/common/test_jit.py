@@ -5,11 +5,13 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from delta_cad.common.machine_code import PACKAGES, ROOT, UNUSED_MAX_S
+from tests.delta_cad.common.forked import Forked
 
 CALLER = """
 from delta_cad.mechanism.enclosure.pose import scalar, table
@@ -46,11 +48,33 @@ def copy(tmp_path: Path) -> Path:
     return tmp_path / "copy"
 
 
-def run(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedProcess[str]:
-    """A process that sees the copy, and no other place for what is compiled than the given."""
+_FORKED: list[Forked] = []
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forked() -> Iterator[None]:
+    """The process that `run` forks from: it has numba and nothing of ours."""
+    with Forked("import numba; numba.njit(lambda x: x)(1.0)") as forked:
+        _FORKED.append(forked)
+        yield
+        _FORKED.clear()
+
+
+def surroundings(**places: Path) -> dict[str, str]:
+    """No other place for what is compiled than the given."""
     kept = {key: value for key, value in os.environ.items() if key not in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
-    environment = kept | {key: str(value) for key, value in places.items()}
-    return subprocess.run([sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True)
+    return kept | {key: str(value) for key, value in places.items()}
+
+
+def run(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedProcess[str]:
+    """A process that sees the copy, and no other place for what is compiled than the given; numba is loaded already."""
+    return _FORKED[0].run(code, copy, surroundings(**places))
+
+
+def fresh(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedProcess[str]:
+    """As `run`, from nothing, as a user has it."""
+    command, environment = [sys.executable, "-c", code], surroundings(**places)
+    return subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True)
 
 
 def told(process: subprocess.CompletedProcess[str]) -> list[float]:
@@ -70,12 +94,12 @@ def times(folder: Path) -> dict[Path, int]:
 
 
 def test_a_changed_callee_is_seen_through_a_caller_that_did_not_change(copy: Path, tmp_path: Path) -> None:
-    assert told(run(copy, HOME=tmp_path)) == [3.0, 0.0]
+    assert told(fresh(copy, HOME=tmp_path)) == [3.0, 0.0]
     before = times(tmp_path / ".cache")
-    assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
+    assert told(fresh(copy, HOME=tmp_path)) == [3.0, 1.0]
     assert times(tmp_path / ".cache") == before
     edit(copy / "delta_cad/mechanism/enclosure/affine_form.py", "s4 = a[0] + b[0],", "s4 = a[0] - b[0],")
-    assert told(run(copy, HOME=tmp_path)) == [-1.0, 0.0]
+    assert told(fresh(copy, HOME=tmp_path)) == [-1.0, 0.0]
 
 
 def test_a_changed_constant_of_a_file_without_compiled_code_is_seen(copy: Path, tmp_path: Path) -> None:
@@ -120,7 +144,7 @@ def test_where_nothing_can_be_kept_one_line_says_so(copy: Path, tmp_path: Path, 
     (tmp_path / "file").write_text("")
     places = {} if trouble == "no HOME" else {"HOME": tmp_path / ("file" if trouble == "no folder can be made" else "")}
     full = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))\n" if trouble == "disk full" else ""
-    process = run(copy, full + CALLER, **places)
+    process = (fresh if full else run)(copy, full + CALLER, **places)  # a fork writes what it says to files
     assert process.stdout == "3.0 0\n"
     assert process.stderr.count("\n") == 1
     assert "NUMBA_CACHE_DIR" in process.stderr
@@ -138,7 +162,7 @@ def test_folders_that_nobody_used_for_long_are_thrown_away(copy: Path, tmp_path:
 def test_nothing_is_loaded_before_the_first_call(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/trial.py").write_text(TURN)
     code = "import sys; from optimizer.trial import first; print(int('numba' in sys.modules), first.__name__ != '')"
-    assert run(copy, code, HOME=tmp_path).stdout == "0 True\n"
+    assert fresh(copy, code, HOME=tmp_path).stdout == "0 True\n"
 
 
 def test_calls_in_turn_are_made_as_if_written_by_hand_and_kept_apart(copy: Path, tmp_path: Path) -> None:
@@ -277,4 +301,4 @@ def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 2.0\n")
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
     code = "from optimizer.trial import product; print(product(1.0))"
-    assert told(run(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]
+    assert told(fresh(copy, code, HOME=tmp_path, NUMBA_DISABLE_JIT=Path("1"))) == [2.0]

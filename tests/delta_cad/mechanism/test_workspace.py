@@ -47,26 +47,30 @@ def elbow_radius(g, p):
     return elbows[..., 0] * np.cos(phi) + elbows[..., 1] * np.sin(phi)
 
 
+FIGURES = {
+    "shoulder_min": (+1, lambda g, p: inverse_kinematics(g, p).min(axis=-1)),
+    "shoulder_max": (-1, lambda g, p: inverse_kinematics(g, p).max(axis=-1)),
+    "lean_max": (-1, lambda g, p: np.abs(rod_lean(g, p)).max(axis=-1)),
+    "forearm_angle_min": (+1, lambda g, p: forearm_angle(g, p).min(axis=-1)),
+    "forearm_angle_max": (-1, lambda g, p: forearm_angle(g, p).max(axis=-1)),
+    "torque_max": (-1, lambda g, p: worst_joint_torque(g, p, 3.0).max(axis=-1)),
+    "kappa_max": (-1, conditioning),
+    "singular_value_min": (+1, lambda g, p: singular_values(g, p)[..., -1]),
+    "singular_value_max": (-1, lambda g, p: singular_values(g, p)[..., 0]),
+    "closure_margin_min": (+1, lambda g, p: closure_margin(g, p).min(axis=-1)),
+    "serial_margin_min": (+1, lambda g, p: serial_margin(g, p).min(axis=-1)),
+    "direct_margin_min": (+1, direct_margin),
+    "elbow_z_min": (+1, lambda g, p: elbow_z(g, p).min(axis=-1)),
+    "elbow_z_max": (-1, lambda g, p: elbow_z(g, p).max(axis=-1)),
+    "elbow_radius_min": (+1, lambda g, p: elbow_radius(g, p).min(axis=-1)),
+    "elbow_radius_max": (-1, lambda g, p: elbow_radius(g, p).max(axis=-1)),
+}
+"""Field of `CubeExtremes` -> the sign that makes its extreme a minimum, and the figure at positions."""
+
+
 def figures(g, p):
-    """Every figure of `CubeExtremes` at the positions, with the sign that makes its extreme a minimum."""
-    return {
-        "shoulder_min": (+1, inverse_kinematics(g, p).min(axis=-1)),
-        "shoulder_max": (-1, inverse_kinematics(g, p).max(axis=-1)),
-        "lean_max": (-1, np.abs(rod_lean(g, p)).max(axis=-1)),
-        "forearm_angle_min": (+1, forearm_angle(g, p).min(axis=-1)),
-        "forearm_angle_max": (-1, forearm_angle(g, p).max(axis=-1)),
-        "torque_max": (-1, worst_joint_torque(g, p, 3.0).max(axis=-1)),
-        "kappa_max": (-1, conditioning(g, p)),
-        "singular_value_min": (+1, singular_values(g, p)[..., -1]),
-        "singular_value_max": (-1, singular_values(g, p)[..., 0]),
-        "closure_margin_min": (+1, closure_margin(g, p).min(axis=-1)),
-        "serial_margin_min": (+1, serial_margin(g, p).min(axis=-1)),
-        "direct_margin_min": (+1, direct_margin(g, p)),
-        "elbow_z_min": (+1, elbow_z(g, p).min(axis=-1)),
-        "elbow_z_max": (-1, elbow_z(g, p).max(axis=-1)),
-        "elbow_radius_min": (+1, elbow_radius(g, p).min(axis=-1)),
-        "elbow_radius_max": (-1, elbow_radius(g, p).max(axis=-1)),
-    }
+    """Every figure of `CubeExtremes` at the positions, with that sign."""
+    return {name: (sign, of(g, p)) for name, (sign, of) in FIGURES.items()}
 
 
 def reachable(g, cube):
@@ -152,13 +156,12 @@ def test_no_point_of_the_volume_beats_the_extremes(g, cube):
 def test_another_optimiser_does_not_improve_them():
     found = cube_extremes(PUBLISHED, CUBE, 3.0)
     box = list(zip(CUBE.lower * 1000, CUBE.upper * 1000, strict=True))  # mm, so that the variables are near one
-    for name in figures(PUBLISHED, CUBE.lower):
+    for name, (sign, of) in FIGURES.items():
 
-        def cost(p_mm, name=name):
-            sign, value = figures(PUBLISHED, np.clip(p_mm / 1000, CUBE.lower, CUBE.upper))[name]
+        def cost(p_mm, name=name, sign=sign, of=of):
+            value = of(PUBLISHED, np.clip(p_mm / 1000, CUBE.lower, CUBE.upper))
             return sign * float(value) / abs(getattr(found, name).value)
 
-        sign = figures(PUBLISHED, CUBE.lower)[name][0]
         best = sign * np.sign(getattr(found, name).value)
         for start in ([0.0, 0.0, 90.0], np.array(getattr(found, name).position) * 1000):
             better = minimize(cost, start, method="Nelder-Mead", bounds=box, options={"xatol": 1e-9, "fatol": 1e-13})

@@ -136,18 +136,17 @@ def test_command_on_a_given_scheduler_writes_the_serial_rows(
     ]  # fmt: skip
 
 
-def test_a_worker_killed_in_between_costs_no_row(grid: Grid, serial: list[AtlasRow]) -> None:
+def test_a_worker_killed_in_between_costs_no_row(client: Client, grid: Grid, serial: list[AtlasRow]) -> None:
     rows: list[AtlasRow] = []
-    with local_cluster(2) as client:
-        first = sorted(client.run(os.getpid).values())[0]
+    first = sorted(client.run(os.getpid).values())[0]
 
-        def take(row: AtlasRow) -> None:
-            if not rows:
-                os.kill(first, signal.SIGKILL)
-            rows.append(row)
+    def take(row: AtlasRow) -> None:
+        if not rows:
+            os.kill(first, signal.SIGKILL)
+        rows.append(row)
 
-        assert collect(client, grid.sets, take) == []
-        assert first not in client.run(os.getpid).values()
+    assert collect(client, grid.sets, take) == []
+    assert first not in client.run(os.getpid).values()
     assert bare(sorted(rows, key=lambda row: row["index"])) == bare(serial)
 
 
@@ -173,7 +172,9 @@ def test_a_lost_scheduler_and_a_worker_that_dies_again_and_again_are_told() -> N
     assert atlas._reason(killed) == "its workers died again and again"
 
 
-def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(file: Path, tmp_path: Path, serial: list[AtlasRow]) -> None:
+def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(
+    client: Client, file: Path, tmp_path: Path, serial: list[AtlasRow], capsys: pytest.CaptureFixture[str]
+) -> None:
     """SIGINT to the command and all its processes, as a terminal sends it; then a line torn by hand."""
     command = [sys.executable, "-m", "optimizer", "atlas", str(file), "--workers", "1", "--out", str(tmp_path)]
     kept = tmp_path / "atlas" / "tiny" / "rows.jsonl"
@@ -188,9 +189,9 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(file: Path, tmp_path: Path
     assert said(err) == f"interrupted; {len(lines) - 1} of 6 sets are kept; run again with --resume to go on\n"
     assert [path.name for path in kept.parent.iterdir()] == ["rows.jsonl"]
     kept.write_bytes(kept.read_bytes()[:-20])
-    again = subprocess.run([*command, "--resume"], capture_output=True, text=True)
-    assert (again.returncode, said(again.stderr)) == (0, "")
-    assert again.stdout == f"6 sets, 3 met, 3 not; {kept.parent / 'atlas.md'}\n"
+    address = client.scheduler_info()["address"]
+    assert call("atlas", file, "--scheduler", address, "--out", tmp_path, "--resume") == 0
+    assert capsys.readouterr() == (f"6 sets, 3 met, 3 not; {kept.parent / 'atlas.md'}\n", "")
     assert bare(told(tmp_path)) == bare(serial)
     seconds = {row["index"]: row["seconds"] for row in told(tmp_path)}
     for line in lines[1:-1]:  # taken over, not solved again

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 import pytest
@@ -69,9 +70,8 @@ class Case:
         designs = np.column_stack([la, lb, a + 0.05, np.full(len(a), 0.05), h, np.full(len(a), self.side)])
         return figures_numpy(designs, self.unit[None])
 
-    def margins(self, points: np.ndarray, kinds: Kinds) -> np.ndarray:
+    def margins(self, f: Figures, kinds: Kinds) -> np.ndarray:
         """(1 + kinds, D) margins as a search sees them, that of reach first."""
-        f = self.figures(points)
         return np.stack([f.closure[:, 0], *(self.limits[kind].margin(f)[:, 0] for kind in kinds)])
 
     def cuts(self, box: np.ndarray, kinds: Kinds) -> tuple[int, np.ndarray]:
@@ -91,8 +91,30 @@ class Case:
         u[:16] = np.array([[1.0 if k >> j & 1 else -1.0 for j in range(4)] for k in range(16)])
         return u
 
+    def at(self, u: np.ndarray) -> np.ndarray:
+        """(D, 4) designs of the box from -1 to 1."""
+        return self.box.mean(axis=0) + u * (self.box[1] - self.box[0]) / 2.0
+
 
 CASES = 500
+
+
+@cache
+def filled(seed: int) -> tuple[Case, np.ndarray, Figures]:
+    """A case with 240 designs of its box and their figures, whatever limits are asked."""
+    case = Case(seed)
+    u = case.sample(240, seed)
+    return case, u, case.figures(case.at(u))
+
+
+@cache
+def single(seed: int) -> tuple[Case, np.ndarray, Figures]:
+    """A case with four designs of its box and their figures."""
+    case = Case(seed)
+    points = case.at(case.sample(20, seed)[-4:])
+    return case, points, case.figures(points)
+
+
 ALL: tuple[Kinds, ...] = (
     (),
     (Kappa,),
@@ -114,10 +136,9 @@ def test_every_feasible_design_meets_every_cut(kinds: Kinds) -> None:
     """120,000 designs for each kind of limit, in boxes at the very edge of what is feasible."""
     excluded = feasible = 0
     for seed in range(CASES):
-        case = Case(seed)
+        case, u, figures = filled(seed)
         n, cuts = case.cuts(case.box, kinds)
-        u = case.sample(240, seed)
-        margins = case.margins(case.box.mean(axis=0) + u * (case.box[1] - case.box[0]) / 2.0, kinds)
+        margins = case.margins(figures, kinds)
         allowed = (margins[0] > 1e-12) & (margins[1:] > LIMIT).all(axis=0)
         feasible += int(allowed.sum())
         if n == EXCLUDED:
@@ -135,10 +156,8 @@ def test_a_single_design_is_judged_as_the_figures_judge_it(kinds: Kinds) -> None
     """Same thresholds, same meaning: a box of no size is excluded exactly where the margins say so."""
     sides = [0, 0]
     for seed in range(CASES):
-        case = Case(seed)
-        for u in case.sample(20, seed)[-4:]:
-            point = case.box.mean(axis=0) + u * (case.box[1] - case.box[0]) / 2.0
-            margins = case.margins(point[None], kinds)[:, 0]
+        case, points, figures = single(seed)
+        for point, margins in zip(points, case.margins(figures, kinds).T, strict=True):
             if margins[0] < 1e-12 or np.abs(margins).min() < LIMIT:
                 continue
             refused = case.cuts(np.stack([point, point]), kinds)[0] == EXCLUDED

@@ -1,5 +1,6 @@
 """Stops meet where they are stated: not a degree earlier, not a degree later, and deep enough."""
 
+from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
@@ -38,7 +39,12 @@ def test_a_pin_drawn_back_and_a_pin_missing_are_refused(best_assembly: Assembly)
     value = check_stops(best_assembly).value
     assert value is not None
     through = value * 1.8  # mm of the web's 3 that the pin reaches into; 1.8 are asked
-    drawn = next(y for y in np.arange(0.0, 10.0, 0.1) if check_stops(moved(y)).value < value)  # type: ignore[operator]
+
+    def less(tenths: int) -> bool:  # and the farther it is drawn, the less
+        left = check_stops(moved(0.1 * tenths)).value
+        return left is None or left < value
+
+    drawn = 0.1 * bisect_left(range(100), True, key=less)
     back = drawn - 0.1 + through
     assert check_stops(moved(back - 2.0)).passed
     result = check_stops(moved(back - 1.6))

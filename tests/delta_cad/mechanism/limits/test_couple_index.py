@@ -272,7 +272,7 @@ def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
     examined, unproved = replay(g, [limit], low, high)
     assert unproved is None
     assert examined < 20 * len(low) + 1_000
-    _, unproved = replay(g, [CoupleIndex(1.001 * worst.value)], low, high, max_boxes=20_000)
+    _, unproved = replay(g, [CoupleIndex(1.001 * worst.value)], low, high, max_boxes=4_000)
     assert unproved is not None
     assert unproved.condition == "couple_index"
 

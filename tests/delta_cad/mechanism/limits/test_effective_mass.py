@@ -284,7 +284,7 @@ def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
     assert unproved is None
     assert examined < 20 * len(low) + 1_000
     tight = EffectiveMass(0.999 * heaviest.value, inertia)
-    _, unproved = replay(g, [tight], low, high, max_boxes=20_000)
+    _, unproved = replay(g, [tight], low, high, max_boxes=4_000)
     assert unproved is not None
     assert unproved.condition == "effective_mass"
 

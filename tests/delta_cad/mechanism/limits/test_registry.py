@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,10 +26,16 @@ BOUNDED = [case for case in FIGURES if case.values[1].threshold]
 EACH = pytest.mark.parametrize("kind", POSE_LIMITS, ids=lambda kind: kind.name)
 
 
+@cache
+def published():
+    """The worst figures of the published design, once."""
+    return worst_figures(PUBLISHED, CUBE, VALUES)
+
+
 def ordinary(kind):
     """A limit of a kind with thresholds that a joystick could have: those of the published design, a tenth laxer."""
     limit = kind.measured(VALUES)
-    for found in worst_figures(PUBLISHED, CUBE, VALUES):
+    for found in published():
         if type(found.limit) is kind and found.figure.threshold:
             away = 0.1 * abs(found.value)
             limit = limit.with_bound(found.figure, found.value + (away if found.figure.upper else -away))
