@@ -106,19 +106,18 @@ _Bounded: Any = create_model("_Bounded", __base__=Section, **_optional(Bounds))
 
 
 class Feel(_Felt):
-    """What the handle must feel like, proven over the cube: table `[feel]`; each is None where it is not asked."""
+    """What the handle must feel like at every place of the cube: table `[feel]`; what is left out is not asked."""
 
 
 class BriefLimits(_Limited):
-    """What the first edition states of the hardware: table `[limits]`; what is not stated is None.
+    """What the mechanism must keep beside what is asked: table `[limits]`; what is left out is what its parts allow."""
 
-    In a brief that was read only the angles, `outline_radius_max_mm` and `parallelogram_width_mm` stand here, and what
-    is told as not used; everything else is in `[requirements]` or `[feel]`.
-    """
+    # In a brief that was read only the angles, `outline_radius_max_mm`, `parallelogram_width_mm` and what is told as not
+    # used stand here; everything else of the first edition's table is in `[requirements]` or `[feel]` then.
 
 
 class BriefBounds(_Bounded):
-    """Range of a design variable, mm; equal bounds fix it, None leaves it to the search: table `[bounds_mm]`."""
+    """Range of each design variable: table `[bounds_mm]`; equal bounds fix it, what is left out is sought everywhere."""
 
 
 class Goal(Section):
@@ -178,10 +177,13 @@ class DesignBrief(Section):
 
     @property
     def values(self) -> dict[str, Any]:
-        """Fields of `[requirements]`, `[limits]` and `[feel]` by name, as limits are made from; no None among them."""
+        """Fields of `[requirements]`, `[limits]` and `[feel]` by name, as limits are made from: what is not None.
+
+        What `notes` tells is left out, for the machine itself has these: whoever makes limits adds them, and the masses.
+        """
         tables = {name: getattr(self, name).model_dump() for name in ("limits", "requirements", "feel")}
         known = {f"{t}.{f}": value for t, fields in tables.items() for f, value in fields.items() if value is not None}
-        return limit_values(known)
+        return limit_values({field: value for field, value in known.items() if field not in UNUSED})
 
     @property
     def choices(self) -> dict[str, tuple[Any, ...]]:

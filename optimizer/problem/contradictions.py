@@ -47,6 +47,8 @@ def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
         Name of the limit, no value, and what its proof takes.
     """
     values = {**limit_values(known), **more}
+    if values.get(SHOULDER[0], 0.0) > values.get(SHOULDER[1], 180.0):  # told by `swapped`
+        values = {name: value for name, value in values.items() if name not in SHOULDER}
     for limit in LIMITS:
         try:
             limit.stated(values)
