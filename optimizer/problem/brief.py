@@ -112,12 +112,12 @@ class Feel(_Felt):
 class BriefLimits(_Limited):
     """What the mechanism must keep beside what is asked: table `[limits]`; what is left out is what its parts allow."""
 
-    # In a brief that was read only the angles, `outline_radius_max_mm`, `parallelogram_width_mm` and what is told as not
-    # used stand here; everything else of the first edition's table is in `[requirements]` or `[feel]` then.
+    # In a brief that was read only the angles, `outline_radius_max_mm`, `parallelogram_width_mm` and what `notes` tells
+    # stand here; everything else of the first edition's table is in `[requirements]` or `[feel]` then.
 
 
 class BriefBounds(_Bounded):
-    """Range of each design variable: table `[bounds_mm]`; equal bounds fix it, what is left out is sought everywhere."""
+    """Range of each design variable: table `[bounds_mm]`; equal bounds fix it, left out it is sought everywhere."""
 
 
 class Goal(Section):
@@ -179,7 +179,7 @@ class DesignBrief(Section):
     def values(self) -> dict[str, Any]:
         """Fields of `[requirements]`, `[limits]` and `[feel]` by name, as limits are made from: what is not None.
 
-        What `notes` tells is left out, for the machine itself has these: whoever makes limits adds them, and the masses.
+        What `notes` tells is left out, for the machine itself has these: who makes limits adds them, and the masses.
         """
         tables = {name: getattr(self, name).model_dump() for name in ("limits", "requirements", "feel")}
         known = {f"{t}.{f}": value for t, fields in tables.items() for f, value in fields.items() if value is not None}

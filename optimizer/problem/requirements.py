@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,6 +24,8 @@ from optimizer.problem.contradictions import SHOULDER, Fault, Known, beyond_proo
 from optimizer.problem.hardware import check_hardware, own_folder, placed_hardware
 from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
 
+# Fields of the second edition alone (`optimizer.problem.brief`), which are told as such.
+SECOND = ("feel", "goal", *(f"requirements.{name}" for name in ("cube_side_mm", "clearance_min_mm", "gravity_m_s2")))
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
 
@@ -194,8 +197,17 @@ def requirements_hash(given: BaseModel) -> str:
 def _validated(data: object, file: str) -> Validated[Requirements]:
     """Validates plain data as requirements, with the numbers that contradict each other among the faults."""
     found = validated(Requirements, data, file)
+    found = replace(found, faults=tuple(map(_by_edition, found.faults)))
     known = {field: value for field, value in found.values.items() if value is not None}
     return found.with_faults(RequirementsError(file, *fault) for fault in _contradictions(known))
+
+
+def _by_edition(fault: RequirementsError) -> RequirementsError:
+    """Says of a field that it is of the second edition, where it is."""
+    if fault.field not in SECOND:
+        return fault
+    allowed = fault.allowed.replace("unknown key", "of the second edition, which design alone reads")
+    return RequirementsError(fault.file, fault.field, fault.value, allowed)
 
 
 def _contradictions(known: Known) -> Iterator[Fault]:

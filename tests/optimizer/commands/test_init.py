@@ -136,3 +136,28 @@ def test_neither_loads_cad_nor_solvers(tmp_path: Path) -> None:
         )
         run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert run.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("command", ["synthesize", "front", "atlas"])
+def test_commands_tell_all_that_is_wrong_with_requirements(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = tmp_path / "r.toml"
+    base.write_text(
+        (ROOT / "joystick.toml").read_text(encoding="utf-8").replace("force_N = 3.0", 'force_N = "3 kg"')
+        + "belt = 1\n",
+        encoding="utf-8",
+    )
+    file = base
+    if command == "atlas":
+        file = tmp_path / "g.toml"
+        file.write_text('base = "r.toml"\naxes = {"limits.kappa_max" = [2, 3]}\n', encoding="utf-8")
+        base.write_text(base.read_text(encoding="utf-8").replace("kappa_max = 2.27", "kappa_max = 0"), encoding="utf-8")
+    assert call(command, file, "--out", tmp_path / "out") == 2
+    found = capsys.readouterr()
+    assert found.out == ""
+    lines = found.err.splitlines()
+    assert [line.split(" = ")[0] for line in lines] == [
+        "r.toml: requirements.force_N",
+        "r.toml: limits.kappa_max" if command == "atlas" else "r.toml: hardware.belt",
+    ]
