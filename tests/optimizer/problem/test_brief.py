@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +80,15 @@ def test_the_example_of_the_contract_is_read(tmp_path: Path) -> None:
     assert given.choices["motor"] == ("maxon-re30-310007",)
     assert "mine" in given.choices["cable"]
     assert given.notes == ()
+
+
+def test_examples_of_the_page_are_read() -> None:
+    page = (ROOT / "optimizer" / "README.md").read_text(encoding="utf-8")
+    examples = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    assert len(examples) == 1
+    given = brief_from_dict(tomllib.loads(examples[0]))
+    assert given.outline_mm == (270.0, 220.0)
+    assert all(getattr(given.feel, name) is not None for name in FEEL)
 
 
 def test_a_name_and_an_outline_or_a_cube_are_enough() -> None:
