@@ -142,6 +142,10 @@ def _each(entries: Mapping[str, Any], file: str, folder: Path, own_parts: Path |
     """Finds the values that no design can name, each by itself."""
     own = {"catalogue": entries["catalogue"]} if "catalogue" in entries else {}
     for entry, value in entries.items():
+        if entry not in Hardware.model_fields:
+            allowed = f"unknown key; known here: {', '.join(Hardware.model_fields)}"
+            yield RequirementsError(file, f"hardware.{entry}", short(value), allowed)
+            continue
         listed = _listed(entries, entry)
         if not 1 <= len(listed) <= MOST:
             allowed = "must name at least one" if not listed else f"must name at most {MOST}"

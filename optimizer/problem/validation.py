@@ -84,8 +84,9 @@ def validated(model: type[Edition], data: object, file: str) -> Validated[Editio
     except ValidationError as error:
         for one in error.errors(include_url=False):
             loc = one["loc"]
-            if not any(loc[: len(known)] == known for known in refused):
+            if not any(loc[:depth] in refused for depth in range(1, len(loc) + 1)):
                 refused[loc] = _explained(model, file, one["type"], loc, one["input"])
+    wrong = {loc[:2] for loc in refused}
     values: dict[str, Any] = {}
     stated: set[str] = set()
     for table, inner in _tables(model).items():
@@ -93,31 +94,27 @@ def validated(model: type[Edition], data: object, file: str) -> Validated[Editio
         for name, info in inner.model_fields.items():
             field, states = f"{table}.{name}", name in given
             stated |= {field} if states else set()
-            if (table,) in refused or any(loc[:2] == (table, name) for loc in refused):
+            if (table,) in wrong or (table, name) in wrong:
                 continue
             if states:
                 values[field] = _as_numbers(given[name])
             elif not info.is_required():
                 values[field] = info.get_default(call_default_factory=True)
-    entries = {
-        entry: value
-        for entry, value in _table(plain.get("hardware")).items()
-        if not any(loc[:2] == ("hardware", entry) for loc in refused)
-    }
+    hardware = _table(plain.get("hardware"))
+    entries = {entry: value for entry, value in hardware.items() if ("hardware", entry) not in wrong}
     return Validated(None if refused else record, values, frozenset(stated), entries, tuple(refused.values()))
 
 
-def refuse(faults: Sequence[RequirementsError], kind: type[RequirementsError] = RequirementsError) -> NoReturn:
+def refuse(faults: Sequence[RequirementsError]) -> NoReturn:
     """Raises all faults of a file as one error.
 
     Args:
         faults: At least one.
-        kind: The error to raise.
 
     Raises:
         RequirementsError: The first; the others, each told once, are its `more`.
     """
-    first = kind(faults[0].file, faults[0].field, faults[0].value, faults[0].allowed)
+    first = faults[0]
     lines = list(dict.fromkeys(map(str, faults)))
     rest = len(lines) - MOST_TOLD
     first.more = tuple(lines[1:MOST_TOLD]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
