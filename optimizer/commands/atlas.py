@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse, refuse_all
 
 if TYPE_CHECKING:
     from optimizer.atlas.atlas import Failure
@@ -46,7 +46,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         grid = load_grid(given.grid)
     except RequirementsError as error:
-        return refuse(str(error), BAD_INPUT)
+        return refuse_all(error.lines, BAD_INPUT)
     from optimizer.atlas.atlas import key_of
     from optimizer.atlas.file import RowFile
     from optimizer.synthesis.checkpoint import CheckpointError

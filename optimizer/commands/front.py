@@ -20,6 +20,7 @@ from delta_cad.common.console import (
     natural,
     proof_minutes,
     refuse,
+    refuse_all,
 )
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def run(given: argparse.Namespace) -> int:
         task = load_requirements(given.requirements, given.catalogue)
         design = None if given.design is None else load_design(given.design, given.catalogue)
     except (RequirementsError, DesignError) as error:
-        return refuse(str(error), BAD_INPUT)
+        return refuse_all([str(error), *error.more], BAD_INPUT)
     if design is not None:
         try:
             require_held(*mechanism_of(lengths_of(design)))

@@ -22,6 +22,7 @@ from delta_cad.common.console import (
     natural,
     proof_minutes,
     refuse,
+    refuse_all,
 )
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         task = load_requirements(given.requirements, given.catalogue)
     except RequirementsError as error:
-        return refuse(str(error), BAD_INPUT)
+        return refuse_all(error.lines, BAD_INPUT)
     from delta_cad.common.files import require_room
     from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
     from optimizer.synthesis.output import DesignFile, OtherDesignError

@@ -6,11 +6,24 @@ An entry is one value, or a list of what may be used. Who chooses no hardware ta
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from delta_cad.design import DesignError, hardware_from_dict
+from delta_cad import catalogue
+from delta_cad.common.refusal import short
+from delta_cad.design import DesignError, Hardware, hardware_from_dict
+from optimizer.problem.validation import RequirementsError
+
+DRIVES: tuple[str, ...] = get_args(Hardware.model_fields["drive"].annotation)
+MOST = 100  # values of one entry; our largest family has a tenth of it
+
+
+def own_folder(entries: Mapping[str, Any], folder: Path, own_parts: Path | None) -> Path | None:
+    """Finds the folder of the user's own parts: the one given, or the one that the hardware names in a folder."""
+    named = entries.get("catalogue")
+    return own_parts if own_parts is not None or named is None else folder / str(named)
 
 
 def first_hardware(entries: Mapping[str, Any]) -> dict[str, Any]:
@@ -18,8 +31,10 @@ def first_hardware(entries: Mapping[str, Any]) -> dict[str, Any]:
     return {entry: value[0] if isinstance(value, list) and value else value for entry, value in entries.items()}
 
 
-def check_hardware(entries: Mapping[str, Any], file: str, folder: Path, own_parts: Path | None) -> None:
-    """Refuses hardware that no design can name.
+def check_hardware(
+    entries: Mapping[str, Any], file: str, folder: Path, own_parts: Path | None
+) -> list[RequirementsError]:
+    """Finds the hardware that no design can name, where the first of each list is taken.
 
     Args:
         entries: Entry of a design's hardware -> value, or list of what may be used.
@@ -27,18 +42,77 @@ def check_hardware(entries: Mapping[str, Any], file: str, folder: Path, own_part
         folder: Folder that the entry `catalogue` starts from.
         own_parts: Folder of the user's own parts, in place of that one.
 
-    Raises:
-        DesignError: An entry is none of a design's hardware or out of its bounds, a part is in no catalogue, a list is
-            empty, the own parts are refused, or the first motor is not for the first drive.
+    Returns:
+        A fault for each entry that is none of a design's hardware or out of its bounds, part that is in no catalogue,
+        list that is empty; for own parts that are refused; for a first motor that is not for the first drive.
     """
-    first = first_hardware(entries)
-    for entry, value in first.items():
-        if value == []:
-            raise DesignError(file, f"hardware.{entry}", "[]", "must name at least one")
-    hardware_from_dict(first, file, folder, own_parts)
-    for entry, values in entries.items():
-        for value in values[1:] if isinstance(values, list) else ():
-            hardware_from_dict(first | {entry: value}, file, folder, own_parts, drive_fits=False)
+    faults = list(_each(entries, file, folder, own_parts))
+    if not faults:
+        try:
+            hardware_from_dict(first_hardware(entries), file, folder, own_parts)
+        except DesignError as error:
+            faults.append(RequirementsError(error.file, error.field, error.value, error.allowed))
+    return faults
+
+
+def check_choices(
+    entries: Mapping[str, Any], file: str, folder: Path, own_parts: Path | None
+) -> list[RequirementsError]:
+    """Finds the hardware that no design can name, where any of each list may be taken, and all where none is stated.
+
+    Args:
+        entries: As of `check_hardware`; so are the others.
+        file: Name that error messages start with.
+        folder: Folder that the entry `catalogue` starts from.
+        own_parts: Folder of the user's own parts, in place of that one.
+
+    Returns:
+        A fault for each value as of `check_hardware`, motor that is for none of the drives, drive that none of the
+        motors is for, and for encoders on the motors where no motor has one.
+    """
+    faults = list(_each(entries, file, folder, own_parts))
+    if any(fault.field == "hardware.catalogue" for fault in faults):
+        return faults
+    own = {"catalogue": entries["catalogue"]} if "catalogue" in entries else {}
+    rows = catalogue.family("motor", hardware_from_dict(own, file, folder, own_parts).own_parts)
+    motors = {key: row for key, row in rows.items() if isinstance(row, catalogue.Motor)}
+    drives = [drive for drive in DRIVES if drive in _listed(entries, "drive")] or list(DRIVES)
+    fit = [key for key, row in motors.items() if set(row.drives) & set(drives)]
+    chosen = [key for key in motors if key in _listed(entries, "motor")] or fit
+    for key in chosen:
+        if key not in fit:
+            allowed = f"is not for the {' or '.join(drives)} drive; must be one of {', '.join(fit)}"
+            faults.append(RequirementsError(file, "hardware.motor", short(key), allowed))
+    for drive in [] if faults else _listed(entries, "drive"):
+        if not any(drive in motors[key].drives for key in chosen):
+            allowed = f"is not a drive of {', '.join(chosen)}: add a motor for it, or leave it out"
+            faults.append(RequirementsError(file, "hardware.drive", short(drive), allowed))
+    places = _listed(entries, "encoder_at")
+    if "motor" in places and not any(motors[key].encoder_counts_per_turn for key in chosen):
+        sensed = ", ".join(key for key, row in motors.items() if row.encoder_counts_per_turn)
+        allowed = f"needs hardware.motor to name one with an encoder of its own: {sensed}"
+        faults.append(RequirementsError(file, "hardware.encoder_at", short("motor"), allowed))
+    return faults
+
+
+def choices(entries: Mapping[str, Any], own_parts: catalogue.OwnParts | None) -> dict[str, tuple[Any, ...]]:
+    """Lists what may be used: of bought parts and drives all where none is stated, else what is stated.
+
+    Args:
+        entries: As of `check_choices`, which found no fault in them.
+        own_parts: The user's own parts, among all.
+
+    Returns:
+        Entry of a design's hardware -> values; motors and drives that are for none of the others left out. Entries
+        with a number, and `catalogue`, are there only where they are stated.
+    """
+    found = {entry: tuple(catalogue.family(entry, own_parts)) for entry in catalogue.CHOSEN} | {"drive": DRIVES}
+    found |= {entry: tuple(_listed(entries, entry)) for entry in entries if entry != "catalogue"}
+    rows = catalogue.family("motor", own_parts)
+    fit = [pair for pair in product(found["motor"], found["drive"]) if pair[1] in getattr(rows[pair[0]], "drives", ())]
+    found["motor"] = tuple(dict.fromkeys(motor for motor, _ in fit))
+    found["drive"] = tuple(drive for drive in found["drive"] if any(drive == other for _, other in fit))
+    return found
 
 
 def placed_hardware(entries: Mapping[str, Any], own_parts: Path | None, folder: Path) -> dict[str, Any]:
@@ -56,3 +130,29 @@ def placed_hardware(entries: Mapping[str, Any], own_parts: Path | None, folder: 
     if own_parts is None:
         return first
     return {"catalogue": Path(os.path.relpath(own_parts, folder)).as_posix()} | first
+
+
+def _listed(entries: Mapping[str, Any], entry: str) -> list[Any]:
+    """Lists what is stated of an entry; nothing where it is not."""
+    value = entries.get(entry, [])
+    return value if isinstance(value, list) else [value]
+
+
+def _each(entries: Mapping[str, Any], file: str, folder: Path, own_parts: Path | None) -> Iterator[RequirementsError]:
+    """Finds the values that no design can name, each by itself."""
+    own = {"catalogue": entries["catalogue"]} if "catalogue" in entries else {}
+    for entry, value in entries.items():
+        if entry not in Hardware.model_fields:
+            allowed = f"unknown key; known here: {', '.join(Hardware.model_fields)}"
+            yield RequirementsError(file, f"hardware.{entry}", short(value), allowed)
+            continue
+        listed = _listed(entries, entry)
+        if not 1 <= len(listed) <= MOST:
+            allowed = "must name at least one" if not listed else f"must name at most {MOST}"
+            yield RequirementsError(file, f"hardware.{entry}", short(value), allowed)
+            continue
+        for one in listed:
+            try:
+                hardware_from_dict(own | {entry: one}, file, folder, own_parts, drive_fits=False)
+            except DesignError as error:
+                yield RequirementsError(error.file, error.field, error.value, error.allowed)

@@ -7,28 +7,27 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any
 
-from pydantic import BaseModel, Field, JsonValue, PrivateAttr, ValidationError, create_model
+from pydantic import BaseModel, Field, JsonValue, PrivateAttr, create_model
 
 from delta_cad.common.reading import MOST_TOML_BYTES, ReadError, parse_toml, read_bounded
-from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
+from delta_cad.common.refusal import short
 from delta_cad.common.units import DOWN
-from delta_cad.design import NAME_PATTERN, NAME_RULE, DesignError
-from delta_cad.design.file import UNITS
+from delta_cad.design import NAME_PATTERN
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
-from delta_cad.mechanism.errors import GeometryError
-from delta_cad.mechanism.limits import LIMITS, HandleInertia
-from optimizer.problem.hardware import check_hardware, placed_hardware
+from delta_cad.mechanism.limits import HandleInertia
+from optimizer.problem.contradictions import SHOULDER, Fault, Known, beyond_proof, peaks, swapped
+from optimizer.problem.hardware import check_hardware, own_folder, placed_hardware
+from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
 
+# Fields of the second edition alone (`optimizer.problem.brief`), which are told as such.
+SECOND = ("feel", "goal", *(f"requirements.{name}" for name in ("cube_side_mm", "clearance_min_mm", "gravity_m_s2")))
 LENGTH_MAX_MM = 1000.0  # the design file's own limit: above it the unit is wrong
 CLEARANCE = "between bodies that are not neighbours; the search keeps it between neighbouring wrist joints"
-
-
-class RequirementsError(RefusedError):
-    """Requirements that are refused."""
 
 
 # [lower, upper]: TOML has lists, not tuples; the numbers inside stay strict
@@ -60,11 +59,10 @@ class _Hardware(Section):
     outline_overhead_mm: Overhead = Field(default=(0.0, 0.0), description="hardware over eq. (1): along W, along D")
 
 
-_SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in this file they are the two numbers of `shoulder_deg`
 _Limited: Any = create_model(
     "_Limited",
     __base__=_Hardware,
-    **{name: field for name, field in limit_fields().items() if name not in _SHOULDER},
+    **{name: field for name, field in limit_fields().items() if name not in SHOULDER},
 )
 
 
@@ -117,18 +115,9 @@ class Requirements(Section):
         return {
             **self.requirements.model_dump(),
             **self.limits.model_dump(),
-            **dict(zip(_SHOULDER, (low, high), strict=True)),
+            **dict(zip(SHOULDER, (low, high), strict=True)),
             "inertia": inertia,
         }
-
-
-_TABLES: dict[str, type[BaseModel]] = {
-    "requirements": Task,
-    "bounds_mm": Bounds,
-    "limits": LimitTable,
-    "inertia": InertiaTable,
-    "step_3": Step3,
-}
 
 
 def load_requirements(path: str | Path, own_parts: Path | None = None) -> Requirements:
@@ -145,15 +134,12 @@ def load_requirements(path: str | Path, own_parts: Path | None = None) -> Requir
         RequirementsError: Unreadable, not TOML, or anything `requirements_from_dict` or `check_hardware` refuses.
     """
     path = Path(path)
-    given = requirements_from_dict(read_toml(path, path.name), path.name)
-    entries = given.hardware or {}
-    try:
-        check_hardware(entries, path.name, path.parent, own_parts)
-    except DesignError as error:
-        raise RequirementsError(error.file, error.field, error.value, error.allowed) from None
-    named = entries.get("catalogue")
-    given._own_parts = own_parts if own_parts is not None or named is None else path.parent / str(named)
-    return given
+    found = _validated(read_toml(path, path.name), path.name)
+    found = found.with_faults(check_hardware(found.hardware, path.name, path.parent, own_parts))
+    if found.record is None:
+        refuse(found.faults)
+    found.record._own_parts = own_folder(found.hardware, path.parent, own_parts)
+    return found.record
 
 
 def read_toml(path: Path, name: str, refused: type[RequirementsError] = RequirementsError) -> dict[str, Any]:
@@ -191,20 +177,13 @@ def requirements_from_dict(data: object, file: str = "requirements") -> Requirem
             a lower bound above its upper bound, a half side fixed at zero, no torque left beside gravity's share, a
             step 3 outside the bounds, or a name that is not safe as a file name.
     """
-    if not isinstance(data, Mapping):
-        raise RequirementsError(file, "", short(data), "must be a table")
-    if (bad := not_finite(data)) is not None:
-        raise RequirementsError(file, bad[0], short(bad[1]), "must be finite")
-    try:
-        given = Requirements.model_validate(dict(data))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise _explained(file, first["type"], first["loc"], first["input"]) from None
-    _check_order(given, file)
-    return given
+    found = _validated(data, file)
+    if found.record is None:
+        refuse(found.faults)
+    return found.record
 
 
-def requirements_hash(given: Requirements) -> str:
+def requirements_hash(given: BaseModel) -> str:
     """Computes the SHA-256, 64 hex digits, of the canonical JSON: sorted keys, no blanks, ASCII, defaults spelled out.
 
     What is not stated is left out, so that a limit that the file does not know yet changes no hash.
@@ -215,69 +194,36 @@ def requirements_hash(given: Requirements) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def _check_order(given: Requirements, file: str) -> None:
-    """Refuses numbers that contradict each other whatever the design."""
-    ranges = {f"bounds_mm.{name}": getattr(given.bounds_mm, name) for name in Bounds.model_fields}
-    if given.limits.shoulder_deg is not None:
-        ranges["limits.shoulder_deg"] = given.limits.shoulder_deg
-    for field, (low, high) in ranges.items():
-        if low > high:
-            raise RequirementsError(file, field, short([low, high]), "bounds are swapped: must be [lower, upper]")
-    low, high = given.bounds_mm.half_side
-    if high == 0.0:
-        raise RequirementsError(file, "bounds_mm.half_side", short([low, high]), "upper bound must be > 0 mm")
-    force, peak = given.requirements.force_N, given.requirements.peak_force_N
-    if peak is not None and peak < force:
-        allowed = f"must be >= requirements.force_N = {force:g} N, which holds for ever"
-        raise RequirementsError(file, "requirements.peak_force_N", short(peak), allowed)
-    torque, peak = given.requirements.joint_torque_N_m, given.requirements.peak_torque_N_m
-    if peak is not None and peak < torque:
-        allowed = f"must be >= requirements.joint_torque_N_m = {torque:g} N m, which holds for ever"
-        raise RequirementsError(file, "requirements.peak_torque_N_m", short(peak), allowed)
-    torque, reserve = given.requirements.joint_torque_N_m, given.limits.gravity_torque_N_m
-    if reserve >= torque:
+def _validated(data: object, file: str) -> Validated[Requirements]:
+    """Validates plain data as requirements, with the numbers that contradict each other among the faults."""
+    found = validated(Requirements, data, file)
+    found = replace(found, faults=tuple(map(_by_edition, found.faults)))
+    known = {field: value for field, value in found.values.items() if value is not None}
+    return found.with_faults(RequirementsError(file, *fault) for fault in _contradictions(known))
+
+
+def _by_edition(fault: RequirementsError) -> RequirementsError:
+    """Says of a field that it is of the second edition, where it is."""
+    if fault.field not in SECOND:
+        return fault
+    allowed = fault.allowed.replace("unknown key", "of the second edition, which design alone reads")
+    return RequirementsError(fault.file, fault.field, fault.value, allowed)
+
+
+def _contradictions(known: Known) -> Iterator[Fault]:
+    """Finds the numbers that contradict each other whatever the design, among those that are known."""
+    yield from swapped(known)
+    low, high = known.get("bounds_mm.half_side", (0.0, LENGTH_MAX_MM))
+    yield from peaks(known)
+    torque, reserve = known.get("requirements.joint_torque_N_m"), known.get("limits.gravity_torque_N_m", 0.0)
+    if torque is not None and reserve >= torque:
         allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"
-        raise RequirementsError(file, "limits.gravity_torque_N_m", short(reserve), allowed)
-    if given.limits.effective_mass_max_kg is not None and given.inertia is None:
-        value = short(given.limits.effective_mass_max_kg)
+        yield "limits.gravity_torque_N_m", short(reserve), allowed
+    masses = [known[f"inertia.{name}"] for name in InertiaTable.model_fields if f"inertia.{name}" in known]
+    if (mass := known.get("limits.effective_mass_max_kg")) is not None and not masses:
         allowed = f"needs the masses of what moves: table [inertia] with {', '.join(InertiaTable.model_fields)}"
-        raise RequirementsError(file, "limits.effective_mass_max_kg", value, allowed)
-    for limit in LIMITS:
-        try:
-            limit.stated(given.values)
-        except GeometryError as error:  # a number that no proof takes, such as a torque below its least
-            raise RequirementsError(file, limit.name, "", str(error)) from None
-    side = given.step_3.half_side_mm
-    if side is not None and not low <= side <= high:
-        allowed = f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"
-        raise RequirementsError(file, "step_3.half_side_mm", short(side), allowed)
-
-
-def _allowed(loc: tuple[int | str, ...]) -> str:
-    """Says what a field may hold, from its declaration."""
-    if len(loc) == 1:
-        return NAME_RULE if loc[0] == "name" else "must be a table"
-    if loc[0] == "hardware":
-        return "must be text, a number, or a list of what may be used"
-    table, name = str(loc[0]), str(loc[1])
-    unit = "mm" if table == "bounds_mm" else next((u for end, u in UNITS.items() if name.endswith(end)), "")
-    info = _TABLES[table].model_fields[name]
-    numbers = next(
-        (get_args(one) for one in (info.annotation, *get_args(info.annotation)) if get_origin(one) is tuple), ()
-    )
-    if numbers:
-        kind = {"outline_overhead_mm": "[along W, along D], two", "gravity_m_s2": "a list of 3"}
-        bounds = bounds_of(get_args(numbers[0])[1].metadata)
-        return f"must be {kind.get(name, '[lower, upper], two')} numbers, each {bounds} {unit}"
-    return f"must be a number {bounds_of(info.metadata)} {unit}".rstrip()
-
-
-def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object) -> RequirementsError:
-    """Turns the first finding of the validator into our error."""
-    field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
-    if kind == "extra_forbidden":
-        model = _TABLES.get(str(loc[0]), Requirements) if len(loc) > 1 else Requirements
-        return RequirementsError(file, field, short(value), f"unknown key; known here: {', '.join(model.model_fields)}")
-    if kind == "missing" and not isinstance(loc[-1], int):
-        return RequirementsError(file, field, "", f"is missing; {_allowed(loc)}")
-    return RequirementsError(file, field, short(value), _allowed(loc))
+        yield "limits.effective_mass_max_kg", short(mass), allowed
+    inertia = {"inertia": HandleInertia(*masses)} if len(masses) == len(InertiaTable.model_fields) else {}
+    yield from beyond_proof(known, inertia)
+    if (side := known.get("step_3.half_side_mm")) is not None and not low <= side <= high:
+        yield "step_3.half_side_mm", short(side), f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"

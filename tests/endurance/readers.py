@@ -31,7 +31,10 @@ from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, cube_of, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
 from optimizer.commands import cli as optimizer_cli
+from optimizer.commands.init import preset_text
+from optimizer.problem.brief import load_brief
 from optimizer.problem.requirements import RequirementsError, load_requirements
+from optimizer.problem.validation import MOST_TOLD
 from optimizer.search.genetic import Generation
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from tests.committed import BEST, ROOT
@@ -154,6 +157,8 @@ def readers(folder: Path) -> list[Reader]:
         folder: Where valid files may be written.
     """
     design, task = load_design(BEST), tomllib.loads((ROOT / "joystick.toml").read_text())
+    brief = tomllib.loads(preset_text("dashboard")) | {"hardware": {"motor": ["maxon-re30-310007"], "drive": "capstan"}}
+    brief["bounds_mm"] = {"base_radius": ["3 cm", 40], "half_side": [0, "100 mm"]}
     grid = {"name": "g", "seeds": [0, 1], "axes": {"requirements.joint_torque_N_m": [0.4, 0.8]}, "base": task}
     grid["axes"]["limits.outline_radius_max_mm"] = {"linspace": [118, 122, 3]}
     weights = masses(folder, design, 1e-5)
@@ -175,6 +180,7 @@ def readers(folder: Path) -> list[Reader]:
                (delta_cad_cli.main, lambda p: ["inspect", "--design", str(p)])),
         Reader("requirements", "r.toml", _of_tree(task, toml_text), load_requirements, (RequirementsError,),
                (optimizer_cli.main, lambda p: ["synthesize", str(p), "--out", str(p.with_name("b.json"))])),
+        Reader("brief", "b.toml", _of_tree(brief, toml_text), load_brief, (RequirementsError,)),
         Reader("grid", "g.toml", _of_tree(grid, toml_text), load_grid, (RequirementsError,),
                (optimizer_cli.main, lambda p: ["atlas", str(p), "--out", str(p.parent)])),
         Reader("masses", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
@@ -269,7 +275,7 @@ def _commanded(reader: Reader, path: Path) -> str | None:
             code = main(arguments(path))
     except BaseException as error:  # what is looked for
         return f"the command raised {type(error).__name__}: {str(error)[:200]!r}"
-    line = err.getvalue()
-    if code not in (1, 2) or out.getvalue() or line.count("\n") != 1:
-        return f"the command ended with {code}, {out.getvalue()[:100]!r} and {line[:200]!r}"
-    return unfit(line[:-1])
+    text = err.getvalue()
+    if code not in (1, 2) or out.getvalue() or not 1 <= text.count("\n") <= MOST_TOLD + 1:
+        return f"the command ended with {code}, {out.getvalue()[:100]!r} and {text[:200]!r}"
+    return next((wrong for line in text.splitlines() if (wrong := unfit(line))), None)

@@ -215,6 +215,57 @@ def test_refusal_names_file_field_value_and_what_is_allowed(field: str, value: A
     assert "\n" not in text
 
 
+def test_all_faults_of_a_file_are_told_at_once() -> None:
+    data = contract() | {"speed": 1, "step_3": {"half_side_mm": 120}}
+    data["requirements"] |= {"force_N": -1, "peak_torque_N_m": 0.7}
+    del data["requirements"]["envelope_width_mm"]
+    data["bounds_mm"] |= {"base_radius": [0, 2000], "platform_radius": [45, 20]}
+    data["limits"] = {"kappa_max": float("nan"), "gravity_torque_N_m": 0.9}
+    with pytest.raises(RequirementsError) as caught:
+        requirements_from_dict(data, "task.toml")
+    assert sorted(line.split(": ")[1].split(" = ")[0] for line in caught.value.lines) == [
+        "bounds_mm.base_radius[0]",
+        "bounds_mm.base_radius[1]",
+        "bounds_mm.platform_radius",
+        "limits.gravity_torque_N_m",
+        "limits.kappa_max",
+        "requirements.envelope_width_mm",
+        "requirements.force_N",
+        "requirements.peak_torque_N_m",
+        "speed",
+        "step_3.half_side_mm",
+    ]
+
+
+def test_fields_of_the_second_edition_are_told_as_such() -> None:
+    data = contract() | {"goal": {"maximize": "cube_side"}}
+    data["requirements"] |= {"cube_side_mm": 75}
+    with refuses(RequirementsError, "requirements.cube_side_mm = 75: envelope_width_mm") as caught:
+        requirements_from_dict(data, "task.toml")
+    assert [getattr(caught.value, "lines", ())[k].count("second edition") for k in (0, 1)] == [1, 1]
+
+
+def test_units_are_understood_in_the_first_edition_too() -> None:
+    stated = contract()
+    stated["requirements"] |= {"envelope_width_mm": "27 cm", "joint_torque_N_m": "800 mNm"}
+    stated["bounds_mm"]["base_radius"] = ["4 cm", 40]
+    assert requirements_from_dict(stated) == requirements_from_dict(contract())
+    assert requirements_hash(requirements_from_dict(stated)) == requirements_hash(requirements_from_dict(contract()))
+
+
+def test_hardware_is_told_with_the_rest_and_may_have_units(tmp_path: Path) -> None:
+    text = JOYSTICK.read_text(encoding="utf-8")
+    path = tmp_path / "task.toml"
+    path.write_text(f'{text}\n[hardware]\nsector_radius_mm = "4 cm"\n', encoding="utf-8")
+    assert load_requirements(path).hardware_from(tmp_path) == {"sector_radius_mm": 40.0}
+    wrong = text.replace("force_N = 3.0", "force_N = 0")
+    path.write_text(f'{wrong}\n[hardware]\nmotor = "x"\ncapstan_ratio = [5, 99]\n', encoding="utf-8")
+    with pytest.raises(RequirementsError) as caught:
+        load_requirements(path)
+    fields = [line.split(": ")[1].split(" = ")[0] for line in caught.value.lines]
+    assert fields == ["requirements.force_N", "hardware.motor", "hardware.capstan_ratio"]
+
+
 def test_a_value_that_is_no_table_is_refused() -> None:
     with refuses(RequirementsError, "1", "2"):
         requirements_from_dict([1, 2])

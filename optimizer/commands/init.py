@@ -1,0 +1,85 @@
+"""`init`: a requirements file with every field that may stand in it, most of them commented out."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+from delta_cad.common.console import BAD_INPUT, DONE, refuse
+
+NAME = "init"
+TEXT = "a commented requirements file to begin with"
+PRESETS = {
+    "dashboard": "the largest cube within 270 x 220 mm, 3 N",
+    "desktop": "a cube of 150 mm, 10 N",
+    "pocket": "a cube of 40 mm, 1 N",
+    "large": "a cube of 250 mm, 3 N",
+}
+FOLDER = Path(__file__).with_name("presets")
+NAME_FIELD = "name"
+WIDTH = 34  # column in which sentences begin, unless what they follow is longer
+_FIELD = re.compile(r"(?:# )?(\w+) = (.+?)(?:  # (.+))?")
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    kinds = "; ".join(f"{name}: {what}" for name, what in PRESETS.items())
+    command.add_argument("preset", nargs="?", choices=PRESETS, default="dashboard", help=f"{kinds}; default: dashboard")
+    command.add_argument(
+        "--out", type=Path, metavar="REQ.toml", help="default: PRESET.toml; its name becomes the design's"
+    )
+    command.add_argument("--force", action="store_true", help="replace REQ.toml if it is there")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Writes the file and says so."""
+    from delta_cad.common.files import write_whole
+
+    out = given.out or Path(f"{given.preset}.toml")
+    if not given.force and (out.exists() or out.is_symlink()):
+        return refuse(f"{out}: is there already; to replace it give --force, to leave it another --out", BAD_INPUT)
+    write_whole(out, preset_text(given.preset, out.stem))
+    then = f"python -m optimizer design {shlex.quote(str(out))}"
+    print(f"{out}: {PRESETS[given.preset]}; change what you like, then: {then}")
+    return DONE
+
+
+def preset_text(preset: str, name: str | None = None) -> str:
+    """Writes a requirements file: what a preset states, and every other field commented out.
+
+    Args:
+        preset: A key of `PRESETS`.
+        name: Of the design; None, or what no design may be called, for the preset's.
+
+    Returns:
+        Its text, TOML.
+    """
+    from delta_cad.design import NAME_PATTERN
+
+    title, *own = (FOLDER / f"{preset}.toml").read_text(encoding="utf-8").splitlines()
+    stated = {(table, found[1]): found for table, found in _fields(own) if isinstance(found, re.Match)}
+    lines = [title]
+    for table, found in _fields((FOLDER / "fields.toml").read_text(encoding="utf-8").splitlines()):
+        if isinstance(found, str):
+            lines.append(found)
+            continue
+        field, value, told = found.groups()
+        chosen = stated.get((table, field))
+        if chosen is not None:
+            value, told = chosen[2], chosen[3] or told
+        if field == NAME_FIELD and name is not None and re.fullmatch(NAME_PATTERN, name):
+            value = f'"{name}"'
+        lines.append(f"{f'{field} = {value}' if chosen else f'# {field} = {value}':{WIDTH}} # {told}")
+    return "\n".join(lines) + "\n"
+
+
+def _fields(lines: list[str]) -> Iterator[tuple[str, re.Match[str] | str]]:
+    """Goes through lines of TOML: the table each stands in, and field, value and sentence of it, or the line."""
+    table = ""
+    for line in lines:
+        if line.startswith("["):
+            table = line[1 : line.index("]")]
+        yield table, _FIELD.fullmatch(line) or line

@@ -1,0 +1,33 @@
+"""`schema`: the JSON Schema of the requirements file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from delta_cad.common.console import BAD_INPUT, DONE, catalogue_option, refuse
+
+NAME = "schema"
+TEXT = "JSON Schema of the requirements file"
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the folder of own parts, whose ids the schema then knows."""
+    catalogue_option(command, "the requirements file")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Prints the schema."""
+    import tomllib
+
+    from delta_cad.catalogue import CatalogueError, own_parts
+    from optimizer.commands.init import PRESETS, preset_text
+    from optimizer.problem.schema import brief_schema
+
+    try:
+        own = None if given.catalogue is None else own_parts(given.catalogue)
+    except CatalogueError as error:
+        return refuse(f"--catalogue {given.catalogue}: {error}", BAD_INPUT)
+    examples = [tomllib.loads(preset_text(preset)) for preset in PRESETS]
+    print(json.dumps(brief_schema(own) | {"examples": examples}, indent=2))
+    return DONE

@@ -1,0 +1,70 @@
+"""Numbers of requirements that contradict each other whatever the design, in either edition of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from delta_cad.common.refusal import short
+from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.limits import LIMITS
+
+Known = Mapping[str, Any]
+"""Dotted field, such as "requirements.force_N" -> value, of the fields that have one and are not refused."""
+Fault = tuple[str, str, str]
+"""Dotted field, its value as text, what would be allowed."""
+SHOULDER = ("shoulder_min_deg", "shoulder_max_deg")  # in a file of requirements the two numbers of `shoulder_deg`
+
+
+def swapped(known: Known) -> Iterator[Fault]:
+    """Finds lower bounds above their upper ones, and a half side that is fixed at zero."""
+    for field, value in known.items():
+        if field.startswith("bounds_mm.") or field == "limits.shoulder_deg":
+            low, high = value
+            if low > high:
+                yield field, short([low, high]), "bounds are swapped: must be [lower, upper]"
+            elif field == "bounds_mm.half_side" and high == 0.0:
+                yield field, short([low, high]), "upper bound must be > 0 mm"
+
+
+def peaks(known: Known) -> Iterator[Fault]:
+    """Finds what is asked for a moment and is less than what is asked for ever."""
+    for lasting, brief, unit in (("force_N", "peak_force_N", "N"), ("joint_torque_N_m", "peak_torque_N_m", "N m")):
+        least, peak = known.get(f"requirements.{lasting}"), known.get(f"requirements.{brief}")
+        if least is not None and peak is not None and peak < least:
+            allowed = f"must be >= requirements.{lasting} = {least:g} {unit}, which holds for ever"
+            yield f"requirements.{brief}", short(peak), allowed
+
+
+def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
+    """Finds limits whose numbers no proof takes, such as a torque below its least.
+
+    Args:
+        known: The file's fields.
+        more: What limits are made from beside them: `inertia`, where it is known.
+
+    Yields:
+        Name of the limit, no value, and what its proof takes.
+    """
+    values = {**limit_values(known), **more}
+    if values.get(SHOULDER[0], 0.0) > values.get(SHOULDER[1], 180.0):  # told by `swapped`
+        values = {name: value for name, value in values.items() if name not in SHOULDER}
+    for limit in LIMITS:
+        try:
+            limit.stated(values)
+        except KeyError:  # it is made from a field that is not known
+            continue
+        except GeometryError as error:
+            if "inertia" in values or not getattr(limit, "needs_masses", False):
+                yield limit.name, "", str(error)
+
+
+def limit_values(known: Known) -> dict[str, Any]:
+    """Gives what limits are made from: fields by their names alone, `shoulder_deg` as two.
+
+    Args:
+        known: The file's fields.
+    """
+    tables = ("requirements.", "limits.", "feel.")
+    values = {field.split(".")[1]: value for field, value in known.items() if field.startswith(tables)}
+    return values | dict(zip(SHOULDER, values.pop("shoulder_deg", ()), strict=False))

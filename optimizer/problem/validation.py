@@ -1,0 +1,231 @@
+"""Files of requirements validated: numbers with their units made plain, every fault told, not the first alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Generic, Literal, NoReturn, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
+from delta_cad.design import NAME_RULE, Hardware
+from delta_cad.design.file import UNITS
+from optimizer.problem.quantity import QuantityError, quantity
+
+MOST_TOLD = 40  # faults of one file that are told, a line each: more scroll away what they begin with
+Loc = tuple[int | str, ...]
+Edition = TypeVar("Edition", bound=BaseModel)
+
+
+class RequirementsError(RefusedError):
+    """Requirements that are refused.
+
+    Attributes:
+        more: Further faults of the file, each a line as the first one.
+    """
+
+    more: tuple[str, ...] = ()
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """All that is wrong, a line each."""
+        return (str(self), *self.more)
+
+
+@dataclass(frozen=True)
+class Validated(Generic[Edition]):
+    """What came of a file.
+
+    Attributes:
+        record: The record; None where a field is refused.
+        values: Dotted field, such as "requirements.force_N" -> value, of the fields that are not refused; the default
+            where it is left out.
+        stated: The fields that the file states, refused or not.
+        hardware: Entries of table `[hardware]` that are not refused, numbers made plain.
+        faults: What is refused.
+    """
+
+    record: Edition | None
+    values: Mapping[str, Any]
+    stated: frozenset[str]
+    hardware: Mapping[str, Any]
+    faults: tuple[RequirementsError, ...]
+
+    def with_faults(self, more: Iterable[RequirementsError]) -> Validated[Edition]:
+        """Gives the same with further faults."""
+        faults = (*self.faults, *more)
+        return replace(self, record=None if faults else self.record, faults=faults)
+
+
+def validated(model: type[Edition], data: object, file: str) -> Validated[Edition]:
+    """Validates plain data as a record of tables, each field by itself.
+
+    Args:
+        model: The record; its fields are the file's tables, but the name.
+        data: What the TOML file holds: nested dicts, lists, numbers, strings; a string such as "12 cm" counts as the
+            number that it means.
+        file: Name that error messages start with.
+
+    Returns:
+        The record and its faults: a missing or unknown field, a wrong type or unit, a number that is not finite or out
+        of its range, a name that is not safe as a file name.
+    """
+    if not isinstance(data, Mapping):
+        fault = RequirementsError(file, "", short(data), "must be a table")
+        return Validated(None, {}, frozenset(), {}, (fault,))
+    plain, refused = _plain(model, data, file)
+    for entry, value in _table(plain.get("hardware")).items():
+        if (bad := not_finite({entry: value})) is not None:
+            refused["hardware", entry] = RequirementsError(file, f"hardware.{bad[0]}", short(bad[1]), "must be finite")
+    record = None
+    try:
+        record = model.model_validate(plain)
+    except ValidationError as error:
+        for one in error.errors(include_url=False):
+            loc = one["loc"]
+            if not any(loc[:depth] in refused for depth in range(1, len(loc) + 1)):
+                refused[loc] = _explained(model, file, one["type"], loc, one["input"])
+    wrong = {loc[:2] for loc in refused}
+    values: dict[str, Any] = {}
+    stated: set[str] = set()
+    for table, inner in _tables(model).items():
+        given = _table(plain.get(table))
+        for name, info in inner.model_fields.items():
+            field, states = f"{table}.{name}", name in given
+            stated |= {field} if states else set()
+            if (table,) in wrong or (table, name) in wrong:
+                continue
+            if states:
+                values[field] = _as_numbers(given[name])
+            elif not info.is_required():
+                values[field] = info.get_default(call_default_factory=True)
+    hardware = _table(plain.get("hardware"))
+    entries = {entry: value for entry, value in hardware.items() if ("hardware", entry) not in wrong}
+    return Validated(None if refused else record, values, frozenset(stated), entries, tuple(refused.values()))
+
+
+def refuse(faults: Sequence[RequirementsError]) -> NoReturn:
+    """Raises all faults of a file as one error.
+
+    Args:
+        faults: At least one.
+
+    Raises:
+        RequirementsError: The first; the others, each told once, are its `more`.
+    """
+    first = faults[0]
+    lines = list(dict.fromkeys(map(str, faults)))
+    rest = len(lines) - MOST_TOLD
+    first.more = tuple(lines[1:MOST_TOLD]) + ((f"{first.file}: {rest} more faults",) if rest > 0 else ())
+    raise first
+
+
+def _table(data: object) -> Mapping[str, Any]:
+    return data if isinstance(data, Mapping) else {}
+
+
+def _tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    """Finds the fields of a record that are tables, and their records."""
+    found: dict[str, type[BaseModel]] = {}
+    for name, info in model.model_fields.items():
+        for kind in (info.annotation, *get_args(info.annotation)):
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                found[name] = kind
+    return found
+
+
+def unit_of(table: str, name: str) -> str:
+    """Gives the unit of a field, as its name ends; "" for a number without one.
+
+    Args:
+        table: Table of the file.
+        name: Field in it.
+    """
+    return "mm" if table == "bounds_mm" else next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+
+
+def holds_numbers(annotation: Any) -> bool:
+    """Tells whether a field takes a number or numbers, from its annotation."""
+    return annotation is float or any(holds_numbers(part) for part in get_args(annotation))
+
+
+def _plain(model: type[BaseModel], data: Mapping[str, Any], file: str) -> tuple[dict[str, Any], dict[Loc, Any]]:
+    """Makes numbers of texts with a unit; with that, location and fault of each that cannot be made one."""
+    plain: dict[str, Any] = dict(data)
+    refused: dict[Loc, RequirementsError] = {}
+    for table, inner in (_tables(model) | ({"hardware": Hardware} if "hardware" in model.model_fields else {})).items():
+        given = data.get(table)
+        if not isinstance(given, Mapping):
+            continue
+        plain[table] = dict(given)
+        for name, info in inner.model_fields.items():
+            if name in given and holds_numbers(info.annotation):
+                loc: Loc = (table, name)
+                plain[table][name] = _number(given[name], unit_of(table, name), loc, refused, file)
+    return plain, refused
+
+
+def _number(value: Any, unit: str, loc: Loc, refused: dict[Loc, Any], file: str) -> Any:
+    """Makes a number of a text with a unit, or numbers of a list of such."""
+    if isinstance(value, list):
+        return [_number(one, unit, (*loc, k), refused, file) for k, one in enumerate(value)]
+    if isinstance(value, str):
+        try:
+            found = quantity(value, unit)
+        except QuantityError as error:
+            refused[loc] = RequirementsError(file, dotted(loc), short(value), str(error))
+        else:
+            return value if found is None else found
+    return value
+
+
+def _as_numbers(value: Any) -> Any:
+    """Makes doubles of the whole numbers in a value that was accepted."""
+    if isinstance(value, list | tuple):
+        return tuple(map(_as_numbers, value))
+    return float(value) if isinstance(value, int) else value
+
+
+def dotted(loc: Loc) -> str:
+    """Writes a location as messages have it, such as "bounds_mm.half_side[1]"."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
+
+
+def _allowed(model: type[BaseModel], loc: Loc) -> str:
+    """Says what a field may hold, from its declaration."""
+    table, tables = str(loc[0]), _tables(model)
+    if table == "hardware":
+        return "must be a table" if len(loc) == 1 else "must be text, a number, or a list of what may be used"
+    if len(loc) == 1 or table not in tables:
+        return NAME_RULE if table == "name" else "must be a table"
+    name = str(loc[1])
+    info, unit = tables[table].model_fields[name], unit_of(table, name)
+    if words := _inner(info.annotation, Literal):
+        return f"must be {' or '.join(short(word) for word in words)}"
+    if numbers := _inner(info.annotation, tuple):
+        kind = {"outline_overhead_mm": "[along W, along D], two", "gravity_m_s2": "a list of 3"}
+        bounds = bounds_of(get_args(numbers[0])[1].metadata)
+        return f"must be {kind.get(name, '[lower, upper], two')} numbers, each {bounds} {unit}"
+    return f"must be a number {bounds_of(info.metadata)} {unit}".rstrip()
+
+
+def _inner(annotation: Any, origin: Any) -> tuple[Any, ...]:
+    """Finds the arguments of a kind within an annotation; none where there is none of it."""
+    if get_origin(annotation) is origin:
+        return get_args(annotation)
+    return next((found for part in get_args(annotation) if (found := _inner(part, origin))), ())
+
+
+def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: object) -> RequirementsError:
+    """Turns a finding of the validator into our error."""
+    field = dotted(loc)
+    if kind == "extra_forbidden":
+        known = _tables(model).get(str(loc[0]), model) if len(loc) > 1 else model
+        told = f"unknown key; known here: {', '.join(known.model_fields)}"
+        return RequirementsError(file, field, short(value), told)
+    if kind == "missing" and not isinstance(loc[-1], int):
+        return RequirementsError(file, field, "", f"is missing; {_allowed(model, loc)}")
+    if kind == "finite_number":
+        return RequirementsError(file, field, short(value), "must be finite")
+    return RequirementsError(file, field, short(value), _allowed(model, loc))
