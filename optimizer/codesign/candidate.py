@@ -1,0 +1,180 @@
+"""A candidate: lengths and hardware as a design file has them, weighed by its solids, refused in closed form or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design, design_from_dict
+from delta_cad.drive import drive_torque
+from delta_cad.drive.masses import masses_from_dict
+from delta_cad.mechanism import DeltaGeometry
+from delta_cad.mechanism.limits import HoldingTorque, Torque
+from delta_cad.mechanism.workspace import Cube, CubeSearch
+from optimizer.certify.gravity import held_masses
+from optimizer.codesign.choice import TORQUE_DIGITS, Choice, motor_of
+from optimizer.codesign.lessons import Weighed
+from optimizer.problem.brief import DesignBrief
+from optimizer.problem.evaluator import VARIABLES
+
+PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
+CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
+BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 6.0, "ball_diameter_mm": 6.0}  # the least: loads may ask more
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A design that closed forms pass, weighed.
+
+    Attributes:
+        design: As its file has it.
+        choice: Its hardware.
+        lengths_mm: (6) in the order of `VARIABLES`.
+        weighed: Of its own solids.
+    """
+
+    design: Design
+    choice: Choice
+    lengths_mm: tuple[float, ...]
+    weighed: Weighed
+
+    @property
+    def side_mm(self) -> float:
+        """Side of its cube."""
+        return 2.0 * self.lengths_mm[-1]
+
+
+def design_for(
+    brief: DesignBrief, choice: Choice, lengths_mm: tuple[float, ...], gravity_torque_N_m: float, folder: Path = Path()
+) -> Design:
+    """Makes the design of a candidate.
+
+    Args:
+        brief: What the customer asks; its limits become the design's requirements.
+        choice: Hardware.
+        lengths_mm: (6) in the order of `VARIABLES`.
+        gravity_torque_N_m: What gravity takes of a joint, for the peak's torque.
+        folder: Where its file will stand: a folder of own parts is named from there.
+
+    Returns:
+        The design, without provenance.
+
+    Raises:
+        DesignError: The design file refuses it.
+    """
+    lengths = dict(zip(VARIABLES, lengths_mm, strict=True))
+    row = motor_of(brief, choice.motor)
+    values = brief.values
+    fields = {name: values[name] for name in ASKED if values.get(name) is not None}
+    outline = brief.outline_mm or _taken(choice, lengths)
+    low, high = brief.limits.shoulder_deg or (None, None)
+    torque = brief.requirements.joint_torque_N_m or choice.torque_N_m(row)
+    task: dict[str, Any] = {
+        **fields,
+        "envelope_width_mm": outline[0],
+        "envelope_depth_mm": outline[1],
+        "joint_torque_N_m": torque,
+        "shoulder_min_deg": low,
+        "shoulder_max_deg": high,
+    }
+    task["peak_torque_N_m"] = brief.requirements.peak_torque_N_m or _peak_torque(
+        brief, lengths, torque, gravity_torque_N_m
+    )
+    data = {
+        "schema": "delta-design/1",
+        "name": brief.name,
+        "mechanism": {
+            **{f"{name}_mm": lengths[name] for name in VARIABLES[:4]},
+            "parallelogram_width_mm": choice.width_mm,
+        },
+        "cube": {f"{name}_mm": lengths[name] for name in VARIABLES[4:]},
+        "requirements": {name: value for name, value in task.items() if value is not None},
+        "hardware": brief.hardware_from(folder, {**BASE_ENTRIES, **choice.hardware(row)}),
+    }
+    return design_from_dict(data, brief.name, folder)
+
+
+ASKED = (
+    "force_N",
+    "peak_force_N",
+    "kappa_max",
+    "couple_index_min",
+    "effective_mass_max_kg",
+    "lean_max_deg",
+    "stiffness_min_N_mm",
+    "clearance_min_mm",
+    "gravity_m_s2",
+)
+"""Fields of a brief that a design states as they are."""
+
+
+def _taken(choice: Choice, lengths: Mapping[str, float]) -> tuple[float, float]:
+    """An outline that surely holds the machine, where none is asked."""
+    reach = 2.0 * (lengths["base_radius"] + lengths["upper_arm_length"]) + choice.width_mm
+    return math.ceil(reach), math.ceil(reach)
+
+
+def _peak_torque(brief: DesignBrief, lengths: Mapping[str, float], torque: float, gravity: float) -> float:
+    """The torque of a joint for the peak force with the weight, or a little over the lasting one where none is asked."""
+    force = brief.requirements.peak_force_N
+    if force is None:
+        return math.ceil(torque * CABLE_SPARE * 10**TORQUE_DIGITS) / 10**TORQUE_DIGITS
+    needed = worst_torque(lengths, force) + gravity
+    return max(torque, math.ceil(needed * PEAK_SPARE * 10**TORQUE_DIGITS) / 10**TORQUE_DIGITS)
+
+
+def worst_torque(lengths: Mapping[str, float], force: float) -> float:
+    """Computes the largest torque of a joint over a cube for a force in any direction, N m.
+
+    Args:
+        lengths: By name, mm.
+        force: N.
+    """
+    names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
+    g = DeltaGeometry(**{name: lengths[name] / MM_PER_M for name in names})
+    limit = Torque(force, 1.0)
+    figure = limit.figures[0]
+    search = CubeSearch(Cube(lengths["bottom_height"] / MM_PER_M, lengths["half_side"] / MM_PER_M))
+    return float(search(lambda p: figure.worst(limit, g, p), -1.0).value)
+
+
+def weigh(design: Design) -> Weighed:
+    """Makes the solids of a design and weighs them; loads the CAD kernel.
+
+    Args:
+        design: One that closed forms pass.
+
+    Raises:
+        BuildError: A solid could not be built.
+    """
+    from delta_cad.assembly.assemble import assemble
+    from delta_cad.dimensions import dimensions
+    from delta_cad.export.mass_properties import mass_report
+
+    return weighed_of(design, mass_report(assemble(dimensions(design))))
+
+
+def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:
+    """Reads the masses of a machine that was made.
+
+    Args:
+        design: The design.
+        report: Result of `mass_report`.
+    """
+    m, g = design.mechanism, design.geometry
+    masses = masses_from_dict(report, g.forearm_length, drive_torque(design))
+    held = held_masses(design.name, report["bodies"], design)
+    force, torque = design.requirements.force_N, design.requirements.joint_torque_N_m
+    limit, bare = HoldingTorque(force, torque, held), Torque(force, torque)
+    cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
+    with_gravity, alone = limit.figures[0], bare.figures[0]
+
+    most = float(CubeSearch(cube)(lambda p: with_gravity.worst(limit, g, p), -1.0).value)
+    least = float(CubeSearch(cube)(lambda p: alone.worst(bare, g, p), -1.0).value)
+    return Weighed(
+        masses, max(most - least, 0.0), m.upper_arm_length_mm, m.forearm_length_mm, drive_torque(design).ratio, own=True
+    )

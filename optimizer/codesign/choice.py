@@ -1,0 +1,100 @@
+"""Hardware of a candidate: motor, ratio, sector and the width of the parallelograms, with what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+from delta_cad import catalogue
+from delta_cad.design.record import Hardware
+from delta_cad.drive.report import CAPSTAN_EFFICIENCY, DIRECT_EFFICIENCY
+from optimizer.problem.brief import DesignBrief
+
+RATIOS = (3.0, 12.0)  # of a capstan: below, a pinion is as large as the sector; above, its rope bends too sharply
+PINION_MM = 8.0  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm: 29 rope diameters to bend over
+SHAFT_MM = 6.0
+SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
+SECTOR_STEP_MM = 0.1
+WIDTHS = (36.0, 48.0, 62.0, 84.0, 120.0)  # mm, of parallelograms
+SECTOR_ROOM_MM = 10.0  # see `delta_cad.dimensions.capstan.base_radius_min_mm`
+TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a candidate is made of, beside its lengths.
+
+    Attributes:
+        motor: Id in the catalogue.
+        drive: "capstan" or "direct".
+        ratio: Turns of the motor per turn of the arm; 1 for a direct drive.
+        width_mm: Width of the parallelograms.
+        entries: Other entries of a design's hardware, by name.
+    """
+
+    motor: str
+    drive: str
+    ratio: float
+    width_mm: float
+    entries: Mapping[str, Any] = field(default_factory=dict)
+
+    def with_(self, **changes: Any) -> Choice:
+        """The same with other fields."""
+        return replace(self, **changes)
+
+    def with_entry(self, name: str, value: Any) -> Choice:
+        """The same with another entry of the hardware."""
+        return replace(self, entries={**self.entries, name: value})
+
+    @property
+    def base_radius_mm(self) -> float:
+        """About the least base radius at which sectors pass one another, mm; refusals raise it."""
+        return SECTOR_ROOM_MM + PINION_MM / 2.0 * self.ratio if self.drive == "capstan" else 0.0
+
+    def hardware(self, row: catalogue.Motor) -> dict[str, Any]:
+        """Gives the entries of a design's hardware; the sector is as large as the pinion asks for.
+
+        Args:
+            row: The motor.
+        """
+        entries: dict[str, Any] = {"motor": self.motor, "drive": self.drive}
+        if self.drive == "capstan":
+            pinion = PINION_MM + max(row.shaft_diameter_mm - SHAFT_MM, 0.0) / 2
+            wanted = min(max(pinion * self.ratio, SECTORS_MM[0]), SECTORS_MM[1])
+            entries |= {
+                "capstan_ratio": self.ratio,
+                "sector_radius_mm": round(wanted / SECTOR_STEP_MM) * SECTOR_STEP_MM,
+            }
+            entries["sector_radius_mm"] = round(entries["sector_radius_mm"], 1)
+        return entries | dict(self.entries)
+
+    def torque_N_m(self, row: catalogue.Motor) -> float:
+        """Computes what a joint gives for ever, rounded down to what a design states, N m."""
+        efficiency = CAPSTAN_EFFICIENCY if self.drive == "capstan" else DIRECT_EFFICIENCY
+        digits = 10**TORQUE_DIGITS
+        return int(self.ratio * efficiency * row.nominal_torque_N_m * digits) / digits
+
+
+def motor_of(brief: DesignBrief, motor: str) -> catalogue.Motor:
+    """Finds the row of a motor that the brief allows."""
+    return cast(catalogue.Motor, catalogue.family("motor", brief.own_parts)[motor])
+
+
+def ratios_of(brief: DesignBrief) -> tuple[float, float]:
+    """Gives the least and the largest ratio of a capstan that the brief allows."""
+    stated = [float(v) for v in brief.choices.get("capstan_ratio", ())]
+    return (min(stated), max(stated)) if stated else RATIOS
+
+
+def drives(brief: DesignBrief) -> Iterator[tuple[str, str]]:
+    """Lists the pairs of motor and drive that the brief allows and the catalogue offers."""
+    for motor in brief.choices["motor"]:
+        for drive in brief.choices["drive"]:
+            if drive in motor_of(brief, motor).drives:
+                yield motor, drive
+
+
+def default_of(entry: str) -> Any:
+    """Gives the value that an entry of the hardware has where none is stated."""
+    return Hardware.model_fields[entry].default

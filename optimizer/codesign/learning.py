@@ -1,0 +1,141 @@
+"""What a refusal or a failed check teaches: a bound for the next candidate, another part, or that nothing will do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.lessons import Lessons
+from optimizer.problem.brief import DesignBrief
+
+if TYPE_CHECKING:
+    from delta_cad.checks.report import CheckResult
+    from delta_cad.dimensions import Reason
+
+LENGTHS = {
+    "mechanism.base_radius_mm": "base_radius",
+    "mechanism.platform_radius_mm": "platform_radius",
+    "mechanism.forearm_length_mm": "forearm_length",
+    "mechanism.upper_arm_length_mm": "upper_arm_length",
+    "cube.bottom_height_mm": "bottom_height",
+}
+"""Field of a design that a refusal names -> the length that is bounded from below."""
+SIZES = (
+    "sector_radius_mm",
+    "base_plate_thickness_mm",
+    "arm_thickness_mm",
+    "platform_thickness_mm",
+    "ball_diameter_mm",
+)
+PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
+SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
+COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
+RADIUS_STEP_MM = 0.5
+SPARE_MM = 0.05  # of an outline, over what the last machine took too much
+MASS_SPARE = 0.998
+
+
+class StuckError(Exception):
+    """Nothing that is known would make a choice pass; the message says what stands in the way."""
+
+
+def from_reasons(
+    brief: DesignBrief, choice: Choice, lessons: Lessons, reasons: Sequence[Reason]
+) -> tuple[Choice, Lessons]:
+    """Learns from the closed forms that refuse a candidate.
+
+    Args:
+        brief: What the customer asks.
+        choice: Hardware that was refused.
+        lessons: What was known.
+        reasons: Why; all that can be met are.
+
+    Returns:
+        What to try next.
+
+    Raises:
+        StuckError: None of them can be.
+    """
+    before = choice, lessons
+    for reason in reasons:
+        field, bound = reason.field, reason.bound
+        entry = field.rpartition(".")[2]
+        if field in LENGTHS and isinstance(bound, float):
+            lessons = lessons.raised(LENGTHS[field], math.ceil(bound * SIZE_STEP) / SIZE_STEP, str(reason))
+        elif field == "mechanism.parallelogram_width_mm" and isinstance(bound, float):
+            away = math.ceil if bound > choice.width_mm else math.floor
+            choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
+        elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
+            choice = choice.with_entry(entry, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+        elif entry in PARTS:
+            choice = _another(brief, choice, entry)
+        elif field.startswith("requirements.") or not field:
+            lessons = _stiffer(lessons, str(reason))
+    if (choice, lessons) == before:
+        raise StuckError("; ".join(str(reason) for reason in reasons))
+    return choice, lessons
+
+
+def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:
+    """Takes the next row of a family that the brief allows."""
+    from optimizer.codesign.choice import default_of
+
+    rows = brief.choices[entry]
+    now = choice.entries.get(entry, brief.hardware.get(entry, default_of(entry)))
+    if now not in rows:
+        return choice.with_entry(entry, rows[0])
+    after = rows.index(now) + 1
+    return choice if after == len(rows) else choice.with_entry(entry, rows[after])
+
+
+def _stiffer(lessons: Lessons, why: str) -> Lessons:
+    """Asks for more hold against turning, which makes rods' forces smaller and the knob stiffer."""
+    index = min(lessons.couple_index_min + COUPLE_STEP, COUPLE_MOST)
+    return lessons if index == lessons.couple_index_min else lessons.taught(why, couple_index_min=index)
+
+
+def from_checks(brief: DesignBrief, candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
+    """Learns from the checks of a machine that was made.
+
+    Args:
+        candidate: The machine.
+        lessons: What was known.
+        results: Its checks.
+
+    Returns:
+        What is known now.
+
+    Raises:
+        StuckError: A check failed that teaches nothing.
+    """
+    failed = [result for result in results if not result.passed]
+    before, masses = lessons, lessons.weighed
+    for result in failed:
+        short = abs((result.value or 0.0) - (result.limit or 0.0))
+        why = f"{result.name}: {result.value} {result.unit}, limit {result.limit}"
+        if result.name in ("envelope width", "envelope depth"):
+            k = result.name == "envelope depth"
+            over = list(lessons.overhead_mm)
+            over[k] += short + SPARE_MM
+            lessons = lessons.taught(why, overhead_mm=(over[0], over[1]))
+        elif result.name == "torque with gravity":
+            more = masses.gravity_torque_N_m + short + 1e-4
+            weighed = type(masses)(masses.masses, more, masses.upper_arm_mm, masses.forearm_mm, masses.ratio)
+            lessons = lessons.taught(why, weighed=weighed)
+        elif result.name == "effective mass":
+            lessons = lessons.taught(
+                why, mass_share=lessons.mass_share * MASS_SPARE * (result.limit or 1.0) / (result.value or 1.0)
+            )
+        elif result.name.startswith("structure"):
+            lessons = _stiffer(lessons, why)
+        elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
+            wrists = any("wrist" in name for name in result.worst_pair or ())
+            length = "platform_radius" if wrists else "base_radius"
+            k = {"platform_radius": 3, "base_radius": 2}[length]
+            lessons = lessons.raised(length, candidate.lengths_mm[k] + max(RADIUS_STEP_MM, short), why)
+    if lessons == before:
+        raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
+    return lessons

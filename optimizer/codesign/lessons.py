@@ -1,0 +1,88 @@
+"""What candidates and built machines have taught of one choice of hardware: bounds on lengths, masses, what gravity takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from delta_cad.drive.masses import Masses
+from delta_cad.mechanism.limits import HandleInertia
+
+ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
+ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
+COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it the floor of a cube is soft
+KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
+LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
+SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Masses of a machine that was made solid, with what they depend on.
+
+    Attributes:
+        masses: Of its solids.
+        gravity_torque_N_m: The most that gravity takes of a joint beside the force, anywhere in its cube.
+        upper_arm_mm: L_A.
+        forearm_mm: L_B.
+        ratio: Of its drive.
+        own: Whether it has the motor and the parts of the choice that it stands for.
+    """
+
+    masses: Masses
+    gravity_torque_N_m: float
+    upper_arm_mm: float
+    forearm_mm: float
+    ratio: float
+    own: bool = False
+
+    def inertia(self, upper_arm_mm: float, forearm_mm: float, ratio: float) -> HandleInertia:
+        """Estimates the inertia at the handle of a machine not far from this one.
+
+        Args:
+            upper_arm_mm: Its L_A.
+            forearm_mm: Its L_B.
+            ratio: Of its drive.
+        """
+        m = self.masses
+        arm = m.arm_inertia * (upper_arm_mm / self.upper_arm_mm) ** ARM_EXPONENT
+        rotor = m.rotor_inertia * (ratio / self.ratio) ** 2
+        rods = 1.0 - ROD_SHARE + ROD_SHARE * forearm_mm / self.forearm_mm
+        carried = m.platform + 3.0 * m.rod_wrist * rods
+        return HandleInertia(carried, m.rod_elbow * rods, m.rod_cross * rods, arm + rotor)
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """Bounds for the lengths of the next candidate.
+
+    Attributes:
+        weighed: Of the last machine that was made solid.
+        least_mm: Length (as `[bounds_mm]` names it) -> the least that hardware lets pass.
+        overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
+        couple_index_min: Least couple index to ask for.
+        kappa_max: Largest condition number to ask for.
+        mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
+        why: What each was taught by, a line each.
+    """
+
+    weighed: Weighed
+    least_mm: Mapping[str, float] = field(default_factory=dict)
+    overhead_mm: tuple[float, float] = (10.0, 13.5)
+    couple_index_min: float = COUPLE_INDEX
+    kappa_max: float = KAPPA
+    mass_share: float = 1.0
+    why: tuple[str, ...] = ()
+
+    def least(self, length: str) -> float:
+        """The least of a length, mm; 0 where nothing is known."""
+        return self.least_mm.get(length, 0.0)
+
+    def raised(self, length: str, least_mm: float, why: str) -> Lessons:
+        """The same with a length that is at least so much."""
+        return self.taught(why, least_mm={**self.least_mm, length: max(least_mm, self.least(length))})
+
+    def taught(self, reason: str, **changes: Any) -> Lessons:
+        """The same with other bounds, and why."""
+        return replace(self, **changes, why=(*self.why, reason))

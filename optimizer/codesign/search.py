@@ -1,0 +1,221 @@
+"""The search over hardware and lengths: candidates in closed form, then machines that are built, until one passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from delta_cad.design import Design, DesignError
+from delta_cad.mechanism import MechanismError
+from optimizer.codesign.candidate import Candidate, design_for, weigh
+from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
+from optimizer.codesign.learning import StuckError, from_checks, from_reasons
+from optimizer.codesign.lengths import best_lengths
+from optimizer.codesign.lessons import Lessons, Weighed
+from optimizer.problem.brief import DesignBrief
+from optimizer.problem.step import SIDE
+from optimizer.synthesis.output import presentable
+
+if TYPE_CHECKING:
+    from delta_cad.commands.pipeline import Outcome
+
+TRIES = 8  # closed forms and weights of one choice, until they agree
+WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
+RATIO_COUNT = 5  # ratios that are estimated first
+RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is changed, and at which that ends
+WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
+GAIN_MM = 0.05  # of the side, below which a change is none
+MOTORS = 3  # that are refined and built, the best estimate first
+BUILDS = 5  # of one choice
+
+
+Lengths = tuple[float, ...]
+"""(6) in the order of `VARIABLES`, mm."""
+
+
+@dataclass
+class Tried:
+    """What a search went through.
+
+    Attributes:
+        candidates: Number of candidates that were posed.
+        built: Machines that were made: design, and the names of the checks that failed.
+        stuck: Hardware -> why it was given up.
+    """
+
+    candidates: int = 0
+    built: list[tuple[Design, tuple[str, ...]]] = field(default_factory=list)
+    stuck: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Search:
+    """One run.
+
+    Attributes:
+        brief: What the customer asks.
+        build: (design) -> what came of it.
+        first: Masses to begin from.
+        seed: Of everything random.
+        stop: True ends the search with the best so far.
+        report: Told what is being done.
+    """
+
+    brief: DesignBrief
+    build: Callable[[Design], Outcome]
+    first: Weighed
+    seed: int = 0
+    stop: Callable[[], bool] = bool
+    report: Callable[[str], None] = lambda _: None
+    tried: Tried = field(default_factory=Tried)
+    lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
+
+    def best(self) -> tuple[Candidate, Outcome] | None:
+        """Searches until a machine passes every check.
+
+        Returns:
+            The machine with the largest cube that was built and passed; None where none did.
+        """
+        ranked = sorted(self._rough(), key=lambda one: -one[0])
+        for side, choice in ranked[:MOTORS]:
+            if self.stop():
+                return None
+            self.report(f"{choice.motor}: about {side:.1f} mm")
+            found = self._built(self._refined(choice))
+            if found is not None:
+                return found
+        return None
+
+    def _rough(self) -> list[tuple[float, Choice]]:
+        """Estimates the side of the cube of every motor at its best ratio and width; no parts are looked at."""
+        found = []
+        for motor, drive in drives(self.brief):
+            low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
+            ratios = np.geomspace(low, high, RATIO_COUNT if high > low else 1)
+            best: tuple[float, Choice] | None = None
+            for width in self._widths():
+                start: Lengths | None = None
+                for ratio in ratios:
+                    if self.stop():
+                        break
+                    choice = Choice(motor, drive, round(float(ratio), 2), width)
+                    side, lengths = self._side(choice, start)
+                    start = lengths or start
+                    if side > (0.0 if best is None else best[0]):
+                        best = side, choice
+            if best is None:
+                self.tried.stuck[f"{motor} {drive}"] = "its torque and masses leave no cube"
+            else:
+                self.report(f"{motor} {drive}: {best[0]:.1f} mm")
+                found.append(best)
+        return found
+
+    def _widths(self) -> tuple[float, ...]:
+        stated = self.brief.limits.parallelogram_width_mm
+        return WIDTHS if stated is None else (stated,)
+
+    def _side(self, choice: Choice, start_mm: Lengths | None = None) -> tuple[float, Lengths | None]:
+        """Estimates the side of the cube of a choice, mm, 0 for none, and its lengths."""
+        self.tried.candidates += 1
+        lessons = self.lessons.get((choice.motor, choice.drive)) or Lessons(self._first(choice))
+        found = best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds=1)
+        return (0.0, None) if found is None else (2.0 * found.design_mm[SIDE], found.design_mm)
+
+    def _first(self, choice: Choice) -> Weighed:
+        """The masses to begin from, with the rotor of another motor."""
+        row = motor_of(self.brief, choice.motor)
+        m = self.first.masses
+        return replace(
+            self.first,
+            masses=replace(m, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2),
+            ratio=choice.ratio,
+        )
+
+    def _refined(self, choice: Choice) -> Choice:
+        """Improves ratio and width of a choice, one after the other, by estimates that know its parts."""
+        self.settled(choice)
+        side, start = self._side(choice)
+        low, high = ratios_of(self.brief) if choice.drive == "capstan" else (choice.ratio, choice.ratio)
+        step, wide = RATIO_STEP, WIDTH_STEP_MM
+        free = self.brief.limits.parallelogram_width_mm is None
+        while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():
+            around = [choice.with_(width_mm=choice.width_mm + w) for w in (-wide, wide) if free]
+            for factor in (1.0 / (1.0 + step), 1.0 + step):
+                ratio = round(min(max(choice.ratio * factor, low), high), 2)
+                around += [choice.with_(ratio=ratio)] if ratio != choice.ratio else []
+            sides = [(*self._side(one, start), one) for one in around]
+            best = max(sides, key=lambda one: one[0], default=(0.0, None, choice))
+            if best[0] > side + GAIN_MM:
+                side, start, choice = best
+            else:
+                step, wide = step / 2.0, wide / 2.0
+        return choice
+
+    def _built(self, choice: Choice) -> tuple[Candidate, Outcome] | None:
+        """Builds a choice, and again with what its checks taught, until it passes or nothing more is learnt."""
+        key = choice.motor, choice.drive
+        for _ in range(BUILDS):
+            candidate = self.settled(choice)
+            if candidate is None or self.stop():
+                return None
+            self.report(f"building {candidate.side_mm:.2f} mm")
+            outcome = self.build(candidate.design)
+            failed = tuple(result.name for result in outcome.results if not result.passed)
+            self.tried.built.append((candidate.design, failed))
+            if not failed:
+                return candidate, outcome
+            self.report(f"fails: {', '.join(failed)}")
+            try:
+                self.lessons[key] = from_checks(candidate, self.lessons[key], outcome.results)
+            except StuckError as error:
+                self.tried.stuck[" ".join(key)] = str(error)
+                return None
+            choice = candidate.choice
+        return None
+
+    def settled(self, choice: Choice) -> Candidate | None:
+        """Finds the best lengths of a choice that closed forms pass, with the masses of its own solids.
+
+        Args:
+            choice: Hardware.
+
+        Returns:
+            The candidate; None where there is none, which `tried.stuck` explains.
+        """
+        from delta_cad.structure.refusals import refusals
+
+        key = choice.motor, choice.drive
+        lessons = self.lessons.get(key) or Lessons(self._first(choice))
+        start: Lengths | None = None
+        for _ in range(TRIES):
+            self.tried.candidates += 1
+            found = best_lengths(self.brief, choice, lessons, start, self.seed)
+            if found is None or found.tiny:
+                self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
+                return None
+            start = found.design_mm
+            lengths = presentable(found)
+            try:
+                design = design_for(self.brief, choice, lengths, lessons.weighed.gravity_torque_N_m)
+                reasons = refusals(design)
+                if reasons:
+                    choice, lessons = from_reasons(self.brief, choice, lessons, reasons)
+                    continue
+            except (DesignError, MechanismError, StuckError) as error:
+                self.tried.stuck[" ".join(key)] = str(error)
+                return None
+            self.lessons[key] = lessons
+            if self._known(lessons.weighed, lengths, choice):
+                return Candidate(design, choice, lengths, lessons.weighed)
+            lessons = lessons.taught("weighed", weighed=weigh(design))
+        self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
+        return None
+
+    @staticmethod
+    def _known(weighed: Weighed, lengths: tuple[float, ...], choice: Choice) -> bool:
+        """Whether masses are those of a machine so near that another weighing would change nothing."""
+        pairs = (weighed.upper_arm_mm, lengths[0]), (weighed.forearm_mm, lengths[1]), (weighed.ratio, choice.ratio)
+        return weighed.own and all(abs(a - b) <= WEIGHED_AGAIN * b for a, b in pairs)
