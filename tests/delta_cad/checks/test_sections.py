@@ -134,10 +134,11 @@ def test_a_station_lies_in_every_cut_and_bore_however_narrow() -> None:
 
 
 def test_what_a_wide_neighbour_puts_beside_a_web_is_not_the_webs() -> None:
-    """Two bars of 6 x 4 in one part, the second 70 degrees aside of the first seen from the middle."""
-    pair = part("pair", box((0, -3, -2), (30, 3, 2)).fuse(box((8, 22, -2), (12, 40, 2))))
+    """Two bars that a bridge joins at their far end, 6 and 18 wide; the second lies over 60 degrees aside."""
+    second, bridge = box((8, 22, -2), (30, 40, 2)), box((28, -3, -2), (30, 40, 2))
+    pair = part("pair", box((0, -3, -2), (30, 3, 2)).fuse(second, bridge))
     bar = Beam((BeamSlice(30.0, rectangle(6.0, 4.0), 1.0, 1.0),))
-    span = Span("pair", "web", np.eye(4), (2.0, 28.0), bar, 0.97, 1.03, own=(0.0, np.pi / 3))
+    span = Span("pair", "web", np.eye(4), (9.0, 17.0), bar, 0.97, 1.03, own=(0.0, np.pi / 3))
     stations = _stations([pair.solid], span.reach_mm)
     assert _cut(pair, pair.solid, span, stations).area == pytest.approx(24.0)
     whole = replace(span, own=None)
