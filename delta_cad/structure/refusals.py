@@ -1,13 +1,15 @@
 """Why a design's hardware cannot do, in closed form and all at once: no solid is made, only samples are posed.
 
-Three kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; loads that
-parts may not bear even if nothing had a weight. Each is necessary: what passes here may still fail a check.
+Four kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; an outline
+that elbows or motors alone exceed; loads that parts may not bear even if nothing had a weight. Each is necessary: what
+passes here may still fail a check.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
+from math import cos
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
+from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.structure.holds import ROPE_FACTOR, Holds, holds
 from delta_cad.structure.loads import Borne, Load, borne, loads, sampled_mm
 from delta_cad.structure.modes import Moving, MovingBody
@@ -54,7 +57,7 @@ def refusals(design: Design) -> tuple[Reason, ...]:
         d = dimensions(design)
     except DimensionError as error:
         return (*error.reasons, *found)
-    return (*found, *_borne(d))
+    return (*found, *_outline(d), *_borne(d))
 
 
 def _drive(design: Design) -> list[Reason]:
@@ -98,6 +101,41 @@ def _drive(design: Design) -> list[Reason]:
         )
         found.append(Reason("cable", "bend ratio", told, "hardware.sector_radius_mm", h.sector_radius_mm, radius))
     return found
+
+
+def least_outline_mm(d: Dimensions) -> np.ndarray:
+    """Computes (2,) what a machine takes at least along x and y: its elbows farthest out, both ends of its motors.
+
+    Args:
+        d: Its dimensions.
+    """
+    angle = min(max(0.0, d.extremes.shoulder_min.value), d.extremes.shoulder_max.value)
+    elbow, half = d.bracket.shoulder_u_mm + d.arm.length_mm * cos(angle), d.forearm.bar_length_mm / 2
+    u, face, radius = d.bracket.motor_axis_mm[0], d.layers.motor_cheek_mm[1], d.motor.diameter_mm / 2
+    points = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
+    points += [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
+    placed = np.concatenate([np.array(points) @ chain_frame(i)[:2, :2].T for i in CHAINS])
+    return np.ptp(placed, axis=0)
+
+
+def _outline(d: Dimensions) -> list[Reason]:
+    """Outline of what stands out farthest, the way round in which it fits best."""
+    required, least = d.design.requirements, least_outline_mm(d)
+    asked = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
+    ways = ([*zip(asked, least, strict=True)], [*zip(asked, least[::-1], strict=True)])
+    best = min(ways, key=lambda way: max(float(size) - asked[name] for name, size in way))
+    return [
+        Reason(
+            "assembly",
+            name.replace("_mm", "").replace("_", " "),
+            f"requirements.{name} = {asked[name]:g} must be at least {size:.1f} mm: elbows and motors reach so far",
+            f"requirements.{name}",
+            asked[name],
+            float(size),
+        )
+        for name, size in best
+        if size > asked[name]
+    ]
 
 
 def _bend(pinion_mm: float, cable: catalogue.Cable) -> float:

@@ -10,11 +10,12 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.report import CheckResult
 from delta_cad.checks.sections import _cut, _stations, check_sections
-from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.solids.part import Hole
 from delta_cad.structure.beam import Beam, BeamSlice
 from delta_cad.structure.section import rectangle
 from delta_cad.structure.spans import Span, structure_spans
+from tests.delta_cad.catalogue.offered import machine, offered
 from tests.delta_cad.checks.machines import box, part, rod
 
 CARRY, HEAVY = "sections carry", "sections no heavier"
@@ -130,3 +131,24 @@ def test_a_station_lies_in_every_cut_and_bore_however_narrow() -> None:
     assert ((stations > 20.0) & (stations < 20.05)).any()
     assert (abs(stations - 33.0) < 0.2).any()
     assert len(stations) < 20
+
+
+def test_what_a_wide_neighbour_puts_beside_a_web_is_not_the_webs() -> None:
+    """Two bars that a bridge joins at their far end, 6 and 18 wide; the second lies over 60 degrees aside."""
+    second, bridge = box((8, 22, -2), (30, 40, 2)), box((28, -3, -2), (30, 40, 2))
+    pair = part("pair", box((0, -3, -2), (30, 3, 2)).fuse(second, bridge))
+    bar = Beam((BeamSlice(30.0, rectangle(6.0, 4.0), 1.0, 1.0),))
+    span = Span("pair", "web", np.eye(4), (9.0, 17.0), bar, 0.97, 1.03, own=(0.0, np.pi / 3))
+    stations = _stations([pair.solid], span.reach_mm)
+    assert _cut(pair, pair.solid, span, stations).area == pytest.approx(24.0)
+    whole = replace(span, own=None)
+    assert _cut(pair, pair.solid, whole, stations).area.max() == pytest.approx(24.0 + 18.0 * 4.0)
+
+
+@pytest.mark.parametrize("name", ["motor faulhaber-3257g024cr", "motor maxon-re50-370354", "bearing 608"])
+def test_no_section_of_a_machine_offered_is_below_nothing(name: str) -> None:
+    """The key's slot of the Faulhaber's cheek is steep, and longer than the cheek is wide."""
+    for span in structure_spans(dimensions(machine(offered()[name]))):
+        for piece in span.bar.slices:
+            one = piece.section
+            assert min(one.area_mm2, one.about_y_mm4, one.about_z_mm4, one.torsion_mm4) > 0.0, span

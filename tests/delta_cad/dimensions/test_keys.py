@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi, radians, tau
+from math import hypot, pi, radians, tau
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions, preload_spring
+from delta_cad.dimensions.capstan import cable_run, collar_mm, collar_off_mm
 from delta_cad.dimensions.keys import handle_room_mm, motor_screw_mm, set_screws_rad
 from delta_cad.dimensions.neighbours import require_room_for_board
 from delta_cad.dimensions.tolerances import preload_range_N
@@ -90,3 +91,15 @@ def test_a_stronger_wave_spring_is_chosen_for_a_larger_force(best_dimensions: Di
     strong = preload_spring(bearing, 15.0)
     assert preload_range_N(strong)[0] >= 0.6 * 15.0 > preload_range_N(preload_spring(bearing))[0]
     assert preload_spring(bearing, 1e3) == strong  # the strongest there is; its load is refused then
+
+
+@pytest.mark.parametrize("ratio", [4.8, 5.2, 5.6, 6.2, 9.4])
+def test_a_collar_stands_off_the_rim_by_its_own_gap_and_its_screws(ratio: float, best_dimensions: Dimensions) -> None:
+    """A set screw of 3 mm in the middle of 3.5 mm leaves 0.5 mm to the collar's end; 2 mm of clearance are asked."""
+    d = best_dimensions
+    run = cable_run(38.7, ratio, (-1.0, 0.9), d.cable)
+    collar, off = collar_mm(run.pinion_mm, 0.54, d.motor), collar_off_mm(run, 0.54, d.motor)
+    beside = max(run.centre_distance_mm - collar - 38.7, 0.0)
+    assert hypot(off, beside) >= 1.3
+    assert hypot(off + 0.5, beside) >= 2.0
+    assert off == (1.0 if ratio < 6.0 else 1.65)

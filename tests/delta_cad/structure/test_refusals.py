@@ -9,8 +9,8 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.design import Design, DesignError, design_from_dict
-from delta_cad.dimensions import Reason
-from delta_cad.structure.refusals import refusals
+from delta_cad.dimensions import Reason, dimensions
+from delta_cad.structure.refusals import least_outline_mm, refusals
 from tests.committed import changed
 
 
@@ -29,7 +29,14 @@ def test_the_committed_machine_is_not_refused(best: Design) -> None:
 
 # The hardware that no build of the first year could do with: what is changed, and what is said; nothing: it is built.
 CASES: dict[str, tuple[dict[str, Any], set[tuple[str, float | str | None]]]] = {
-    "cable of 0.8 mm": ({"hardware__cable": "steel-0.8-7x19", "mechanism__base_radius_mm": 35.0}, set()),
+    "cable of 0.8 mm": (
+        {
+            "hardware__cable": "steel-0.8-7x19",
+            "mechanism__base_radius_mm": 35.0,
+            "requirements__envelope_depth_mm": 232.0,
+        },
+        set(),
+    ),
     "cable of 0.8 mm on the committed base": (
         {"hardware__cable": "steel-0.8-7x19"},
         {("mechanism.base_radius_mm", 31.0)},  # its wider pinion pushes the motors inwards, and they the legs outwards
@@ -133,3 +140,15 @@ def test_every_reason_is_told_at_once() -> None:
         "hardware.sector_radius_mm",
     }
     assert all("\n" not in str(reason) and reason.bound is not None for reason in found)
+
+
+def test_an_outline_that_elbows_and_motors_exceed_is_refused_at_what_they_take(best: Design) -> None:
+    """The committed machine sweeps 219.5 x 247.9 mm: its rods reach farther along y than elbows and motors do."""
+    size = least_outline_mm(dimensions(best))
+    assert size == pytest.approx([219.5, 247.9], rel=0.07)
+    assert (size <= [219.6, 247.9]).all()
+    tight = {"requirements__envelope_width_mm": 230.0, "requirements__envelope_depth_mm": 215.0}
+    found = {reason.field: reason for reason in refusals(machine(**tight))}
+    assert found["requirements.envelope_width_mm"].bound == pytest.approx(size.max())
+    swapped = {"requirements__envelope_width_mm": 220.0, "requirements__envelope_depth_mm": 270.0}
+    assert refusals(machine(**swapped)) == ()  # it is turned by 90 degrees
