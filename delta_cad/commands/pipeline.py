@@ -179,7 +179,13 @@ def _unverified(machine: BuiltMachine) -> tuple[str, ...]:
     return tuple(p.number for p in (*whole, *machine.assembly.supplies) if p.source and "verified: yes" not in p.source)
 
 
-def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "AP242") -> Outcome:
+def build(
+    design: Design,
+    out: Path,
+    progress: Progress = quiet,
+    schema: str = "AP242",
+    beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
+) -> Outcome:
     """Builds a design into `out/<name>`, or into `out/<name>.rejected` when a check fails.
 
     Args:
@@ -187,6 +193,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
         out: Parent folder.
         progress: Told what is being done.
         schema: STEP schema, "AP242" or "AP214".
+        beside: Called with the folder and what came of the machine, to write more files before the manifest.
 
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
@@ -211,6 +218,7 @@ def build(design: Design, out: Path, progress: Progress = quiet, schema: str = "
             (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
             progress("meshes and pictures")
             mesh_files.written(writer)
+            beside(folder.path, outcome)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
             write_manifest(folder.path, input_hash=design_hash(design), status=status, fingerprint=fingerprints[0])

@@ -119,7 +119,7 @@ def _taken(choice: Choice, lengths: Mapping[str, float]) -> tuple[float, float]:
 
 
 def _peak_torque(brief: DesignBrief, lengths: Mapping[str, float], torque: float, gravity: float) -> float:
-    """The torque of a joint for the peak force with the weight, or a little over the lasting one where none is asked."""
+    """The torque of a joint for the peak force with the weight; where none is asked a little over the lasting one."""
     force = brief.requirements.peak_force_N
     if force is None:
         return math.ceil(torque * CABLE_SPARE * 10**TORQUE_DIGITS) / 10**TORQUE_DIGITS

@@ -97,7 +97,7 @@ def _stiffer(lessons: Lessons, why: str) -> Lessons:
     return lessons if index == lessons.couple_index_min else lessons.taught(why, couple_index_min=index)
 
 
-def from_checks(brief: DesignBrief, candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
+def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
     """Learns from the checks of a machine that was made.
 
     Args:

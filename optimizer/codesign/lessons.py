@@ -1,4 +1,4 @@
-"""What candidates and built machines have taught of one choice of hardware: bounds on lengths, masses, what gravity takes."""
+"""What candidates and machines have taught of one choice of hardware: bounds on lengths, masses, gravity's share."""
 
 from __future__ import annotations
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from delta_cad.common.console import Parser, command_parser, run_command
-from optimizer.commands import atlas, certify, front, init, reproduce, schema, synthesize, verify
+from optimizer.commands import atlas, certify, design, front, init, reproduce, schema, synthesize, verify
 
-COMMANDS = (init, schema, synthesize, reproduce, certify, verify, front, atlas)
+COMMANDS = (init, schema, design, synthesize, reproduce, certify, verify, front, atlas)
 EXIT_CODES = (
     "exit codes: 0 done; 1 the requirements cannot be met, or were not; 2 the input or the usage is wrong; "
     "130 interrupted by Ctrl-C"

@@ -1,0 +1,150 @@
+"""What `design` writes beside a build: the design file, its certificate, and how it was found."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from delta_cad.design import Design, design_to_json
+from delta_cad.drive import drive_torque
+from delta_cad.drive.masses import load_masses
+from optimizer.certify.certificate import Certificate, certify, limits_of
+from optimizer.certify.file import write_certificate
+from optimizer.certify.gravity import share_of_masses
+from optimizer.codesign.search import Tried
+from optimizer.problem.brief import DesignBrief, brief_hash
+
+if TYPE_CHECKING:
+    from delta_cad.checks.report import CheckResult
+    from delta_cad.commands.pipeline import Outcome
+
+BINDS = 0.01  # share of a limit within which it binds
+FIGURES = {
+    "effective mass": "effective_mass_max_kg",
+    "structure stiffness at the knob": "stiffness_min_N_mm",
+    "envelope width": "envelope_width_mm",
+    "envelope depth": "envelope_depth_mm",
+    "clearance": "clearance_mm",
+    "torque with gravity": "holding_torque_N_m",
+    "structure first mode": "first_mode_Hz",
+}
+"""Name of a check -> key of its value among the facts."""
+TOLD = ("effective_mass_max_kg", "stiffness_min_N_mm", "clearance_mm", "holding_torque_N_m", "moving_mass_kg")
+
+
+def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int) -> Design:
+    """Gives a design that says where it comes from."""
+    told = {
+        "program": "optimizer design",
+        "version": importlib.metadata.version("delta-haptics"),
+        "command": command,
+        "seed": seed,
+        "requirements_sha256": brief_hash(brief),
+    }
+    return design.model_copy(update={"provenance": told})
+
+
+def certificate_of(design: Design, masses: Path) -> Certificate:
+    """Certifies a machine that was built, with its own masses.
+
+    Args:
+        design: The design.
+        masses: `mass_properties.json` of its build.
+    """
+    share = share_of_masses(masses, design)
+    inertia = load_masses(masses, design).handle_inertia
+    return certify(design, limits_of(design, share, inertia), gravity=share)
+
+
+def write_beside(folder: Path, design: Design, text: str, certificate: Certificate) -> None:
+    """Writes `design.json`, `design.md` and `certificate.json` into the folder of a build."""
+    (folder / "design.json").write_text(design_to_json(design), encoding="utf-8")
+    (folder / "design.md").write_text(text, encoding="utf-8")
+    write_certificate(certificate, folder / "certificate.json")
+
+
+def binding(results: Iterable[CheckResult]) -> list[str]:
+    """Names the checks whose value is within a hundredth of its limit."""
+    found = []
+    for one in results:
+        if one.value is None or not one.limit or one.name.startswith(("solid ", "running gap")):
+            continue
+        if abs(one.value - one.limit) <= BINDS * abs(one.limit):
+            found.append(one.name)
+    return found
+
+
+def facts(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, Any]:
+    """Gives what came of a run as JSON types.
+
+    Args:
+        brief: What was asked.
+        outcome: The machine that passed.
+        tried: What the search went through.
+    """
+    design, values = outcome.design, {one.name: one.value for one in outcome.results}
+    figures = {key: values.get(name) for name, key in FIGURES.items()}
+    outline = figures.pop("envelope_width_mm"), figures.pop("envelope_depth_mm")
+    drive = drive_torque(design)
+    return {
+        "name": brief.name,
+        "passed": outcome.passed,
+        "cube_side_mm": 2.0 * design.cube.half_side_mm,
+        "bound_mm": None,
+        "gap": None,
+        **figures,
+        "friction_max_N": None,
+        "outline_mm": list(outline),
+        "motor": drive.motor,
+        "ratio": drive.ratio,
+        "moving_mass_kg": outcome.masses["moving_mass_kg"],
+        "total_mass_kg": outcome.masses["total_mass_kg"],
+        "binding": binding(outcome.results),
+        "folder": None if outcome.folder is None else str(outcome.folder),
+        "tried": tried.candidates,
+        "built": len(tried.built),
+        "nearest": None,
+    }
+
+
+def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterable[str]) -> str:
+    """Writes `design.md`: what was reached, what binds, what was tried and what it taught."""
+    width, depth = told["outline_mm"]
+    lines = [
+        f"# {told['name']}",
+        "",
+        f"A cube of {told['cube_side_mm']:.2f} mm, with {told['motor']} at {told['ratio']:g}:1, within "
+        f"{width:.1f} x {depth:.1f} mm as built.",
+        "",
+        "## Figures",
+        "",
+        *(
+            f"- {key}: {json.dumps(told[key])}"
+            for key in ("effective_mass_max_kg", "stiffness_min_N_mm", "clearance_mm")
+        ),
+        "",
+        "## What binds",
+        "",
+        *(f"- {name}" for name in told["binding"]),
+        "",
+        "## What was tried",
+        "",
+        f"{told['tried']} candidates, {told['built']} machines built:",
+        "",
+        *(
+            f"- {2.0 * design.cube.half_side_mm:.2f} mm with {design.hardware.motor}: "
+            + (f"fails {', '.join(failed)}" if failed else "passes every check")
+            for design, failed in tried.built
+        ),
+        *(f"- {hardware}: given up, {reason}" for hardware, reason in tried.stuck.items()),
+        "",
+        "## What was learnt on the way",
+        "",
+        *(f"- {reason}" for reason in why),
+        "",
+        *(f"Note: {note}" for note in notes),
+    ]
+    return "\n".join(lines).rstrip() + "\n"
