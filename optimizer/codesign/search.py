@@ -102,6 +102,7 @@ class Search:
                     if self.stop():
                         break
                     choice = Choice(motor, drive, round(float(ratio), 2), width)
+                    self.report(f"estimating {motor} at {choice.ratio:g}:1")
                     side, lengths = self._side(choice, start)
                     start = lengths or start
                     if side > (0.0 if best is None else best[0]):
