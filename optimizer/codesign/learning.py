@@ -13,6 +13,7 @@ from optimizer.problem.brief import DesignBrief
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
+    from delta_cad.design import Design
     from delta_cad.dimensions import Reason
 
 LENGTHS = {
@@ -89,6 +90,37 @@ def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:
         return choice.with_entry(entry, rows[0])
     after = rows.index(now) + 1
     return choice if after == len(rows) else choice.with_entry(entry, rows[after])
+
+
+def too_soft(design: Design) -> tuple[float, float] | None:
+    """Computes the least stiffness at the knob of a design, in closed form.
+
+    Args:
+        design: One whose parts can be dimensioned.
+
+    Returns:
+        That stiffness and what is asked, N/mm; None where it is stiff enough or nothing is asked.
+    """
+    from delta_cad.dimensions import dimensions
+    from delta_cad.structure.report import stiffness
+
+    asked = design.requirements.stiffness_min_N_mm
+    if asked is None:
+        return None
+    least = float(stiffness(dimensions(design)).softest.stiffness_N_mm.min())
+    return None if least >= asked else (least, asked)
+
+
+def from_stiffness(lessons: Lessons, least: float, asked: float) -> Lessons:
+    """Learns from a knob that is too soft.
+
+    Raises:
+        StuckError: More hold against turning is not to be had.
+    """
+    found = _stiffer(lessons, f"stiffness at the knob {least:.3g} N/mm, {asked:g} asked")
+    if found is lessons:
+        raise StuckError(f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {asked:g} asked")
+    return found
 
 
 def _stiffer(lessons: Lessons, why: str) -> Lessons:

@@ -12,7 +12,7 @@ from delta_cad.design import Design, DesignError
 from delta_cad.mechanism import MechanismError
 from optimizer.codesign.candidate import Candidate, design_for, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
-from optimizer.codesign.learning import StuckError, from_checks, from_reasons
+from optimizer.codesign.learning import StuckError, from_checks, from_reasons, from_stiffness, too_soft
 from optimizer.codesign.lengths import best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
@@ -136,24 +136,30 @@ class Search:
         )
 
     def _refined(self, choice: Choice) -> Choice:
-        """Improves ratio and width of a choice, one after the other, by estimates that know its parts."""
-        self.settled(choice)
-        side, start = self._side(choice)
+        """Improves ratio and width of a choice, one after the other, as far as closed forms tell."""
+        best = self.settled(choice)
+        if best is None:
+            return choice
         low, high = ratios_of(self.brief) if choice.drive == "capstan" else (choice.ratio, choice.ratio)
         step, wide = RATIO_STEP, WIDTH_STEP_MM
         free = self.brief.limits.parallelogram_width_mm is None
         while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():
-            around = [choice.with_(width_mm=choice.width_mm + w) for w in (-wide, wide) if free]
+            now = best.choice
+            around = [now.with_(width_mm=now.width_mm + w) for w in (-wide, wide) if free and now.width_mm + w > 0.0]
             for factor in (1.0 / (1.0 + step), 1.0 + step):
-                ratio = round(min(max(choice.ratio * factor, low), high), 2)
-                around += [choice.with_(ratio=ratio)] if ratio != choice.ratio else []
-            sides = [(*self._side(one, start), one) for one in around]
-            best = max(sides, key=lambda one: one[0], default=(0.0, None, choice))
-            if best[0] > side + GAIN_MM:
-                side, start, choice = best
+                ratio = round(min(max(now.ratio * factor, low), high), 2)
+                around += [now.with_(ratio=ratio)] if ratio != now.ratio else []
+            better = None
+            for one in around:
+                found = self.settled(one, best.lengths_mm, weighing=False)
+                self.report(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {found.side_mm if found else 0.0:.2f} mm")
+                if found is not None and found.side_mm > (better or best).side_mm + GAIN_MM:
+                    better = found
+            if better is not None:
+                best = better
             else:
                 step, wide = step / 2.0, wide / 2.0
-        return choice
+        return best.choice
 
     def _built(self, choice: Choice) -> tuple[Candidate, Outcome] | None:
         """Builds a choice, and again with what its checks taught, until it passes or nothing more is learnt."""
@@ -177,11 +183,13 @@ class Search:
             choice = candidate.choice
         return None
 
-    def settled(self, choice: Choice) -> Candidate | None:
+    def settled(self, choice: Choice, start: Lengths | None = None, weighing: bool = True) -> Candidate | None:
         """Finds the best lengths of a choice that closed forms pass, with the masses of its own solids.
 
         Args:
             choice: Hardware.
+            start: Lengths to begin from.
+            weighing: Whether solids are made where the masses known are of another machine.
 
         Returns:
             The candidate; None where there is none, which `tried.stuck` explains.
@@ -190,7 +198,6 @@ class Search:
 
         key = choice.motor, choice.drive
         lessons = self.lessons.get(key) or Lessons(self._first(choice))
-        start: Lengths | None = None
         for _ in range(TRIES):
             self.tried.candidates += 1
             found = best_lengths(self.brief, choice, lessons, start, self.seed)
@@ -205,11 +212,15 @@ class Search:
                 if reasons:
                     choice, lessons = from_reasons(self.brief, choice, lessons, reasons)
                     continue
+                if (soft := too_soft(design)) is not None:
+                    lessons = from_stiffness(lessons, *soft)
+                    continue
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            self.lessons[key] = lessons
-            if self._known(lessons.weighed, lengths, choice):
+            if weighing:
+                self.lessons[key] = lessons
+            if not weighing or self._known(lessons.weighed, lengths, choice):
                 return Candidate(design, choice, lengths, lessons.weighed)
             lessons = lessons.taught("weighed", weighed=weigh(design))
         self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
