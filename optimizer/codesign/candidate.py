@@ -66,7 +66,7 @@ def design_for(
     Raises:
         DesignError: The design file refuses it.
     """
-    lengths = dict(zip(VARIABLES, lengths_mm, strict=True))
+    lengths: dict[str, float] = dict(zip(VARIABLES, lengths_mm, strict=True))
     row = motor_of(brief, choice.motor)
     values = brief.values
     fields = {name: values[name] for name in ASKED if values.get(name) is not None}

@@ -197,7 +197,7 @@ class Search:
         from delta_cad.structure.refusals import refusals
 
         key = choice.motor, choice.drive
-        lessons = self.lessons.get(key) or Lessons(self._first(choice))
+        built = lessons = self.lessons.get(key) or Lessons(self._first(choice))
         for _ in range(TRIES):
             self.tried.candidates += 1
             found = best_lengths(self.brief, choice, lessons, start, self.seed)
@@ -218,8 +218,8 @@ class Search:
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            if weighing:
-                self.lessons[key] = lessons
+            if weighing:  # what closed forms ask of this choice they do not ask of another
+                self.lessons[key] = replace(built, weighed=lessons.weighed)
             if not weighing or self._known(lessons.weighed, lengths, choice):
                 return Candidate(design, choice, lengths, lessons.weighed)
             lessons = lessons.taught("weighed", weighed=weigh(design))
