@@ -47,7 +47,7 @@ SHARE = 0.6  # of a flat face, beside edges, slits and the bores of screws
 
 
 class _Contacts:
-    """Collects contacts of five kinds."""
+    """Collects contacts, a method for each kind."""
 
     def __init__(self) -> None:
         self.all: list[Contact] = []
@@ -66,6 +66,9 @@ class _Contacts:
 
     def cable(self, a: str, b: str, length_mm: float, gap_mm: float, reason: str) -> None:
         self.all.append(Contact(a, b, "cable", length_mm, gap_mm, reason))
+
+    def end(self, a: str, b: str, area_mm2: float, reason: str) -> None:
+        self.all.append(Contact(a, b, "end", area_mm2, CABLE_OFF_MM, reason))
 
 
 def _ring(outer_mm: float, inner_mm: float) -> float:
@@ -230,6 +233,8 @@ def _cable(bench: _Contacts, d: Dimensions, c: CapstanDimensions, i: int) -> Non
         bench.cable(f"{name}_{side}", sector, 0.97 * c.pitch_radius_mm * on_rim, CABLE_OFF_MM, "cable on the rim")
         sleeve = f"crimp_sleeve_{i}_{end}"
         bench.cable(f"{name}_{side}_end", sleeve, 0.9 * CRIMP_MM[1], FIT_MM, "cable crimped in its sleeve")
+        for piece, onward in ((f"{side}_end", side), (side, f"strand_{side}"), (f"strand_{side}", "turns")):
+            bench.end(f"{name}_{piece}", f"{name}_{onward}", SHARE * _ring(c.cable_diameter_mm, 0.0), "one cable")
     bench.cable(f"{name}_inner_end", sector, 0.97 * nose, CABLE_OFF_MM, "cable round the nose")
     bench.cable(
         f"{name}_turns", f"pinion_{i}", 0.97 * run.wrap_rad * run.pinion_mm, CABLE_OFF_MM, "turns in the groove"

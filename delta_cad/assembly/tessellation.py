@@ -117,9 +117,18 @@ class MeshLibrary:
                 raise ValueError(f"two different parts are numbered {part.number!r}")
 
     def __getitem__(self, number: str) -> Mesh:
-        """Gives the mesh of a part in the part's frame by its number."""
+        """Gives the mesh of a part in the part's frame by its number.
+
+        Raises:
+            BuildError: The kernel cannot triangulate it.
+        """
         if number not in self._meshes:
-            self._meshes[number] = tessellate(self._parts[number].solid, self.linear_mm, self.angular_rad)
+            try:
+                self._meshes[number] = tessellate(self._parts[number].solid, self.linear_mm, self.angular_rad)
+            except ValueError as error:
+                from delta_cad.solids.primitive import BuildError  # loads the CAD kernel, which made the solid
+
+                raise BuildError(number, "mesh", f"deflection {self.linear_mm:g} mm", error) from None
         return self._meshes[number]
 
 

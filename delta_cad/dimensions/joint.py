@@ -43,7 +43,7 @@ SPRING_LEAN_MM = 1.0  # the eyes lie inside the rods' axes: so much longer the s
 
 @dataclass(frozen=True)
 class JointDimensions:
-    """What a ball joint bears, and how it yields and rubs.
+    """What a ball joint bears, and how it yields; how it rubs is `sliding_torques_N_mm`.
 
     Attributes:
         spring_N: Force of one spring at no lean.
@@ -59,9 +59,6 @@ class JointDimensions:
         pressure_N_mm2: Largest pressure in it, at the edge of the grease pocket.
         stiffness_axial_N_mm: Along the cup's axis, under the preload.
         stiffness_radial_N_mm: Square to it at rest, with the largest clearance; the cup's metal is left out.
-        friction: Coefficient mu that the next two are stated for.
-        friction_lean_N_mm: Torque of a ball that leans in its cup, `mu P R`, mean of both ends.
-        friction_turn_N_mm: Torque of a ball that turns about the cup's axis, see `turning_arm_mm`.
         return_N_mm: Torque of a pair's two springs on the lean, per sine of the lean: the eyes lie inside the axes.
     """
 
@@ -78,9 +75,6 @@ class JointDimensions:
     pressure_N_mm2: float
     stiffness_axial_N_mm: float
     stiffness_radial_N_mm: float
-    friction: float
-    friction_lean_N_mm: float
-    friction_turn_N_mm: float
     return_N_mm: float
 
     def held_force_N(self, lean_rad: float) -> float:
@@ -308,7 +302,7 @@ def joint_dimensions(
     cup: catalogue.MaterialData,
     ball: catalogue.MaterialData,
 ) -> JointDimensions:
-    """Computes preload, stiffness and friction of a ball joint.
+    """Computes preload and stiffness of a ball joint.
 
     The contact is that of Hertz between a ball of radius R and a cup of radius R + c, of effective radius
     `R_e = R (R + c) / c` and modulus E*, without what its pressure would bear on the grease pocket of radius a_p: the
@@ -348,7 +342,6 @@ def joint_dimensions(
     whole, widest = (hertz_radius_mm(radius, preload, pair, c) for c in (CLEARANCE_MM, worst))
     effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
     pocket = POCKET_MM / 2
-    lean, turn = (float(torque) for torque in sliding_torques_N_mm(ball_mm, np.array(pull)))
     return JointDimensions(
         spring_N=pull,
         preload_N=preload,
@@ -363,8 +356,5 @@ def joint_dimensions(
         pressure_N_mm2=2.0 * pair * whole / (pi * effective),
         stiffness_axial_N_mm=2.0 * whole * pair,
         stiffness_radial_N_mm=4.0 * pair / (3.0 * radius**2) * widest * (widest**2 + 1.5 * pocket**2),
-        friction=FRICTION,
-        friction_lean_N_mm=lean,
-        friction_turn_N_mm=turn,
         return_N_mm=2.0 * pull * 2.0 * eye_mm * width_mm / eyes(0.0),
     )

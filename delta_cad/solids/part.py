@@ -170,11 +170,12 @@ class Contact:
         a: Occurrence name; the inner one: shaft, pin, core of a thread, ball, cable.
         b: Occurrence name; the outer one, or the one that `a` stands on.
         kind: "cylinder": `a` in a bore of `b`; "plane": flat faces upon one another; "ball": `a` in a spherical seat of
-            `b`; "cable": `a` lies on round outer faces of `b`; "tip": the flat end of `a` presses on a shaft of `b`.
+            `b`; "cable": `a` lies on round outer faces of `b`; "tip": the flat end of `a` presses on a shaft of `b`;
+            "end": pieces of one cable, of which either goes on where the other ends.
         least: Least engaged length of a cylinder, a cable or a tip, mm; least common area of planes or of a ball's
-            seat, mm^2.
+            seat, least area of an end, mm^2.
         gap_mm: Largest gap, mm: of radii and between the axes, along the normal of planes, of cable and face, of tip
-            and shaft.
+            and shaft, between the middles of ends.
         reason: What the contact is for, a few words.
     """
 

@@ -24,6 +24,7 @@ INSIDE_MM = 1e-6  # by which a shaft may be drawn larger than its bore: rounding
 LEAST_TURN_RAD = 3.0  # of a bore's faces together: less than half a turn holds nothing
 STEP_MM = 0.5  # between the points of a cable that are looked at
 NOISE_MM2 = 1e-3  # by which the kernel's areas of one pair of faces may disagree
+ONWARD = 0.02  # sine of the angle by which one piece of a cable may leave another: a turn of 1 in 70 along its pinion
 SHOWN = 8  # faults that a report names; their number is told
 
 
@@ -242,8 +243,8 @@ def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> f
     turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
     best = 0.0
     for end in a.planes:
-        centre = turn @ np.array(end.face.Center().toTuple()) + shift  # type: ignore[attr-defined]
-        normal, radius = turn @ end.normal, np.sqrt(end.face.Area() / np.pi)  # type: ignore[attr-defined]
+        centre = turn @ end.centre + shift
+        normal, radius = turn @ end.normal, np.sqrt(end.area_mm2 / np.pi)
         for shaft in (c for c in b.cylinders if not c.is_bore):
             apart = centre - shaft.point
             along = float(apart @ shaft.direction)
@@ -257,10 +258,33 @@ def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> f
     return float(best)
 
 
+def end_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
+    """Measures the area of the flat end with which one piece of a cable goes on where another ends.
+
+    Args:
+        a: Faces of one piece.
+        b: Faces of the other.
+        a_in_b: (4, 4) frame of the first in that of the second, mm.
+        gap_mm: Largest distance of the middles of both ends.
+
+    Returns:
+        Area of the smaller end, mm^2; 0 where no two ends meet.
+    """
+    turn, shift = a_in_b[:3, :3], a_in_b[:3, 3]
+    met = 0.0
+    for one in a.planes:
+        for other in b.planes:
+            onward = -(turn @ one.normal) @ other.normal > np.sqrt(1.0 - ONWARD**2)
+            if onward and np.linalg.norm(turn @ one.centre + shift - other.centre) <= gap_mm:
+                met = max(met, min(one.area_mm2, other.area_mm2))
+    return met
+
+
 MEASURES: dict[str, Callable[[Features, Features, np.ndarray, float], float]] = {
     "cylinder": cylinder_length,
     "plane": common_area,
     "ball": seat_area,
     "cable": cable_length,
     "tip": tip_length,
+    "end": end_area,
 }

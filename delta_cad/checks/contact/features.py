@@ -64,7 +64,17 @@ class Plane:
 
     point: np.ndarray
     normal: np.ndarray
-    face: object
+    face: cq.Face
+
+    @property
+    def centre(self) -> np.ndarray:
+        """(3,) middle of the face, mm."""
+        return np.array(self.face.Center().toTuple())
+
+    @property
+    def area_mm2(self) -> float:
+        """Area of the face."""
+        return float(self.face.Area())
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ global optimum, certificates, their replay and their report go through that list
 from __future__ import annotations
 
 import math
+import reprlib
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -369,7 +370,7 @@ def require(name: str, value: object, holds: bool, allowed: str) -> None:
         GeometryError: It does not hold.
     """
     if not holds:
-        raise GeometryError(f"{name} is {value!r}; it must be {allowed}")
+        raise GeometryError(f"{name} is {reprlib.repr(value)}; it must be {allowed}")
 
 
 def require_ranges(limit: PoseLimit) -> None:

@@ -16,7 +16,7 @@ WORKERS = (1, 2)
 ROUNDS = 2
 AXES = {
     "limits.outline_radius_max_mm": {"linspace": [122.0, 130.0, 2]},
-    "requirements.joint_torque_N_m": {"linspace": [0.3, 1.0, 4]},
+    "requirements.joint_torque_N_m": {"linspace": [0.3, 0.8, 4]},
 }
 
 

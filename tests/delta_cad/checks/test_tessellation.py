@@ -1,5 +1,6 @@
 """Meshes: closed, close to the solid by no more than they say, and never taken from a cache."""
 
+from dataclasses import replace
 from itertools import product
 
 import cadquery as cq
@@ -8,6 +9,7 @@ import pytest
 
 from delta_cad.assembly.tessellation import MERGE_MM, Mesh, MeshLibrary, _same, tessellate
 from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import BuildError
 from tests.delta_cad.checks.machines import ball, box, part, parts, rod, solid
 
 RNG = np.random.default_rng(5)
@@ -104,6 +106,9 @@ def test_a_face_that_cannot_be_triangulated_is_refused() -> None:
     bare = cq.Face(cq.Face.makePlane(1, 1).wrapped.EmptyCopied())
     with pytest.raises(ValueError, match="could not be triangulated"):
         tessellate(bare, 0.1, 0.5)
+    odd = replace(part("odd", box((0, 0, 0), (1, 1, 1))), solid=bare)
+    with pytest.raises(BuildError, match=r"^odd: mesh cannot be built \(deflection 0.1 mm\)"):
+        MeshLibrary([odd], 0.1, 0.5)["odd"]
 
 
 def test_copies_of_a_point_are_one_and_points_farther_apart_are_not() -> None:

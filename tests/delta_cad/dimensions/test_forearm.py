@@ -19,7 +19,7 @@ from delta_cad.dimensions.forearm import (
     rod_tilt_rad,
     wrist_radius_min_mm,
 )
-from delta_cad.dimensions.joint import POCKET_MM, chosen_spring, patch_angle_rad
+from delta_cad.dimensions.joint import POCKET_MM, chosen_spring, patch_angle_rad, sliding_torques_N_mm
 from tests.delta_cad.dimensions.edited import edited
 
 AROUND = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of the samples
@@ -128,13 +128,14 @@ def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions:
     step = (joint.patch_radius_mm - POCKET_MM / 2) / 100_000
     assert (2 * pi * r * pressure).sum() * step == pytest.approx(joint.preload_N, rel=1e-4)
     assert joint.pressure_N_mm2 == pytest.approx(pressure[0], rel=1e-4)
-    assert joint.friction_turn_N_mm == pytest.approx(0.08 * (2 * pi * r**2 * pressure).sum() * step, rel=1e-4)
+    lean, turn = sliding_torques_N_mm(2 * ball, np.array(joint.preload_N))
+    assert turn == pytest.approx(0.08 * (2 * pi * r**2 * pressure).sum() * step, rel=1e-4)
     forces = joint.preload_N - 1e-4, joint.preload_N + 1e-4
     approach = [(p * 0.75 / modulus) ** (2 / 3) / relative ** (1 / 3) for p in forces]
     assert joint.stiffness_axial_N_mm == pytest.approx(2e-4 / (approach[1] - approach[0]), rel=1e-6)
     assert joint.stiffness_radial_N_mm >= joint.preload_N / joint.clearance_mm  # of a ball that rolls in a whole cup
-    assert joint.friction_lean_N_mm == pytest.approx(0.08 * joint.spring_N * ball)
-    assert joint.friction_turn_N_mm < joint.friction_lean_N_mm / 4
+    assert lean == pytest.approx(0.08 * joint.preload_N * ball)
+    assert turn < lean / 4
 
 
 def test_without_a_pocket_the_contact_is_the_textbook_s(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,7 +143,8 @@ def test_without_a_pocket_the_contact_is_the_textbook_s(monkeypatch: pytest.Monk
     joint = edited(ball_diameter_mm=6.0).forearm.joint
     assert joint.pressure_N_mm2 == pytest.approx(1.5 * joint.preload_N / (pi * joint.patch_radius_mm**2), rel=1e-6)
     arm = 3.0 * pi / 16.0 * joint.patch_radius_mm
-    assert joint.friction_turn_N_mm == pytest.approx(0.08 * joint.spring_N * arm, rel=1e-6)
+    _, turn = sliding_torques_N_mm(6.0, np.array(joint.preload_N))
+    assert turn == pytest.approx(0.08 * joint.preload_N * arm, rel=1e-6)
     rolling = joint.preload_N / joint.clearance_mm * (1.0 + joint.clearance_mm / joint.ball_radius_mm)
     assert joint.stiffness_radial_N_mm == pytest.approx(rolling, rel=1e-6)
 

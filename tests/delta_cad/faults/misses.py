@@ -21,6 +21,13 @@ MISSES = {
     "tension_carriage: sawn*": "a block in compression; the structure has no bar in it",
     "rod_cup: sawn*": "the structure takes a cup's stiffness from finite elements and has no bar in it",
     "rod_eye: sawn*": "a ring bonded on its tube; the structure has no bar in it",
+    "sector: sawn*": "the structure takes its web as a whole ring, and all that holds it is whole",
+    "motor: of a larger pinion": "the same motor, its screw holes turned by less than the screws' clearance",
+    "motor: of a smaller sector": "the same motor, its screw holes turned by less than the screws' clearance",
+    "motor: of shorter forearms": "the same motor, its screw holes turned by less than the screws' clearance",
+    "motor: of a wider platform": "the same motor, its screw holes turned by less than the screws' clearance",
+    "capstan_cable_turns: of shorter forearms": "the same turns 5 um further along the pinion",
+    "capstan_cable_turns: of a wider platform": "the same turns 10 um further along the pinion",
     "platform: turned half way about x": "its webs lie below instead of above: as strong, and as free",
     "platform: mirrored along z": "its webs lie below instead of above: as strong, and as free",
 }

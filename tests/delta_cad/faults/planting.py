@@ -29,7 +29,7 @@ def quarter(k: int) -> np.ndarray:
 
 OTHERS: dict[str, dict[str, object]] = {
     "a smaller pinion": {"hardware__capstan_ratio": 6.0, "mechanism__base_radius_mm": 31.5},
-    "a larger pinion": {"hardware__capstan_ratio": 4.2},
+    "a larger pinion": {"hardware__capstan_ratio": 4.73},
     "a smaller sector": {"hardware__sector_radius_mm": 36.0},
     "another cable": {"hardware__cable": "steel-0.45-7x7"},
     "another bearing": {"hardware__bearing": "618-8"},

@@ -28,6 +28,7 @@ from delta_cad.design import design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.spans import structure_spans
 from tests.committed import changed
 
@@ -55,10 +56,13 @@ class Refusing:
 
     def first_refusal(self, assembly: Assembly) -> str | None:
         """Names the first check that refuses a machine, with its detail; None where all pass."""
-        for check in self._checks(assembly):
-            for result in check():
-                if not result.passed:
-                    return f"{result.name}: {result.detail[:160]}"
+        try:
+            for check in self._checks(assembly):
+                for result in check():
+                    if not result.passed:
+                        return f"{result.name}: {result.detail[:160]}"
+        except BuildError as error:  # a build ends there, too
+            return str(error)
         return None
 
     def _checks(self, a: Assembly) -> Iterator[Callable[[], list[CheckResult]]]:

@@ -12,7 +12,7 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import LINER_GLUE_MM
-from delta_cad.dimensions.joint import CUP_MATERIAL, POISSON
+from delta_cad.dimensions.joint import CUP_MATERIAL, FRICTION, POISSON, sliding_torques_N_mm
 from delta_cad.solids.forearm import make_cup_shell, make_rod_cup
 from delta_cad.solids.primitive import box
 from delta_cad.structure.rod_end import SLICES, end_mm_N, section
@@ -67,7 +67,7 @@ def test_a_ball_joint_gives_as_its_formula_says(ball_mm: float, tmp_path: Path) 
     off_axis = d.forearm.seat_diameter_mm / 2 * np.sqrt(1.0 - seat.directions[:, 1] ** 2)
     assert off_axis[force > 0.0].max() <= 1.05 * joint.patch_radius_mm
     arm = float((force * off_axis).sum() / force.sum())
-    assert arm <= joint.friction_turn_N_mm / (joint.friction * joint.spring_N)
+    assert arm <= sliding_torques_N_mm(ball_mm, np.array(joint.spring_N))[1] / (FRICTION * joint.spring_N)
 
 
 def test_sections_of_a_rods_end_fill_its_solid() -> None:

@@ -10,6 +10,7 @@ import pytest
 from delta_cad.mechanism import Cube, GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleInertia, HeldMasses, Limits
+from delta_cad.mechanism.limits.limit import number as limit_number
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
 from delta_cad.mechanism.proof.prove import prove
@@ -96,6 +97,12 @@ def test_a_certificate_gives_it_back(kind):
     assert again == Limits.of(limit)
     assert again.get(kind) == limit
     assert kind.from_record(dict.fromkeys(Limits.keys())) is None or kind.always
+
+
+def test_a_text_of_any_length_in_a_number_s_place_is_refused_in_a_line():
+    with pytest.raises(GeometryError, match=r"^kappa_max is 'k+\.\.\.k+'; it must be") as refused:
+        limit_number("kappa_max", 5000 * "k")
+    assert len(str(refused.value)) < 120
 
 
 @EACH
