@@ -18,6 +18,7 @@ from delta_cad.checks.makes import check_makes
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
+from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
@@ -146,14 +147,9 @@ def check_machine(
     d, required = machine.dimensions, machine.dimensions.design.requirements
     limits = check_limits(d, machine.masses)
     results = run_checks(machine.assembly, limits, machine.meshes, progress, sweep, meanwhile)
-    bodies = {
-        link: (body["mass_kg"], np.array(body["centre_m"]) * MM_PER_M)
-        for link, body in machine.masses["bodies"].items()
-        if link != "base"
-    }
     progress("torque with gravity")
-    gravity = np.array(required.gravity_m_s2)
-    results.append(check_holding(machine.assembly, limits, bodies, gravity))
+    bodies = machine.masses["bodies"]
+    results.append(_holding(machine.assembly, d, bodies, limits))
     drive = drive_torque(d.design)
     results += check_drive(drive)
     results += check_cable(machine.assembly)
@@ -162,8 +158,31 @@ def check_machine(
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
     progress("loads and stiffness")
-    results += check_structure(structure_report(d, machine.masses["bodies"]), required.stiffness_min_N_mm)
+    results += check_structure(structure_report(d, bodies), required.stiffness_min_N_mm)
     return results
+
+
+def check_weighed(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) -> list[CheckResult]:
+    """Runs the checks that a machine's masses decide, and those of the mechanism's ranges; they take no mesh.
+
+    Args:
+        d: Dimensions.
+        assembly: The machine.
+        masses: Result of `mass_report`.
+    """
+    limits = check_limits(d, masses)
+    results = check_ranges(assembly.placement.geometry, limits)
+    if not all(result.passed for result in results if result.name == "reach"):
+        return results
+    results.append(_holding(assembly, d, masses["bodies"], limits))
+    report = structure_report(d, masses["bodies"])
+    return results + check_structure(report, d.design.requirements.stiffness_min_N_mm)
+
+
+def _holding(assembly: Assembly, d: Dimensions, bodies: Mapping[str, Any], limits: CheckLimits) -> CheckResult:
+    """Torque with gravity, from the masses and centres of all links but the base."""
+    moved = {n: (one["mass_kg"], np.array(one["centre_m"]) * MM_PER_M) for n, one in bodies.items() if n != "base"}
+    return check_holding(assembly, limits, moved, np.array(d.design.requirements.gravity_m_s2))
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:

@@ -245,16 +245,21 @@ def write_certificate(certificate: Certificate, path: str | Path) -> None:
         CertificateError: It has more leaves than anybody would replay.
     """
     path = Path(path)
+    write_whole(path, certificate_text(certificate, path.name))
+
+
+def certificate_text(certificate: Certificate, file: str) -> str:
+    """Gives the content of a certificate's file, of that name; raises as `write_certificate`."""
     if len(certificate.leaves) > MOST_LEAVES:
         raise CertificateError(
-            f"{path.name}: the proof takes {len(certificate.leaves)} boxes; a certificate holds at most {MOST_LEAVES}: "
+            f"{file}: the proof takes {len(certificate.leaves)} boxes; a certificate holds at most {MOST_LEAVES}: "
             "leave a little more room in the limits that have the least"
         )
     data = certificate_to_dict(certificate)
     leaves = data.pop("leaves")
     text = json.dumps(data, indent=1, allow_nan=False)
     lines = ",\n".join("  " + json.dumps(leaf, separators=(",", ":")) for leaf in leaves)
-    write_whole(path, text[:-2] + ',\n "leaves": [\n' + lines + "\n ]\n}\n")
+    return text[:-2] + ',\n "leaves": [\n' + lines + "\n ]\n}\n"
 
 
 def read_certificate(path: str | Path) -> Certificate:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
@@ -21,6 +21,11 @@ from optimizer.codesign.lessons import Weighed
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
+if TYPE_CHECKING:
+    from delta_cad.checks.report import CheckResult
+
+PROOF = "proof of "
+PROOF_BOXES = 60_000  # ten times what a design takes that keeps its limits by a thousandth
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
 BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 6.0, "ball_diameter_mm": 6.0}  # the least: loads may ask more
@@ -142,20 +147,46 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
     return float(search(lambda p: figure.worst(limit, g, p), -1.0).value)
 
 
-def weigh(design: Design) -> Weighed:
+def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
     """Makes the solids of a design and weighs them; loads the CAD kernel.
 
     Args:
         design: One that closed forms pass.
 
+    Returns:
+        weighed: What they weigh.
+        results: The checks that this decides.
+
     Raises:
         BuildError: A solid could not be built.
     """
     from delta_cad.assembly.assemble import assemble
+    from delta_cad.commands.pipeline import check_weighed
     from delta_cad.dimensions import dimensions
     from delta_cad.export.mass_properties import mass_report
 
-    return weighed_of(design, mass_report(assemble(dimensions(design))))
+    d = dimensions(design)
+    assembly = assemble(d)
+    masses = mass_report(assembly)
+    return weighed_of(design, masses), [*check_weighed(d, assembly, masses), *_proofs(design, masses)]
+
+
+def _proofs(design: Design, report: Mapping[str, Any]) -> list[CheckResult]:
+    """What of a design's certificate its masses leave open, or refute: so near its limit a proof would not end."""
+    from delta_cad.checks.report import CheckResult
+    from optimizer.certify.certificate import certify, limits_of
+    from optimizer.certify.gravity import GravityShare
+
+    required = design.requirements
+    held = held_masses(design.name, report["bodies"], design)
+    share = GravityShare(required.force_N, required.joint_torque_N_m, sha256="0" * 64, masses=held)
+    inertia = masses_from_dict(report, design.geometry.forearm_length, drive_torque(design)).handle_inertia
+    certificate = certify(design, limits_of(design, share, inertia), gravity=share, max_boxes=PROOF_BOXES)
+    return [
+        CheckResult(f"{PROOF}{finding.condition}", False, finding.value, None, "", detail=finding.verdict)
+        for finding in certificate.findings
+        if finding.verdict != "proved"
+    ]
 
 
 def weighed_of(design: Design, report: Mapping[str, Any]) -> Weighed:

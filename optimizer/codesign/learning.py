@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
 from optimizer.problem.brief import DesignBrief
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         StuckError: A check failed that teaches nothing.
     """
     failed = [result for result in results if not result.passed]
-    before, masses = lessons, lessons.weighed
+    before = lessons
     for result in failed:
         short = abs((result.value or 0.0) - (result.limit or 0.0))
         why = f"{result.name}: {result.value} {result.unit}, limit {result.limit}"
@@ -153,10 +153,11 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             over = list(lessons.overhead_mm)
             over[k] += short + SPARE_MM
             lessons = lessons.taught(why, overhead_mm=(over[0], over[1]))
-        elif result.name == "torque with gravity":
-            more = masses.gravity_torque_N_m + short + 1e-4
-            weighed = type(masses)(masses.masses, more, masses.upper_arm_mm, masses.forearm_mm, masses.ratio)
-            lessons = lessons.taught(why, weighed=weighed)
+        elif result.name == f"{PROOF}effective_mass":
+            lessons = lessons.taught(why, mass_share=lessons.mass_share * MASS_SPARE)
+        elif result.name in ("torque with gravity", f"{PROOF}holding_torque"):
+            more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
+            lessons = lessons.taught(why, spare_torque_N_m=more)
         elif result.name == "effective mass":
             lessons = lessons.taught(
                 why, mass_share=lessons.mass_share * MASS_SPARE * (result.limit or 1.0) / (result.value or 1.0)
@@ -168,6 +169,6 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             length = "platform_radius" if wrists else "base_radius"
             k = {"platform_radius": 3, "base_radius": 2}[length]
             lessons = lessons.raised(length, candidate.lengths_mm[k] + max(RADIUS_STEP_MM, short), why)
-    if lessons == before:
+    if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons

@@ -70,7 +70,7 @@ def posed(
         "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min),
         "lean_max_deg": limits.lean_max_deg or LEAN_DEG,
         "shoulder_deg": [low_deg, high_deg],
-        "gravity_torque_N_m": lessons.weighed.gravity_torque_N_m,
+        "gravity_torque_N_m": lessons.held_torque_N_m,
     }
     if limits.outline_radius_max_mm is not None:
         asked["outline_radius_max_mm"] = limits.outline_radius_max_mm

@@ -15,6 +15,7 @@ COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it t
 KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
+TORQUE_SPARE_N_M = 4e-4  # a thousandth of a joint's torque
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Lessons:
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
+        spare_torque_N_m: Left of a joint's torque beside the force and the weight.
         why: What each was taught by, a line each.
     """
 
@@ -72,12 +74,18 @@ class Lessons:
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
-    mass_share: float = 1.0
+    mass_share: float = 0.998
+    spare_torque_N_m: float = TORQUE_SPARE_N_M
     why: tuple[str, ...] = ()
 
     def least(self, length: str) -> float:
         """The least of a length, mm; 0 where nothing is known."""
         return self.least_mm.get(length, 0.0)
+
+    @property
+    def held_torque_N_m(self) -> float:
+        """What of a joint's torque is not for the force."""
+        return self.weighed.gravity_torque_N_m + self.spare_torque_N_m
 
     def raised(self, length: str, least_mm: float, why: str) -> Lessons:
         """The same with a length that is at least so much."""

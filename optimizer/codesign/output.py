@@ -12,7 +12,7 @@ from delta_cad.design import Design, design_to_json
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
 from optimizer.certify.certificate import Certificate, certify, limits_of
-from optimizer.certify.file import write_certificate
+from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import share_of_masses
 from optimizer.codesign.search import Tried
 from optimizer.problem.brief import DesignBrief, brief_hash
@@ -63,7 +63,8 @@ def write_beside(folder: Path, design: Design, text: str, certificate: Certifica
     """Writes `design.json`, `design.md` and `certificate.json` into the folder of a build."""
     (folder / "design.json").write_text(design_to_json(design), encoding="utf-8")
     (folder / "design.md").write_text(text, encoding="utf-8")
-    write_certificate(certificate, folder / "certificate.json")
+    text = certificate_text(certificate, "certificate.json")  # the folder's own lock is held by the build
+    (folder / "certificate.json").write_text(text, encoding="utf-8")
 
 
 def binding(results: Iterable[CheckResult]) -> list[str]:

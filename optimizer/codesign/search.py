@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 TRIES = 8  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
-RATIO_COUNT = 5  # ratios that are estimated first
+RATIO_COUNT = 3  # ratios that are estimated first
+HOPE = 1.05  # by which refined hardware may exceed its estimate
 RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is changed, and at which that ends
 WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
 GAIN_MM = 0.05  # of the side, below which a change is none
@@ -74,27 +75,31 @@ class Search:
     lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
 
     def best(self) -> tuple[Candidate, Outcome] | None:
-        """Searches until a machine passes every check.
+        """Searches until no hardware is left that promises more than the best machine that passed every check.
 
         Returns:
             The machine with the largest cube that was built and passed; None where none did.
         """
-        ranked = sorted(self._rough(), key=lambda one: -one[0])
-        for side, choice in ranked[:MOTORS]:
-            if self.stop():
-                return None
+        best: tuple[Candidate, Outcome] | None = None
+        for side, choice in sorted(self._rough(), key=lambda one: -one[0])[:MOTORS]:
+            reached = 0.0 if best is None else best[0].side_mm
+            if self.stop() or side * HOPE <= reached:
+                break
             self.report(f"{choice.motor}: about {side:.1f} mm")
-            found = self._built(self._refined(choice))
-            if found is not None:
-                return found
-        return None
+            refined = self._refined(choice)
+            if refined is None or refined.side_mm <= reached + GAIN_MM:
+                continue
+            found = self._built(refined.choice)
+            if found is not None and found[0].side_mm > reached:
+                best = found
+        return best
 
     def _rough(self) -> list[tuple[float, Choice]]:
-        """Estimates the side of the cube of every motor at its best ratio and width; no parts are looked at."""
+        """Estimates the side of the cube of every motor at its best ratio; no parts are looked at."""
         found = []
         for motor, drive in drives(self.brief):
             low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
-            ratios = np.geomspace(low, high, RATIO_COUNT if high > low else 1)
+            ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
             best: tuple[float, Choice] | None = None
             for width in self._widths():
                 start: Lengths | None = None
@@ -102,15 +107,16 @@ class Search:
                     if self.stop():
                         break
                     choice = Choice(motor, drive, round(float(ratio), 2), width)
-                    self.report(f"estimating {motor} at {choice.ratio:g}:1")
                     side, lengths = self._side(choice, start)
                     start = lengths or start
                     if side > (0.0 if best is None else best[0]):
                         best = side, choice
+                if best is not None:
+                    break
             if best is None:
                 self.tried.stuck[f"{motor} {drive}"] = "its torque and masses leave no cube"
             else:
-                self.report(f"{motor} {drive}: {best[0]:.1f} mm")
+                self.report(f"{motor} {drive} at {best[1].ratio:g}:1: about {best[0]:.1f} mm")
                 found.append(best)
         return found
 
@@ -135,11 +141,11 @@ class Search:
             ratio=choice.ratio,
         )
 
-    def _refined(self, choice: Choice) -> Choice:
+    def _refined(self, choice: Choice) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell."""
         best = self.settled(choice)
         if best is None:
-            return choice
+            return None
         low, high = ratios_of(self.brief) if choice.drive == "capstan" else (choice.ratio, choice.ratio)
         step, wide = RATIO_STEP, WIDTH_STEP_MM
         free = self.brief.limits.parallelogram_width_mm is None
@@ -159,7 +165,7 @@ class Search:
                 best = better
             else:
                 step, wide = step / 2.0, wide / 2.0
-        return best.choice
+        return best
 
     def _built(self, choice: Choice) -> tuple[Candidate, Outcome] | None:
         """Builds a choice, and again with what its checks taught, until it passes or nothing more is learnt."""
@@ -207,7 +213,7 @@ class Search:
             start = found.design_mm
             lengths = presentable(found)
             try:
-                design = design_for(self.brief, choice, lengths, lessons.weighed.gravity_torque_N_m)
+                design = design_for(self.brief, choice, lengths, lessons.held_torque_N_m)
                 reasons = refusals(design)
                 if reasons:
                     choice, lessons = from_reasons(self.brief, choice, lessons, reasons)
@@ -218,11 +224,24 @@ class Search:
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            if weighing:  # what closed forms ask of this choice they do not ask of another
-                self.lessons[key] = replace(built, weighed=lessons.weighed)
-            if not weighing or self._known(lessons.weighed, lengths, choice):
-                return Candidate(design, choice, lengths, lessons.weighed)
-            lessons = lessons.taught("weighed", weighed=weigh(design))
+            candidate = Candidate(design, choice, lengths, lessons.weighed)
+            if not weighing:
+                return candidate
+            near = self._known(lessons.weighed, lengths, choice)
+            weighed, results = weigh(design)
+            candidate = replace(candidate, weighed=weighed)
+            lessons = lessons.taught("weighed", weighed=weighed)
+            if near and all(result.passed for result in results):
+                # what closed forms ask of this choice they do not ask of another
+                self.lessons[key] = replace(
+                    built, weighed=weighed, mass_share=lessons.mass_share, spare_torque_N_m=lessons.spare_torque_N_m
+                )
+                return candidate
+            try:
+                lessons = from_checks(candidate, lessons, results)
+            except StuckError as error:
+                self.tried.stuck[" ".join(key)] = str(error)
+                return None
         self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
         return None
 
