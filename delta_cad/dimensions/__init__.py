@@ -196,7 +196,7 @@ def _dimensions(design: Design) -> Dimensions:
         bearing,
         motor,
     )
-    if hardware.encoder_at != "motor" and hardware.drive == "capstan":
+    if hardware.encoder_at != "motor":
         require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
     screws = SET_SCREWS_RAD if capstan is None else _set_screws(design, cube, key_slot_rad(bracket, motor))
     required = design.requirements

@@ -15,6 +15,7 @@ PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
 RECESS_MM = 0.5  # of the encoder's bearing in its cheek, at least: the sector's dowels turn before it
+BLOCK_MM = 10.0  # of a foot block, least: a dowel's diameter from either side, and a wall of 4 mm between them
 SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what holds an arm sideways
 
 
@@ -68,7 +69,8 @@ def layers(
         grown: Second moment of the cheeks over that of the least, see `sizes.growth`.
 
     Raises:
-        DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter.
+        DimensionError: A direct drive's arm clamps less of the motor's shaft than half its diameter, or
+            leaves too little between the cheeks.
     """
     half = arm_thickness_mm / 2
     cheek = plate_mm(bearing.width_mm + PRESS_DEPTH_MM, grown)
@@ -91,6 +93,17 @@ def layers(
             "shaft bore",
             f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {clamped:g} mm on the motor's shaft; it must be "
             f"at least {least:g} mm",
+            "hardware.arm_thickness_mm",
+            arm_thickness_mm,
+            least,
+        )
+        least = BLOCK_MM - 2 * RUNNING_GAP_MM
+        require(
+            arm_thickness_mm >= least,
+            "foot_block",
+            "thickness",
+            f"hardware.arm_thickness_mm = {arm_thickness_mm:g} leaves {arm_thickness_mm + 2 * RUNNING_GAP_MM:g} mm "
+            f"between the cheeks, too little for dowels from either side; it must be at least {least:g} mm",
             "hardware.arm_thickness_mm",
             arm_thickness_mm,
             least,

@@ -256,7 +256,7 @@ def test_arms_that_swing_straight_down_leave_no_room_for_the_feet() -> None:
 
 
 @pytest.mark.parametrize("drive", ["capstan", "direct"])
-@pytest.mark.parametrize("thickness", [7.5, 8.0, 20.0])
+@pytest.mark.parametrize("thickness", [8.0, 8.5, 20.0])
 def test_the_stack_along_the_shoulder_axis_is_in_order(drive: str, thickness: float) -> None:
     motor = DATA["hardware"]["motor"] if drive == "capstan" else "maxon-ec60flat-625858"
     d = edited(drive=drive, motor=motor, arm_thickness_mm=thickness)

@@ -13,6 +13,7 @@ from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions, preload_spring
 from delta_cad.dimensions.arm import shaft_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions, cable_run, capstan_dimensions
+from delta_cad.dimensions.layers import layers
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism import UnreachableError
 from tests.delta_cad.dimensions.edited import edited
@@ -32,6 +33,16 @@ REFUSED = {
         "at least",
         1,
     ),
+    "block": (
+        DIRECT | {"motor": "maxon-ec45flat-411812"},
+        "arm_thickness_mm",
+        7.9,
+        "foot_block",
+        "thickness",
+        "at least",
+        1,
+    ),
+    "board": (DIRECT, "base_radius_mm", 31.0, "encoder_board", "beside the neighbour's motor", "at least", 1),
     "hub": (
         SMALL_CUBE | DIRECT | {"parallelogram_width_mm": 34.5, "platform_thickness_mm": 16.0},
         "platform_radius_mm",
@@ -62,15 +73,6 @@ REFUSED = {
     ),
     "pinion": ({}, "capstan_ratio", 11.0, "pinion", "wall", "<=", -1),
     "slot": ({"capstan_ratio": 3.0, "base_radius_mm": 43.0}, "sector_radius_mm", 20.0, "sector", "slot", "at least", 1),
-    "clamp": (
-        {"drive": "direct", "motor": "maxon-ec60flat-625858"},
-        "arm_thickness_mm",
-        6.0,
-        "upper_arm",
-        "shaft bore",
-        "at least",
-        1,
-    ),
     "base": ({}, "base_plate_thickness_mm", 4.5, "base_plate", "counterbore", "at least", 1),
     "collar": ({}, "platform_thickness_mm", 8.0, "platform", "wrist boss", "at least", 1),
 }
@@ -93,6 +95,15 @@ def test_what_cannot_be_made_is_refused_and_the_bound_named_is_the_bound(what: s
     with pytest.raises(DimensionError) as again:
         edited(**(changes | {field: bound - sense * (printed + 0.01)}))
     assert (again.value.part, again.value.feature) == (part, feature)
+
+
+def test_a_thin_arm_clamps_too_little_of_a_thick_shaft(best_dimensions: Dimensions) -> None:
+    """By hand: 3.5 mm of the plate's bore are the stub's and a gap, and half of 12 mm is to be clamped."""
+    d = best_dimensions
+    motor = replace(catalogue.motor("maxon-ec60flat-625858"), shaft_diameter_mm=12.0)
+    with pytest.raises(DimensionError, match=r"^upper_arm, shaft bore: .* 4\.4 mm .* at least 9\.5 mm$"):
+        layers(7.9, None, 0.0, d.bearing, 0.0, d.encoder, motor)
+    layers(9.5, None, 0.0, d.bearing, 0.0, d.encoder, motor)
 
 
 def test_a_ball_that_is_not_in_the_catalogue_is_refused_with_those_that_are() -> None:

@@ -28,6 +28,8 @@ MISSES = {
     "motor: of a wider platform": "the same motor, its screw holes turned by less than the screws' clearance",
     "capstan_cable_turns: of shorter forearms": "the same turns 5 um further along the pinion",
     "capstan_cable_turns: of a wider platform": "the same turns 10 um further along the pinion",
+    "capstan_cable_strand_*: of shorter forearms": "the same strand 5 um further along the pinion",
+    "capstan_cable_strand_*: of a wider platform": "the same strand 10 um further along the pinion",
     "platform: turned half way about x": "its webs lie below instead of above: as strong, and as free",
     "platform: mirrored along z": "its webs lie below instead of above: as strong, and as free",
 }

@@ -17,7 +17,11 @@ from delta_cad.solids.part import Occurrence
 from tests.committed import changed
 from tests.delta_cad.solids.measured import placed
 
-DIRECT: dict[str, Any] = {"hardware__drive": "direct", "hardware__arm_thickness_mm": 8.0}
+DIRECT: dict[str, Any] = {
+    "hardware__drive": "direct",
+    "hardware__arm_thickness_mm": 8.0,
+    "mechanism__base_radius_mm": 36.0,
+}
 DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},
     "capstan, thick arm": {"hardware__arm_thickness_mm": 14.0, "mechanism__base_radius_mm": 38.0},

@@ -239,12 +239,19 @@ def test_masses_are_recorded_and_come_back(tmp_path: Path) -> None:
             certificate_from_dict(data | {"gravity": data["gravity"] | wrong})
 
 
-def test_a_reserve_that_is_less_than_told_is_refused() -> None:
+@pytest.mark.parametrize(
+    ("field", "forged"),
+    [
+        *(("reserve", value) for value in (0.11 * (1 + 1e-9), 0.2, float("nan"), -1.0, None)),
+        ("force", 3.0 * (1 + 1e-9)),
+        ("torque", 0.8 * (1 - 1e-9)),
+    ],
+)
+def test_a_share_that_is_laxer_than_told_is_refused(field: str, forged: float | None) -> None:
     design, share = shares()
     certificate = certify(design, gravity=share)
-    for forged in (0.11 * (1 + 1e-9), 0.2, float("nan"), -1.0, None):
-        with pytest.raises(CertificateError, match=r"^torque: "):
-            verify(replace(certificate, gravity=replace(share, reserve=forged)))
+    with pytest.raises(CertificateError, match=r"^torque: "):
+        verify(replace(certificate, gravity=replace(share, **{field: forged})))
 
 
 def test_gravity_that_takes_all_of_the_torque_is_refused() -> None:
