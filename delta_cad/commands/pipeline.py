@@ -14,6 +14,7 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
+from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.makes import check_makes
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
@@ -177,6 +178,14 @@ def check_weighed(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) 
     results.append(_holding(assembly, d, masses["bodies"], limits))
     report = structure_report(d, masses["bodies"])
     return results + check_structure(report, d.design.requirements.stiffness_min_N_mm)
+
+
+def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
+    """Runs the checks of a machine that look at what moves, outline and clearance, on both cores."""
+    with Beside(swept.__name__) as sweeper:
+        sweep = Sweep(sweeper)
+        sweep.begin(machine.assembly, check_limits(machine.dimensions, machine.masses), machine.meshes, progress)
+        return [*sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
 
 
 def _holding(assembly: Assembly, d: Dimensions, bodies: Mapping[str, Any], limits: CheckLimits) -> CheckResult:

@@ -168,7 +168,8 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             wrists = any("wrist" in name for name in result.worst_pair or ())
             length = "platform_radius" if wrists else "base_radius"
             k = {"platform_radius": 3, "base_radius": 2}[length]
-            lessons = lessons.raised(length, candidate.lengths_mm[k] + max(RADIUS_STEP_MM, short), why)
+            step = max(RADIUS_STEP_MM, short) if result.unit == "mm" and result.value is not None else RADIUS_STEP_MM
+            lessons = lessons.raised(length, candidate.lengths_mm[k] + step, why)
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons

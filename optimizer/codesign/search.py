@@ -20,6 +20,7 @@ from optimizer.problem.step import SIDE
 from optimizer.synthesis.output import presentable
 
 if TYPE_CHECKING:
+    from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import Outcome
 
 TRIES = 8  # closed forms and weights of one choice, until they agree
@@ -30,7 +31,7 @@ RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is ch
 WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
 GAIN_MM = 0.05  # of the side, below which a change is none
 MOTORS = 3  # that are refined and built, the best estimate first
-BUILDS = 5  # of one choice
+SWEEPS = 10  # machines of one choice that are made
 
 
 Lengths = tuple[float, ...]
@@ -59,6 +60,7 @@ class Search:
     Attributes:
         brief: What the customer asks.
         build: (design) -> what came of it.
+        moving: (design) -> the checks of what moves.
         first: Masses to begin from.
         seed: Of everything random.
         stop: True ends the search with the best so far.
@@ -67,6 +69,7 @@ class Search:
 
     brief: DesignBrief
     build: Callable[[Design], Outcome]
+    moving: Callable[[Design], list[CheckResult]]
     first: Weighed
     seed: int = 0
     stop: Callable[[], bool] = bool
@@ -168,21 +171,28 @@ class Search:
         return best
 
     def _built(self, choice: Choice) -> tuple[Candidate, Outcome] | None:
-        """Builds a choice, and again with what its checks taught, until it passes or nothing more is learnt."""
+        """Builds a choice, and again with what its checks taught, until it passes or nothing more is learnt.
+
+        What moves is looked at before the rest: most that fails fails there, in a quarter of the time.
+        """
         key = choice.motor, choice.drive
-        for _ in range(BUILDS):
+        for _ in range(SWEEPS):
             candidate = self.settled(choice)
             if candidate is None or self.stop():
                 return None
-            self.report(f"building {candidate.side_mm:.2f} mm")
-            outcome = self.build(candidate.design)
-            failed = tuple(result.name for result in outcome.results if not result.passed)
+            self.report(f"{candidate.side_mm:.2f} mm: what moves")
+            results, outcome = self.moving(candidate.design), None
+            if all(result.passed for result in results):
+                self.report(f"{candidate.side_mm:.2f} mm: building")
+                outcome = self.build(candidate.design)
+                results = outcome.results
+            failed = tuple(result.name for result in results if not result.passed)
             self.tried.built.append((candidate.design, failed))
-            if not failed:
+            if outcome is not None and not failed:
                 return candidate, outcome
-            self.report(f"fails: {', '.join(failed)}")
+            self.report(f"{candidate.side_mm:.2f} mm fails: {', '.join(failed)}")
             try:
-                self.lessons[key] = from_checks(candidate, self.lessons[key], outcome.results)
+                self.lessons[key] = from_checks(candidate, self.lessons[key], results)
             except StuckError as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None

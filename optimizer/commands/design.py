@@ -80,7 +80,7 @@ def run(given: argparse.Namespace) -> int:
 
 def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
     """Searches, builds and tells."""
-    from delta_cad.commands.pipeline import build
+    from delta_cad.commands.pipeline import build, check_moving, make_machine
     from optimizer.codesign.output import certificate_of, facts, report, with_provenance, write_beside
     from optimizer.codesign.reference import reference
     from optimizer.codesign.search import Search
@@ -106,7 +106,15 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
 
             return build(stated, given.out, line.show, beside=beside)
 
-        search = Search(brief, made, reference(), given.seed, lambda: bool(stop()) or monotonic() > ends, line.show)
+        search = Search(
+            brief=brief,
+            build=made,
+            moving=lambda design: check_moving(make_machine(design, line.show), line.show),
+            first=reference(),
+            seed=given.seed,
+            stop=lambda: bool(stop()) or monotonic() > ends,
+            report=line.show,
+        )
         tried = search.tried
         found = search.best()
         interrupted = bool(stop())
