@@ -339,6 +339,11 @@ class Line:
         if self._live:
             self._tell()
 
+    def keep(self, text: str) -> None:
+        """Tells something that stays, on a line of its own."""
+        line = f"{time.monotonic() - self._start:5.0f} s  {' '.join(text.split())}\n"
+        self._put(f"\r\033[K{line}" if self._live else line)
+
     def _tick(self) -> None:
         while not self._done.wait(1.0 if self._live else TELL_S):
             self._tell()

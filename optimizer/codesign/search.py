@@ -65,6 +65,7 @@ class Search:
         seed: Of everything random.
         stop: True ends the search with the best so far.
         report: Told what is being done.
+        tell: Told what was found.
     """
 
     brief: DesignBrief
@@ -74,6 +75,7 @@ class Search:
     seed: int = 0
     stop: Callable[[], bool] = bool
     report: Callable[[str], None] = lambda _: None
+    tell: Callable[[str], None] = lambda _: None
     tried: Tried = field(default_factory=Tried)
     lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
 
@@ -119,7 +121,7 @@ class Search:
             if best is None:
                 self.tried.stuck[f"{motor} {drive}"] = "its torque and masses leave no cube"
             else:
-                self.report(f"{motor} {drive} at {best[1].ratio:g}:1: about {best[0]:.1f} mm")
+                self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {best[0]:.1f} mm")
                 found.append(best)
         return found
 
@@ -180,17 +182,21 @@ class Search:
             candidate = self.settled(choice)
             if candidate is None or self.stop():
                 return None
-            self.report(f"{candidate.side_mm:.2f} mm: what moves")
+            named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
+            self.report(f"{named}: what moves")
             results, outcome = self.moving(candidate.design), None
             if all(result.passed for result in results):
-                self.report(f"{candidate.side_mm:.2f} mm: building")
+                self.report(f"{named}: building")
                 outcome = self.build(candidate.design)
                 results = outcome.results
             failed = tuple(result.name for result in results if not result.passed)
             self.tried.built.append((candidate.design, failed))
             if outcome is not None and not failed:
+                self.tell(f"{named} passes every check")
                 return candidate, outcome
-            self.report(f"{candidate.side_mm:.2f} mm fails: {', '.join(failed)}")
+            self.tell(
+                f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1 fails: {', '.join(failed)}"
+            )
             try:
                 self.lessons[key] = from_checks(candidate, self.lessons[key], results)
             except StuckError as error:

@@ -114,6 +114,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
             seed=given.seed,
             stop=lambda: bool(stop()) or monotonic() > ends,
             report=line.show,
+            tell=line.keep,
         )
         tried = search.tried
         found = search.best()
