@@ -8,18 +8,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.mechanism import DeltaGeometry
-from delta_cad.mechanism.limits import HoldingTorque, Torque
+from delta_cad.mechanism.limits import HoldingTorque, Outline, Torque
 from delta_cad.mechanism.workspace import Cube, CubeSearch
 from optimizer.certify.gravity import held_masses
 from optimizer.codesign.choice import TORQUE_DIGITS, Choice, motor_of
-from optimizer.codesign.lessons import Weighed
+from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.step import SIDE
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
@@ -40,21 +43,23 @@ class Candidate:
         choice: Its hardware.
         lengths_mm: (6) in the order of `VARIABLES`.
         weighed: Of its own solids.
+        score: What is sought, larger is better.
     """
 
     design: Design
     choice: Choice
     lengths_mm: tuple[float, ...]
     weighed: Weighed
+    score: float
 
     @property
     def side_mm(self) -> float:
         """Side of its cube."""
-        return 2.0 * self.lengths_mm[-1]
+        return 2.0 * self.lengths_mm[SIDE]
 
 
 def design_for(
-    brief: DesignBrief, choice: Choice, lengths_mm: tuple[float, ...], gravity_torque_N_m: float, folder: Path = Path()
+    brief: DesignBrief, choice: Choice, lengths_mm: tuple[float, ...], lessons: Lessons, folder: Path = Path()
 ) -> Design:
     """Makes the design of a candidate.
 
@@ -62,7 +67,7 @@ def design_for(
         brief: What the customer asks; its limits become the design's requirements.
         choice: Hardware.
         lengths_mm: (6) in the order of `VARIABLES`.
-        gravity_torque_N_m: What gravity takes of a joint, for the peak's torque.
+        lessons: What is known of it: what gravity takes of a joint, and the machine of its outline.
         folder: Where its file will stand: a folder of own parts is named from there.
 
     Returns:
@@ -75,7 +80,7 @@ def design_for(
     row = motor_of(brief, choice.motor)
     values = brief.values
     fields = {name: values[name] for name in ASKED if values.get(name) is not None}
-    outline = brief.outline_mm or _taken(choice, lengths)
+    outline = brief.outline_mm or _taken(choice, lengths, lessons.overhead_mm)
     low, high = brief.limits.shoulder_deg or (None, None)
     torque = brief.requirements.joint_torque_N_m or choice.torque_N_m(row)
     task: dict[str, Any] = {
@@ -87,7 +92,7 @@ def design_for(
         "shoulder_max_deg": high,
     }
     task["peak_torque_N_m"] = brief.requirements.peak_torque_N_m or _peak_torque(
-        brief, lengths, torque, gravity_torque_N_m
+        brief, lengths, torque, lessons.held_torque_N_m
     )
     data = {
         "schema": "delta-design/1",
@@ -117,10 +122,11 @@ ASKED = (
 """Fields of a brief that a design states as they are."""
 
 
-def _taken(choice: Choice, lengths: Mapping[str, float]) -> tuple[float, float]:
-    """An outline that surely holds the machine, where none is asked."""
-    reach = 2.0 * (lengths["base_radius"] + lengths["upper_arm_length"]) + choice.width_mm
-    return math.ceil(reach), math.ceil(reach)
+def _taken(choice: Choice, lengths: Mapping[str, float], overhead_mm: tuple[float, float]) -> tuple[float, float]:
+    """The outline of a machine, by eq. (1) and what its hardware takes beyond, in whole millimetres."""
+    limit = Outline(0.0, 0.0, choice.width_mm, overhead_mm)
+    width, depth = limit.size_mm(np.array(lengths["base_radius"] + lengths["upper_arm_length"]))
+    return math.ceil(float(width)), math.ceil(float(depth))
 
 
 def _peak_torque(brief: DesignBrief, lengths: Mapping[str, float], torque: float, gravity: float) -> float:

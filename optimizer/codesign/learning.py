@@ -10,6 +10,7 @@ from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
 from optimizer.problem.brief import DesignBrief
+from optimizer.problem.evaluator import VARIABLES
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
@@ -34,7 +35,7 @@ SIZES = (
 PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
-RADIUS_STEP_MM = 0.5
+RADIUS_STEP_MM, HEIGHT_STEP_MM = 0.5, 1.0
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 MASS_SPARE = 0.998
 
@@ -165,11 +166,20 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
-            wrists = any("wrist" in name for name in result.worst_pair or ())
-            length = "platform_radius" if wrists else "base_radius"
-            k = {"platform_radius": 3, "base_radius": 2}[length]
-            step = max(RADIUS_STEP_MM, short) if result.unit == "mm" and result.value is not None else RADIUS_STEP_MM
-            lessons = lessons.raised(length, candidate.lengths_mm[k] + step, why)
+            length, step = _apart(result.worst_pair or ())
+            if result.unit == "mm" and result.value is not None:
+                step = max(step, short)
+            lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step, why)
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
+
+
+def _apart(pair: Sequence[str]) -> tuple[str, float]:
+    """The length that brings two parts of a machine farther apart, and a step of it, mm."""
+    if any("wrist" in name for name in pair):
+        return "platform_radius", RADIUS_STEP_MM
+    chains = {next((word for word in name.split("_") if word.isdigit()), "") for name in pair}
+    if len(chains) == 1 and any(name.startswith("rod") for name in pair):
+        return "bottom_height", HEIGHT_STEP_MM  # rods beside what holds their own arm: higher, they stand steeper
+    return "base_radius", RADIUS_STEP_MM

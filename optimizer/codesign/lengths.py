@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
@@ -16,6 +17,7 @@ from optimizer.problem.requirements import Requirements, requirements_from_dict
 from optimizer.problem.step import SIDE, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
+from optimizer.synthesis.output import presentable
 
 WIDE_MM = {
     "upper_arm_length": (30.0, 400.0),
@@ -27,14 +29,39 @@ WIDE_MM = {
 }
 """Where lengths are looked for that the brief leaves open."""
 FREE_OUTLINE_MM = 2000.0
-CUP_MM = 1.7  # of a cup beyond its ball, at least
+CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
 ROUNDS = 3  # of lengths and the inertia estimated for them
 SETTLED = 2e-3  # share of the side that the last round changed
 STARTS = 2  # of SQP beside the lengths that are known
+KNOBS = 12  # values that are tried of what is to be least
+ENOUGH = 2e-3  # share of the cube by which that may be larger than asked, or of the value
+REACH_SHARE = 1.5  # of the side: R + L_A of the first
+FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
+
+
+@dataclass(frozen=True)
+class Found:
+    """Lengths that were found.
+
+    Attributes:
+        lengths_mm: (6) in the order of `VARIABLES`, to whole micrometres.
+        score: What is sought, larger is better: the cube's side, or the least R + L_A or mass felt with its sign
+            changed; mm or kg.
+        reach_mm: R + L_A, where the outline is free.
+    """
+
+    lengths_mm: tuple[float, ...]
+    score: float
+    reach_mm: float | None = None
+
+    @property
+    def side_mm(self) -> float:
+        """Side of the cube."""
+        return 2.0 * self.lengths_mm[SIDE]
 
 
 def posed(
-    brief: DesignBrief, choice: Choice, lessons: Lessons, inertia: HandleInertia, side_mm: float | None = None
+    brief: DesignBrief, choice: Choice, lessons: Lessons, inertia: HandleInertia, knob: float | None = None
 ) -> Requirements:
     """Poses the lengths of a candidate as requirements of the first edition, whose second step finds the largest cube.
 
@@ -43,7 +70,7 @@ def posed(
         choice: Hardware.
         lessons: What is known of it.
         inertia: Of the machine, estimated.
-        side_mm: Side of the cube; None where it is sought.
+        knob: What is to be least, at this value; None where the cube is to be largest.
     """
     task, limits = brief.requirements, brief.limits
     outline = brief.outline_mm or (FREE_OUTLINE_MM, FREE_OUTLINE_MM)
@@ -58,9 +85,7 @@ def posed(
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
         least = max(lessons.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
-    if side_mm is not None:
-        bounds["half_side"] = [side_mm / 2.0, side_mm / 2.0]
-    elif task.cube_side_mm is not None:
+    if knob is None and task.cube_side_mm is not None:
         bounds["half_side"][0] = task.cube_side_mm / 2.0
     low_deg, high_deg = limits.shoulder_deg or SHOULDER_DEG
     asked: dict[str, Any] = {
@@ -74,8 +99,13 @@ def posed(
     }
     if limits.outline_radius_max_mm is not None:
         asked["outline_radius_max_mm"] = limits.outline_radius_max_mm
-    if brief.feel.effective_mass_max_kg is not None:
-        asked["effective_mass_max_kg"] = brief.feel.effective_mass_max_kg * lessons.mass_share
+    most = brief.feel.effective_mass_max_kg
+    if knob is not None and brief.objective == "effective_mass":
+        most = knob
+    elif knob is not None:
+        asked["outline_radius_max_mm"] = knob
+    if most is not None:
+        asked["effective_mass_max_kg"] = most * lessons.mass_share
     data = {
         "name": brief.name,
         "requirements": {
@@ -103,8 +133,10 @@ def best_lengths(
     start_mm: Sequence[float] | None = None,
     seed: int = 0,
     rounds: int = ROUNDS,
-) -> Result | None:
-    """Finds the lengths of the largest cube.
+) -> Found | None:
+    """Finds the lengths of the largest cube, or of the least machine with the cube that is asked.
+
+    The largest cube grows with what is allowed, so that the least that is enough for the cube asked is a root.
 
     Args:
         brief: What the customer asks.
@@ -115,14 +147,68 @@ def best_lengths(
         rounds: Of lengths and the inertia estimated for them.
 
     Returns:
-        The second step's result; None where there is none.
+        The lengths; None where there are none.
     """
+    side = brief.requirements.cube_side_mm
+    if brief.objective == "cube_side" or side is None:
+        result = _largest(brief, choice, lessons, start_mm, seed, rounds, None)
+        if result is None or result.tiny:
+            return None
+        lengths = presentable(result)
+        return Found(lengths, 2.0 * lengths[SIDE])
+    by_mass = brief.objective == "effective_mass"
+    low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
+    knob = FIRST_MASS_KG if by_mass else REACH_SHARE * side
+    best: tuple[float, Result] | None = None
+    known: list[tuple[float, float]] = []
+    for _ in range(KNOBS):
+        result = _largest(brief, choice, lessons, start_mm, seed, rounds, knob)
+        reached = 0.0 if result is None else 2.0 * result.design_mm[SIDE]
+        if result is not None and reached >= side:
+            best, start_mm, high = (knob, result), result.design_mm, knob
+            if reached <= side * (1.0 + ENOUGH):
+                break
+        else:
+            low = knob
+        known.append((knob, reached))
+        knob = _between(known[-2:], side, low, high)
+        if high - low <= ENOUGH * high:
+            break
+    if best is None:
+        return None
+    knob, result = best
+    lengths = (*presentable(result)[:SIDE], side / 2.0)
+    return Found(lengths, -knob, None if brief.outline_mm else lengths[0] + lengths[2])
+
+
+def _between(known: Sequence[tuple[float, float]], side_mm: float, low: float, high: float) -> float:
+    """The next value to try: by the secant of the last two, a little more than it says, or half-way."""
+    if len(known) == 2 and known[0][1] != known[1][1] and min(known[0][1], known[1][1]) > 0.0:
+        (a, at_a), (b, at_b) = known
+        by_secant = a + (side_mm * (1.0 + ENOUGH / 2.0) - at_a) * (b - a) / (at_b - at_a)
+        if low < by_secant < high:
+            return by_secant
+    (a, at_a) = known[-1]
+    by_share = a * side_mm * (1.0 + ENOUGH / 2.0) / at_a if at_a > 0.0 else 0.0
+    return by_share if low < by_share < high else (low + min(high, 3.0 * max(low, a))) / 2.0
+
+
+def _largest(
+    brief: DesignBrief,
+    choice: Choice,
+    lessons: Lessons,
+    start_mm: Sequence[float] | None,
+    seed: int,
+    rounds: int,
+    knob: float | None,
+) -> Result | None:
+    """The largest cube of a choice, what is to be least having a value; None where there is none."""
     at = start_mm or (lessons.weighed.upper_arm_mm, lessons.weighed.forearm_mm)
     start, previous = start_mm, 0.0
     result: Result | None = None
     for _ in range(rounds):
         inertia = lessons.weighed.inertia(at[0], at[1], choice.ratio)
-        problem = step_problem(posed(brief, choice, lessons, inertia), 2)
+        problem = step_problem(posed(brief, choice, lessons, inertia, knob), 2)
         best = None
         if start is not None:
             best = sqp.search(problem, problem.scaled(start)[None]).best

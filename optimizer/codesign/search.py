@@ -13,11 +13,9 @@ from delta_cad.mechanism import MechanismError
 from optimizer.codesign.candidate import Candidate, design_for, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
 from optimizer.codesign.learning import StuckError, from_checks, from_reasons, from_stiffness, too_soft
-from optimizer.codesign.lengths import best_lengths
+from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
-from optimizer.problem.step import SIDE
-from optimizer.synthesis.output import presentable
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
@@ -26,10 +24,10 @@ if TYPE_CHECKING:
 TRIES = 8  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
-HOPE = 1.05  # by which refined hardware may exceed its estimate
+HOPE = 0.05  # share by which refined hardware may exceed its estimate
 RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is changed, and at which that ends
 WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
-GAIN_MM = 0.05  # of the side, below which a change is none
+GAIN = 5e-4  # share below which a change is none
 MOTORS = 3  # that are refined and built, the best estimate first
 SWEEPS = 10  # machines of one choice that are made
 
@@ -86,21 +84,19 @@ class Search:
             The machine with the largest cube that was built and passed; None where none did.
         """
         best: tuple[Candidate, Outcome] | None = None
-        for side, choice in sorted(self._rough(), key=lambda one: -one[0])[:MOTORS]:
-            reached = 0.0 if best is None else best[0].side_mm
-            if self.stop() or side * HOPE <= reached:
+        for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:MOTORS]:
+            if self.stop() or (best is not None and score + HOPE * abs(score) <= best[0].score):
                 break
-            self.report(f"{choice.motor}: about {side:.1f} mm")
             refined = self._refined(choice)
-            if refined is None or refined.side_mm <= reached + GAIN_MM:
+            if refined is None or (best is not None and refined.score <= best[0].score):
                 continue
             found = self._built(refined.choice)
-            if found is not None and found[0].side_mm > reached:
+            if found is not None and (best is None or found[0].score > best[0].score):
                 best = found
         return best
 
     def _rough(self) -> list[tuple[float, Choice]]:
-        """Estimates the side of the cube of every motor at its best ratio; no parts are looked at."""
+        """Estimates what every motor can do at its best ratio; no parts are looked at."""
         found = []
         for motor, drive in drives(self.brief):
             low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
@@ -112,16 +108,18 @@ class Search:
                     if self.stop():
                         break
                     choice = Choice(motor, drive, round(float(ratio), 2), width)
-                    side, lengths = self._side(choice, start)
-                    start = lengths or start
-                    if side > (0.0 if best is None else best[0]):
-                        best = side, choice
+                    estimate = self._estimate(choice, start)
+                    if estimate is None:
+                        continue
+                    start = estimate.lengths_mm
+                    if best is None or estimate.score > best[0]:
+                        best = estimate.score, choice
                 if best is not None:
                     break
             if best is None:
                 self.tried.stuck[f"{motor} {drive}"] = "its torque and masses leave no cube"
             else:
-                self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {best[0]:.1f} mm")
+                self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
         return found
 
@@ -129,12 +127,18 @@ class Search:
         stated = self.brief.limits.parallelogram_width_mm
         return WIDTHS if stated is None else (stated,)
 
-    def _side(self, choice: Choice, start_mm: Lengths | None = None) -> tuple[float, Lengths | None]:
-        """Estimates the side of the cube of a choice, mm, 0 for none, and its lengths."""
+    def _words(self, score: float) -> str:
+        """Says what a score is."""
+        kind = self.brief.objective
+        if kind == "cube_side":
+            return f"{score:.2f} mm of cube"
+        return f"{-score:.4g} kg felt" if kind == "effective_mass" else f"{-score:.2f} mm of R + L_A"
+
+    def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
+        """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
         self.tried.candidates += 1
         lessons = self.lessons.get((choice.motor, choice.drive)) or Lessons(self._first(choice))
-        found = best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds=1)
-        return (0.0, None) if found is None else (2.0 * found.design_mm[SIDE], found.design_mm)
+        return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds=1)
 
     def _first(self, choice: Choice) -> Weighed:
         """The masses to begin from, with the rotor of another motor."""
@@ -163,8 +167,10 @@ class Search:
             better = None
             for one in around:
                 found = self.settled(one, best.lengths_mm, weighing=False)
-                self.report(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {found.side_mm if found else 0.0:.2f} mm")
-                if found is not None and found.side_mm > (better or best).side_mm + GAIN_MM:
+                self.report(
+                    f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}"
+                )
+                if found is not None and found.score > (better or best).score + GAIN * abs(best.score):
                     better = found
             if better is not None:
                 best = better
@@ -222,14 +228,13 @@ class Search:
         built = lessons = self.lessons.get(key) or Lessons(self._first(choice))
         for _ in range(TRIES):
             self.tried.candidates += 1
-            found = best_lengths(self.brief, choice, lessons, start, self.seed)
-            if found is None or found.tiny:
+            found = best_lengths(self.brief, choice, lessons, start, self.seed, ROUNDS if weighing else 1)
+            if found is None:
                 self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
                 return None
-            start = found.design_mm
-            lengths = presentable(found)
+            start = lengths = found.lengths_mm
             try:
-                design = design_for(self.brief, choice, lengths, lessons.held_torque_N_m)
+                design = design_for(self.brief, choice, lengths, lessons)
                 reasons = refusals(design)
                 if reasons:
                     choice, lessons = from_reasons(self.brief, choice, lessons, reasons)
@@ -240,7 +245,7 @@ class Search:
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            candidate = Candidate(design, choice, lengths, lessons.weighed)
+            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score)
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
