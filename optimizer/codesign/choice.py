@@ -16,7 +16,7 @@ PINION_MM = 8.0  # radius of a pinion on a shaft of 6 mm with a rope of 0.54 mm:
 SHAFT_MM = 6.0
 SECTORS_MM = (28.0, 70.0)  # radius: below, no screws fit between shaft and rim; above, none was built
 SECTOR_STEP_MM = 0.1
-WIDTHS = (50.0, 36.0, 75.0, 110.0)  # mm, of parallelograms, the likeliest first
+WIDTHS = (50.0, 36.0)  # mm, of parallelograms, the likeliest first: refining goes on from there
 SECTOR_ROOM_MM = 10.0  # see `delta_cad.dimensions.capstan.base_radius_min_mm`
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
 

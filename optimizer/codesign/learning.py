@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from optimizer.codesign.candidate import PROOF, Candidate
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.choice import Choice, default_of
 from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -83,13 +83,10 @@ def from_reasons(
 
 def _another(brief: DesignBrief, choice: Choice, entry: str) -> Choice:
     """Takes the next row of a family that the brief allows."""
-    from optimizer.codesign.choice import default_of
-
     rows = brief.choices[entry]
-    now = choice.entries.get(entry, brief.hardware.get(entry, default_of(entry)))
-    if now not in rows:
-        return choice.with_entry(entry, rows[0])
-    after = rows.index(now) + 1
+    first = rows[0] if entry in brief.hardware else default_of(entry)  # as `DesignBrief.hardware_from` takes it
+    now = choice.entries.get(entry, first)
+    after = rows.index(now) + 1 if now in rows else 0
     return choice if after == len(rows) else choice.with_entry(entry, rows[after])
 
 

@@ -35,6 +35,7 @@ SETTLED = 2e-3  # share of the side that the last round changed
 STARTS = 2  # of SQP beside the lengths that are known
 KNOBS = 12  # values that are tried of what is to be least
 ENOUGH = 2e-3  # share of the cube by which that may be larger than asked, or of the value
+LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 REACH_SHARE = 1.5  # of the side: R + L_A of the first
 FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
 
@@ -169,6 +170,8 @@ def best_lengths(
             if reached <= side * (1.0 + ENOUGH):
                 break
         else:
+            if best is None and known and knob > known[-1][0] and reached <= known[-1][1] * (1.0 + LITTLE):
+                return None  # more of it buys nothing: something else is in the way
             low = knob
         known.append((knob, reached))
         knob = _between(known[-2:], side, low, high)
@@ -189,6 +192,8 @@ def _between(known: Sequence[tuple[float, float]], side_mm: float, low: float, h
         if low < by_secant < high:
             return by_secant
     (a, at_a) = known[-1]
+    if at_a == 0.0 and len(known) == 1:
+        return 2.0 * a
     by_share = a * side_mm * (1.0 + ENOUGH / 2.0) / at_a if at_a > 0.0 else 0.0
     return by_share if low < by_share < high else (low + min(high, 3.0 * max(low, a))) / 2.0
 

@@ -14,6 +14,7 @@ from delta_cad.drive.masses import load_masses
 from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import share_of_masses
+from optimizer.codesign.costs import Cost
 from optimizer.codesign.search import Tried
 from optimizer.problem.brief import DesignBrief, brief_hash
 
@@ -32,6 +33,12 @@ FIGURES = {
     "structure first mode": "first_mode_Hz",
 }
 """Name of a check -> key of its value among the facts."""
+UNITS = {
+    "cube_side": "mm of cube",
+    "outline": "mm of R + L_A",
+    "effective_mass": "kg felt",
+    "cost": "mm of R + L_A",
+}
 TOLD = ("effective_mass_max_kg", "stiffness_min_N_mm", "clearance_mm", "holding_torque_N_m", "moving_mass_kg")
 
 
@@ -78,7 +85,7 @@ def binding(results: Iterable[CheckResult]) -> list[str]:
     return found
 
 
-def facts(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, Any]:
+def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, Any]:
     """Gives what came of a run as JSON types.
 
     Args:
@@ -93,6 +100,7 @@ def facts(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, Any]:
     return {
         "name": brief.name,
         "passed": outcome.passed,
+        "objective": brief.objective,
         "cube_side_mm": 2.0 * design.cube.half_side_mm,
         "bound_mm": None,
         "gap": None,
@@ -111,9 +119,10 @@ def facts(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, Any]:
     }
 
 
-def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterable[str]) -> str:
-    """Writes `design.md`: what was reached, what binds, what was tried and what it taught."""
+def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterable[str], costs: Iterable[Cost]) -> str:
+    """Writes `design.md`: what was reached, what binds, what each limit costs, what was tried and what it taught."""
     width, depth = told["outline_mm"]
+    unit = UNITS[told["objective"]]
     lines = [
         f"# {told['name']}",
         "",
@@ -130,6 +139,12 @@ def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterab
         "## What binds",
         "",
         *(f"- {name}" for name in told["binding"]),
+        "",
+        "## What each limit costs",
+        "",
+        "Estimated with this hardware and what was learnt of it:",
+        "",
+        *(f"- {one.field} = {one.wider:g} instead of {one.asked:g}: {one.gain:.3g} {unit} better" for one in costs),
         "",
         "## What was tried",
         "",

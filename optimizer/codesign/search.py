@@ -64,6 +64,7 @@ class Search:
         stop: True ends the search with the best so far.
         report: Told what is being done.
         tell: Told what was found.
+        standing: The candidate that the last `build` is of.
     """
 
     brief: DesignBrief
@@ -76,6 +77,7 @@ class Search:
     tell: Callable[[str], None] = lambda _: None
     tried: Tried = field(default_factory=Tried)
     lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
+    standing: Candidate | None = None
 
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
@@ -90,9 +92,7 @@ class Search:
             refined = self._refined(choice)
             if refined is None or (best is not None and refined.score <= best[0].score):
                 continue
-            found = self._built(refined.choice)
-            if found is not None and (best is None or found[0].score > best[0].score):
-                best = found
+            best = self._built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
 
     def _rough(self) -> list[tuple[float, Choice]]:
@@ -137,6 +137,7 @@ class Search:
     def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
         self.tried.candidates += 1
+        self.report(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
         lessons = self.lessons.get((choice.motor, choice.drive)) or Lessons(self._first(choice))
         return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds=1)
 
@@ -178,21 +179,22 @@ class Search:
                 step, wide = step / 2.0, wide / 2.0
         return best
 
-    def _built(self, choice: Choice) -> tuple[Candidate, Outcome] | None:
-        """Builds a choice, and again with what its checks taught, until it passes or nothing more is learnt.
+    def _built(self, choice: Choice, least: float) -> tuple[Candidate, Outcome] | None:
+        """Builds a choice, and again with what its checks taught, until it passes or is no better than `least`.
 
         What moves is looked at before the rest: most that fails fails there, in a quarter of the time.
         """
         key = choice.motor, choice.drive
         for _ in range(SWEEPS):
             candidate = self.settled(choice)
-            if candidate is None or self.stop():
+            if candidate is None or candidate.score <= least or self.stop():
                 return None
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
             self.report(f"{named}: what moves")
             results, outcome = self.moving(candidate.design), None
             if all(result.passed for result in results):
                 self.report(f"{named}: building")
+                self.standing = candidate
                 outcome = self.build(candidate.design)
                 results = outcome.results
             failed = tuple(result.name for result in results if not result.passed)
@@ -200,9 +202,7 @@ class Search:
             if outcome is not None and not failed:
                 self.tell(f"{named} passes every check")
                 return candidate, outcome
-            self.tell(
-                f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1 fails: {', '.join(failed)}"
-            )
+            self.tell(f"{named} fails: {', '.join(failed)}")
             try:
                 self.lessons[key] = from_checks(candidate, self.lessons[key], results)
             except StuckError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,6 @@ from delta_cad.common.console import (
     INTERRUPTED,
     NOT_MET,
     Line,
-    Request,
     catalogue_option,
     natural,
     refuse,
@@ -72,37 +72,38 @@ def run(given: argparse.Namespace) -> int:
         require_room(given.out / brief.name, folder=True)
     except OSError as error:
         return refuse(f"--out {given.out}: {error.strerror or error}; must be a folder that can be written", BAD_INPUT)
-    try:
-        return _designed(given, brief)
-    except KeyboardInterrupt:
-        return refuse("interrupted; no machine was finished", INTERRUPTED)
+    return _designed(given, brief)
 
 
 def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
     """Searches, builds and tells."""
     from delta_cad.commands.pipeline import build, check_moving, make_machine
-    from optimizer.codesign.output import certificate_of, facts, report, with_provenance, write_beside
+    from optimizer.codesign.costs import costs
+    from optimizer.codesign.output import certificate_of, facts_of, report, with_provenance, write_beside
     from optimizer.codesign.reference import reference
     from optimizer.codesign.search import Search
 
     ends = monotonic() + 60.0 * given.minutes
     told: dict[str, Any] = {}
-    with Request() as stop, Line() as line:
+    interrupted = False
+    with Line() as line:
         line.show("loading the CAD kernel")
 
         def made(design: Design) -> Outcome:
             stated = with_provenance(design, brief, _again(given), given.seed)
 
             def beside(folder: Path, outcome: Outcome) -> None:
-                if not outcome.passed:
+                standing = search.standing
+                if not outcome.passed or standing is None:
                     return
+                line.show("what each limit costs")
+                known = search.lessons[standing.choice.motor, standing.choice.drive]
+                tried = replace(search.tried, built=[*search.tried.built, (stated, ())])
+                facts = facts_of(brief, outcome, tried)
+                text = report(facts, tried, known.why, brief.notes, costs(brief, standing, known))
                 line.show("certificate")
-                tried.built.append((stated, ()))
-                told.update(facts(brief, outcome, tried))
-                why = search.lessons[design.hardware.motor, design.hardware.drive].why
-                text = report(told, tried, why, brief.notes)
-                tried.built.pop()
                 write_beside(folder, stated, text, certificate_of(stated, folder / "mass_properties.json"))
+                told.update(facts)
 
             return build(stated, given.out, line.show, beside=beside)
 
@@ -112,20 +113,21 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
             moving=lambda design: check_moving(make_machine(design, line.show), line.show),
             first=reference(),
             seed=given.seed,
-            stop=lambda: bool(stop()) or monotonic() > ends,
+            stop=lambda: monotonic() > ends,
             report=line.show,
             tell=line.keep,
         )
-        tried = search.tried
-        found = search.best()
-        interrupted = bool(stop())
-    if found is None:
-        reasons = [f"{hardware}: {reason}" for hardware, reason in tried.stuck.items()]
+        try:
+            search.best()
+        except KeyboardInterrupt:
+            interrupted = True
+    if not told:
         if interrupted:
             return refuse("interrupted; no machine was finished", INTERRUPTED)
+        reasons = [f"{hardware}: {reason}" for hardware, reason in search.tried.stuck.items()]
         if given.json:
             empty = {"name": brief.name, "passed": False, "contradiction": reasons, "nearest": None}
-            print(json.dumps(empty | {"tried": tried.candidates}, indent=1))
+            print(json.dumps(empty | {"tried": search.tried.candidates}, indent=1))
         late = [f"the time was over after {given.minutes:g} min: raise --minutes"] if monotonic() > ends else []
         return refuse_all([f"{given.requirements.name}: {reason}" for reason in (*late, *reasons)], NOT_MET)
     if given.json:
@@ -133,6 +135,8 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
     else:
         print((Path(told["folder"]) / "design.md").read_text(encoding="utf-8"), end="")
         print(f"files in {told['folder']}")
+    if interrupted:
+        return refuse(f"interrupted; the best machine so far stands in {told['folder']}", INTERRUPTED)
     return DONE
 
 

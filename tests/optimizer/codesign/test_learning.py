@@ -1,0 +1,119 @@
+"""What refusals and failed checks teach: bounds, other parts, or that nothing will do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.design import load_design
+from delta_cad.dimensions import Reason
+from optimizer.codesign.candidate import PROOF, Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.learning import COUPLE_MOST, StuckError, from_checks, from_reasons, too_soft
+from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.reference import reference
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+from tests.committed import BEST
+
+CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+KNOWN = Lessons(reference())
+LENGTHS = (91.0, 143.0, 31.0, 24.0, 64.0, 42.0)
+
+
+def brief(**hardware: object) -> DesignBrief:
+    room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    return brief_from_dict({"name": "b", "requirements": room, "hardware": hardware})
+
+
+def candidate() -> Candidate:
+    return Candidate(load_design(Path(BEST)), CHOICE, LENGTHS, reference(), 84.0)
+
+
+def failed(name: str, value: float | None, limit: float | None, unit: str = "", *pair: str) -> CheckResult:
+    return CheckResult(name, False, value, limit, unit, worst_pair=pair)
+
+
+@pytest.mark.parametrize(
+    ("field", "bound", "length"),
+    [
+        ("mechanism.base_radius_mm", 33.321, "base_radius"),
+        ("mechanism.platform_radius_mm", 25.0, "platform_radius"),
+        ("cube.bottom_height_mm", 70.01, "bottom_height"),
+    ],
+)
+def test_a_bound_that_a_refusal_names_is_kept(field: str, bound: float, length: str) -> None:
+    choice, lessons = from_reasons(brief(), CHOICE, KNOWN, [Reason("part", "feature", "why", field, 30.0, bound)])
+    assert choice == CHOICE
+    assert bound <= lessons.least(length) < bound + 0.1
+    assert lessons.why[-1] == "part, feature: why"
+
+
+def test_a_size_grows_and_one_that_is_stated_does_not() -> None:
+    reason = Reason("upper_arm", "bore", "why", "hardware.arm_thickness_mm", 6.0, 7.55)
+    choice, _ = from_reasons(brief(), CHOICE, KNOWN, [reason])
+    assert choice.entries == {"arm_thickness_mm": 7.6}
+    with pytest.raises(StuckError, match="upper_arm, bore: why"):
+        from_reasons(brief(arm_thickness_mm=6.0), CHOICE, KNOWN, [reason])
+
+
+def test_another_part_is_the_next_that_may_be_used() -> None:
+    reason = Reason("joint", "tube", "too slender", "hardware.tube", "cfrp-5x3", "cfrp-6x4")
+    allowed = brief(tube=["cfrp-5x3", "cfrp-6x4"])
+    choice, _ = from_reasons(allowed, CHOICE, KNOWN, [reason])
+    assert choice.entries == {"tube": "cfrp-6x4"}
+    with pytest.raises(StuckError):
+        from_reasons(allowed, choice, KNOWN, [reason])
+
+
+def test_widths_are_taken_to_the_side_that_is_asked() -> None:
+    for bound, width in ((57.43, 57.5), (48.19, 48.1)):
+        reason = Reason("rod_spring", "length", "why", "mechanism.parallelogram_width_mm", 54.0, bound)
+        assert from_reasons(brief(), CHOICE, KNOWN, [reason])[0].width_mm == width
+
+
+def test_loads_that_no_part_bears_ask_for_more_hold() -> None:
+    weak = Reason("structure", "ball joint", "why", "requirements.peak_force_N", 6.0, 5.0)
+    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [weak])
+    assert lessons.couple_index_min == pytest.approx(KNOWN.couple_index_min + 0.03)
+    held = replace(KNOWN, couple_index_min=COUPLE_MOST)
+    with pytest.raises(StuckError, match="ball joint"):
+        from_reasons(brief(), CHOICE, held, [weak])
+
+
+def test_each_failed_check_moves_what_it_is_about() -> None:
+    def learnt(*results: CheckResult) -> Lessons:
+        return from_checks(candidate(), KNOWN, results)
+
+    assert learnt() == KNOWN
+    deep = learnt(failed("envelope depth", 221.3, 220.0, "mm"))
+    assert deep.overhead_mm == pytest.approx((KNOWN.overhead_mm[0], KNOWN.overhead_mm[1] + 1.35))
+    heavy = learnt(failed("effective mass", 0.42, 0.4, "kg"))
+    assert heavy.mass_share == pytest.approx(KNOWN.mass_share * 0.998 * 0.4 / 0.42)
+    assert learnt(failed(f"{PROOF}effective_mass", None, None)).mass_share < KNOWN.mass_share
+    held = learnt(failed("torque with gravity", 0.4, 0.39, "N m"))
+    assert held.held_torque_N_m == pytest.approx(KNOWN.held_torque_N_m + 0.0104)
+    wrists = learnt(failed("clearance", 1.7, 2.0, "mm", "rod_cup_0_1_wrist", "rod_cup_1_0_wrist"))
+    assert wrists.least("platform_radius") == 24.5
+    board = learnt(failed("clearance", 1.0, 2.0, "mm", "motor_0", "encoder_board_1"))
+    assert board.least("base_radius") == 32.0
+    steep = learnt(failed("clearance proof", None, 2.0, "mm", "motor_cheek_0", "rod_tube_0_1"))
+    assert steep.least("bottom_height") == 65.0
+    solid = learnt(failed("overlap on one link", 156.0, 0.01, "mm^3", "motor_0", "encoder_board_1"))
+    assert solid.least("base_radius") == 31.5
+
+
+def test_a_check_that_teaches_nothing_ends_the_choice() -> None:
+    with pytest.raises(StuckError, match="parts present"):
+        from_checks(candidate(), KNOWN, [failed("parts present", 1.0, 0.0)])
+
+
+def test_the_committed_machine_is_stiff_enough_and_not_for_more() -> None:
+    design = load_design(Path(BEST))
+    assert too_soft(design) is None
+    asked = design.requirements.model_copy(update={"stiffness_min_N_mm": 24.0})
+    found = too_soft(design.model_copy(update={"requirements": asked}))
+    assert found is not None
+    assert 15.0 < found[0] < 24.0 == found[1]

@@ -1,0 +1,77 @@
+"""Lengths of a candidate: the largest cube, or the least machine, against a proven optimum and against each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.lengths import Found, best_lengths, posed
+from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.reference import reference
+from optimizer.globalopt.optimum import prove_optimum
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+from optimizer.problem.step import step_problem
+
+CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 50.0)
+LESSONS = Lessons(replace(reference(), own=True))
+ASKED = {"force_N": 3.0, "clearance_min_mm": 2.0}
+FELT = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4}
+
+
+def brief(requirements: dict[str, float], felt: dict[str, float] = FELT, **tables: object) -> DesignBrief:
+    return brief_from_dict({"name": "b", "requirements": ASKED | requirements, "feel": felt} | tables, "b")
+
+
+def largest(width: float = 270.0, depth: float = 220.0, **felt: float) -> Found:
+    found = best_lengths(brief({"envelope_width_mm": width, "envelope_depth_mm": depth}, FELT | felt), CHOICE, LESSONS)
+    assert found is not None
+    return found
+
+
+def test_the_largest_cube_is_the_proven_one() -> None:
+    """The masses follow the lengths; with those of what was found, branch and bound finds no more than 0.2 % more."""
+    asked = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0})
+    found = largest()
+    inertia = LESSONS.weighed.inertia(found.lengths_mm[0], found.lengths_mm[1], CHOICE.ratio)
+    proof = prove_optimum(step_problem(posed(asked, CHOICE, LESSONS, inertia), 2), gap=1e-3)
+    assert proof.bound is not None
+    assert found.side_mm / 2.0 <= proof.bound * (1.0 + 1e-9)
+    assert found.side_mm / 2.0 >= proof.bound * (1.0 - 2e-3)
+
+
+def test_more_room_and_more_mass_buy_a_larger_cube() -> None:
+    middle = largest().side_mm
+    assert 70.0 < middle < 95.0
+    assert largest(width=280.0, depth=230.0).side_mm > middle + 1.0
+    assert largest(effective_mass_max_kg=0.3).side_mm < middle - 0.5
+
+
+def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
+    """Once the outline is found for a cube, that outline's largest cube is the same again."""
+    asked = brief({"cube_side_mm": 80.0}, goal={"minimize": "outline"})
+    found = best_lengths(asked, CHOICE, LESSONS)
+    assert found is not None
+    assert found.side_mm == 80.0
+    assert found.reach_mm == pytest.approx(-found.score, rel=1e-3)
+    wide = {"envelope_width_mm": 900.0, "envelope_depth_mm": 900.0}
+    back = best_lengths(brief(wide, limits={"outline_radius_max_mm": -found.score}), CHOICE, LESSONS)
+    assert back is not None
+    assert 80.0 <= back.side_mm <= 80.0 * 1.003
+
+
+def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
+    room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    found = best_lengths(
+        brief(room | {"cube_side_mm": 78.0}, {"kappa_max": 2.27}, goal={"minimize": "effective_mass"}), CHOICE, LESSONS
+    )
+    assert found is not None
+    back = best_lengths(brief(room, {"kappa_max": 2.27, "effective_mass_max_kg": -found.score}), CHOICE, LESSONS)
+    assert back is not None
+    assert 78.0 <= back.side_mm <= 78.0 * 1.003
+
+
+def test_what_no_outline_makes_possible_has_no_lengths() -> None:
+    weak = Choice("maxon-re30-310007", "capstan", 3.0, 50.0)
+    assert best_lengths(brief({"cube_side_mm": 150.0, "force_N": 30.0}, {}), weak, LESSONS) is None

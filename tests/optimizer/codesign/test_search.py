@@ -1,0 +1,122 @@
+"""The search with machines that are made of paper: what is built in which order, and what is left standing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.design import Design
+from optimizer.codesign import search as module
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.lessons import Lessons, Weighed
+from optimizer.codesign.reference import reference
+from optimizer.codesign.search import Search
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+
+MOTORS = ["maxon-re30-310007", "faulhaber-3257g024cr"]
+ESTIMATES = {MOTORS[0]: 86.0, MOTORS[1]: 85.0}
+PASSED = CheckResult("all", True, 1.0, 1.0, "")
+
+
+def brief(**requirements: float) -> DesignBrief:
+    room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    asked = {"name": "b", "requirements": room | requirements, "hardware": {"motor": MOTORS, "drive": "capstan"}}
+    return brief_from_dict(asked)
+
+
+@dataclass
+class Paper:
+    """Machines whose checks are told beforehand, by motor."""
+
+    verdicts: dict[str, list[list[CheckResult]]]
+    built: list[str] = field(default_factory=list)
+    moved: list[str] = field(default_factory=list)
+
+    def moving(self, design: Design) -> list[CheckResult]:
+        self.moved.append(design.hardware.motor)
+        return self.verdicts[design.hardware.motor].pop(0)
+
+    def build(self, design: Design) -> Any:
+        self.built.append(design.hardware.motor)
+        return SimpleNamespace(results=[PASSED], design=design)
+
+
+def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch, **asked: float) -> Search:
+    """A search whose estimates and candidates are given: the last score of a motor stays."""
+    search = Search(brief(**asked), paper.build, paper.moving, reference())
+
+    def settled(choice: Choice, *_: object, **__: object) -> Candidate:
+        left = scores[choice.motor]
+        score = left.pop(0) if len(left) > 1 else left[0]
+        search.lessons.setdefault((choice.motor, choice.drive), Lessons(reference()))
+        design = SimpleNamespace(hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0))
+        lengths = (90.0, 140.0, 30.0, 20.0, 70.0, score / 2.0)
+        return Candidate(cast(Design, design), choice, lengths, cast(Weighed, reference()), score)
+
+    ranked = [(ESTIMATES[motor], Choice(motor, "capstan", 5.0, 50.0)) for motor in scores]
+    monkeypatch.setattr(search, "_rough", lambda: ranked)
+    monkeypatch.setattr(search, "settled", settled)
+    monkeypatch.setattr(search, "_refined", settled)
+    return search
+
+
+def test_what_fails_where_it_moves_is_not_built(monkeypatch: pytest.MonkeyPatch) -> None:
+    close = CheckResult("clearance", False, 1.5, 2.0, "mm", worst_pair=("motor_0", "encoder_board_1"))
+    paper = Paper({MOTORS[0]: [[close], [close], [PASSED]]})
+    search = searched(paper, {MOTORS[0]: [84.0, 84.0, 83.0, 82.0]}, monkeypatch)
+    found = search.best()
+    assert found is not None
+    assert (len(paper.moved), len(paper.built)) == (3, 1)
+    assert [failed for _, failed in search.tried.built] == [("clearance",), ("clearance",), ()]
+    lessons = search.lessons[MOTORS[0], "capstan"]
+    assert lessons.least("base_radius") == 30.5
+
+
+def test_the_next_motor_is_built_only_if_it_promises_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    for second, built in ((70.0, 1), (83.9, 1), (85.0, 2)):
+        paper = Paper({motor: [[PASSED]] for motor in MOTORS})
+        search = searched(paper, {MOTORS[0]: [84.0], MOTORS[1]: [second]}, monkeypatch)
+        found = search.best()
+        assert found is not None
+        assert len(paper.built) == built
+        assert found[0].score == max(84.0, second)
+
+
+def test_a_machine_that_turns_out_smaller_does_not_replace_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its estimate was better; what its checks taught made it worse than what stands in the folder."""
+    close = CheckResult("clearance", False, 1.5, 2.0, "mm", worst_pair=("motor_0", "encoder_board_1"))
+    paper = Paper({MOTORS[0]: [[PASSED]], MOTORS[1]: [[close]]})
+    search = searched(paper, {MOTORS[0]: [84.0], MOTORS[1]: [84.5, 84.5, 83.0]}, monkeypatch)
+    found = search.best()
+    assert found is not None
+    assert paper.built == [MOTORS[0]]
+    assert found[0].score == 84.0
+
+
+def test_a_check_that_teaches_nothing_gives_the_motor_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    paper = Paper({MOTORS[0]: [[CheckResult("parts present", False, 1.0, 0.0, "", detail="a bearing is missing")]]})
+    search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
+    assert search.best() is None
+    assert "a bearing is missing" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+
+
+def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    paper = Paper({MOTORS[0]: [[PASSED]]})
+    search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
+    search.stop = lambda: True
+    assert search.best() is None
+    assert paper.moved == []
+
+
+def test_weak_motors_are_told_apart_before_anything_is_made() -> None:
+    """Of a search without solids: at 60 N none of both leaves a cube, and each is given up with the reason."""
+    told: list[str] = []
+    search = Search(brief(force_N=60.0), cast(Any, None), cast(Any, None), reference(), tell=told.append)
+    assert search.best() is None
+    assert set(search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
+    assert module.MOTORS == 3
