@@ -13,7 +13,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import DesignBounds
-from delta_cad.mechanism.limits.outline import OUTWARDS
+from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
 from optimizer.problem.step import SIDE, Problem
 
 

@@ -16,12 +16,12 @@ from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInert
 from delta_cad.mechanism.limits.holding_torque import HeldMasses, HoldingTorque
 from delta_cad.mechanism.limits.kappa import Kappa
 from delta_cad.mechanism.limits.lean import Lean
+from delta_cad.mechanism.limits.lengths.outline import Outline
+from delta_cad.mechanism.limits.lengths.wrist_clearance import WristClearance
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
-from delta_cad.mechanism.limits.outline import Outline
 from delta_cad.mechanism.limits.reach import Reach
 from delta_cad.mechanism.limits.shoulder import Shoulder
 from delta_cad.mechanism.limits.torque import Torque
-from delta_cad.mechanism.limits.wrist_clearance import WristClearance
 
 Kind = TypeVar("Kind", bound=PoseLimit)
 

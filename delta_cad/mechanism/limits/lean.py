@@ -27,6 +27,7 @@ from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.enclosure.table import HIGH, LOW, store
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import rod_lean
+from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
 from delta_cad.mechanism.limits.limit import (
     DEGREE,
     DesignBounds,
@@ -38,7 +39,6 @@ from delta_cad.mechanism.limits.limit import (
     require,
     strict_radians,
 )
-from delta_cad.mechanism.limits.outline import OUTWARDS
 
 SHARE = (math.sqrt(3.0) + 1.0) / 2.0
 """Largest t over the cube is this times L, in a corner, for chains 1 and 2: `L sin 60 + L cos 60`."""

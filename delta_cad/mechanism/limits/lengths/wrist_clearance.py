@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from delta_cad.mechanism.limits.lengths.outline import OUTWARDS
 from delta_cad.mechanism.limits.limit import DesignBounds, Limit, Values
-from delta_cad.mechanism.limits.outline import OUTWARDS
 
 
 @dataclass(frozen=True)
