@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import log2
+from math import log2, pi
 from typing import Literal
 
 from delta_cad import catalogue
@@ -141,3 +141,8 @@ def joint_counts_per_turn(design: Design) -> float:
     counts = catalogue.motor.chosen(hardware).encoder_counts_per_turn
     assert counts is not None, "the design file refuses such a motor"
     return counts * drive_torque(design).ratio
+
+
+def encoder_count_rad(design: Design) -> float:
+    """Computes the turn of the arm for one count of its joint's encoder, rad."""
+    return 2.0 * pi / joint_counts_per_turn(design)

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from delta_cad import catalogue
-from delta_cad.drive import joint_counts_per_turn
+from delta_cad.drive import drive_friction_N_m, encoder_count_rad, idle_torque_N_m
 from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
 from haptics.control.pose import model
@@ -19,14 +18,11 @@ from haptics.model.ball_joints import ball_friction
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant, plant
 
-# Friction of a motor as a share of its continuous torque: no-load current over what is left of the continuous one, of
-# the RE 30 as its row in the catalogue has them. Not known of the others; bearings and cable are inside the range.
-IDLE_SHARE = 0.16 / (3.44 - 0.16)
-# Speed of the motor at that current, rad/s: a small motor at its rated voltage, about 8600 turns a minute.
+# Speed of the motor at its no-load current, rad/s: a small motor at its rated voltage, about 8600 turns a minute.
 IDLE_SPEED = 900.0
-# Least, nominal and largest share of that friction that does not depend on the speed: brushes, bearings, cable.
-COULOMB = (0.25, 0.6, 1.0)
-VISCOUS = (0.0, 0.4, 0.75)  # The share that grows with it, likewise; the nominal ones add up to the no-load torque
+# Least, nominal and largest share of the idle torque that grows with the speed; the nominal one and that of
+# `drive.friction` add up to it.
+VISCOUS = (0.0, 0.4, 0.75)
 # Turn of a joint by which cable, brushes and bearings give way before they slip, rad, softest first: half a degree of
 # the motor, an eighth, a twentieth. A guess with a wide range, on which the stability of stiff walls under a light hand
 # depends: the softest goes with the least friction, the stiffest with the largest.
@@ -79,12 +75,10 @@ def joint_friction(machine: MachineModel) -> Friction:
         The range.
     """
     ratio = machine.drive.ratio
-    idle = IDLE_SHARE * catalogue.motor.chosen(machine.design.hardware).nominal_torque_N_m
-    low, middle, high = COULOMB
     thin, usual, thick = VISCOUS
-    torque, slope = ratio * idle, ratio**2 * idle / IDLE_SPEED
+    slope = ratio**2 * idle_torque_N_m(machine.design) / IDLE_SPEED
     balls = ball_friction(machine.design, machine.centre)
-    drive = (low * torque, middle * torque, high * torque)
+    drive = drive_friction_N_m(machine.design)
     coulomb = (drive[0] + balls[0], drive[1] + balls[1], drive[2] + balls[2])
     inertia = machine.masses.arm_inertia + machine.masses.rotor_inertia
     parts = zip(BRISTLE_RATIO, coulomb, PRESLIDING, strict=True)
@@ -94,7 +88,7 @@ def joint_friction(machine: MachineModel) -> Friction:
 
 def encoder_count(machine: MachineModel) -> float:
     """Count of the encoder as an angle of the arm, rad: on the shoulder's shaft, or on the motor, through the ratio."""
-    return 2.0 * math.pi / joint_counts_per_turn(machine.design)
+    return encoder_count_rad(machine.design)
 
 
 def default_estimator(period: float = 1e-3) -> Estimator:

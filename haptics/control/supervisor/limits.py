@@ -10,7 +10,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, DesignError
-from delta_cad.drive import drive_torque, joint_counts_per_turn
+from delta_cad.drive import drive_torque, encoder_count_rad
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.mechanism.inverse import closure_margin, forearm_vectors, joint_angles
 from delta_cad.mechanism.jacobian import forearm_determinant, inverse_jacobian
@@ -191,7 +191,7 @@ def safety_limits(
         raise DesignError(design.name, "cube.half_side_mm", f"{design.cube.half_side_mm:g}", allowed)
     torque = drive.controlled_torque_N_m
     joint_speed = 1.5 * speed * turn
-    count = 2.0 * math.pi / joint_counts_per_turn(design)
+    count = encoder_count_rad(design)
     diagonal = 2.0 * math.sqrt(3.0) * half
     energy = changes.get("energy", design.requirements.force_N * diagonal)
     heat = motor_heat(catalogue.motor.chosen(design.hardware), drive.ratio * drive.efficiency, ambient_C)

@@ -1,0 +1,25 @@
+"""What a joint's drive rubs with: the motor's idle torque through the ratio, less what grows with the speed."""
+
+from __future__ import annotations
+
+from delta_cad import catalogue
+from delta_cad.design import Design
+from delta_cad.drive.report import drive_torque
+
+# Friction of a motor as a share of its continuous torque: no-load current over what is left of the continuous one, of
+# the RE 30 as its row in the catalogue has them. Not known of the others; bearings and cable are inside the range.
+IDLE_SHARE = 0.16 / (3.44 - 0.16)
+# Least, nominal and largest share of that friction that does not depend on the speed: brushes, bearings, cable.
+COULOMB = (0.25, 0.6, 1.0)
+
+
+def idle_torque_N_m(design: Design) -> float:
+    """Computes the torque that a motor takes at its idle speed, N m at the motor."""
+    return IDLE_SHARE * catalogue.motor.chosen(design.hardware).nominal_torque_N_m
+
+
+def drive_friction_N_m(design: Design) -> tuple[float, float, float]:
+    """Computes the Coulomb friction of a joint's drive: least, nominal and largest, N m at the joint."""
+    torque = drive_torque(design).ratio * idle_torque_N_m(design)
+    low, middle, high = COULOMB
+    return low * torque, middle * torque, high * torque
