@@ -10,9 +10,10 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
+from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.mechanism.limits import POSE_LIMITS, HandleInertia, Torque
+from delta_cad.mechanism.limits import POSE_LIMITS, Friction, HandleInertia, Torque
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 from delta_cad.structure.report import stiffness
@@ -94,9 +95,9 @@ def _dimensions(design: Design) -> list[InspectionRow]:
 def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[InspectionRow]:
     """The worst of every figure that a limit bounds; one that needs masses which are not known says so."""
     group = "limits over the cube (sampled and polished)"
-    values = design.requirements.model_dump() | {"inertia": inertia}
-    known = {kind: values if inertia or not kind.needs_masses else None for kind in POSE_LIMITS}
-    stated = {kind: None if given is None else kind.stated(given) for kind, given in known.items()}
+    values = design.requirements.model_dump() | {"inertia": inertia} | known_joints(design)
+    missing = {kind for kind in POSE_LIMITS if kind.needs and values.get(kind.needs) is None}
+    stated = {kind: None if kind in missing else kind.stated(values) for kind in POSE_LIMITS}
     rows = []
     for worst in worst_figures(design.geometry, cube, values):
         figure, limit = worst.figure, stated[type(worst.limit)]
@@ -110,9 +111,10 @@ def _limits(design: Design, cube: Cube, inertia: HandleInertia | None) -> list[I
         bound = limit.bound(figure) * figure.scale
         holds = value <= bound if figure.upper else (value > bound if limit.strict else value >= bound)
         rows.append(InspectionRow(group, words, value, figure.unit, f"{figure.sense} {bound:g}", holds, (x, y, z)))
-    for kind, given in known.items():
-        needed = given is None and any(values.get(field.name) is not None for field in kind.fields_)
-        rows += [InspectionRow(group, f.words, "give --mass-properties", "") for f in kind.figures if needed]
+    for kind in POSE_LIMITS:
+        needed = kind in missing and any(values.get(field.name) is not None for field in kind.fields_)
+        why = "not known of these joints" if kind is Friction else "give --mass-properties"
+        rows += [InspectionRow(group, f.words, why, "") for f in kind.figures if needed]
     return rows
 
 

@@ -27,6 +27,7 @@ from delta_cad.common.beside import Beside
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
@@ -132,7 +133,7 @@ def check_limits(d: Dimensions, masses: Mapping[str, Any]) -> CheckLimits:
         clearance_min_mm=required.clearance_min_mm,
         pose=Limits.of(
             Lean(d.forearm.tilt_limit_rad),
-            *Limits.stated(required.model_dump() | {"inertia": inertia}, strict=False),
+            *Limits.stated(required.model_dump() | {"inertia": inertia} | known_joints(design), strict=False),
             Shoulder(lowest, highest),
         ),
     )

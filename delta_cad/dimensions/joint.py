@@ -15,13 +15,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin, tan
+from math import cos, hypot, isfinite, pi, sin, tan
+from typing import Any
 
 import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
-from delta_cad.dimensions.rules import require
+from delta_cad.design import Design
+from delta_cad.dimensions.rules import DimensionError, require
+from delta_cad.dimensions.sizes import largest_force_N
+from delta_cad.drive import drive_friction_N_m, encoder_count_rad
+from delta_cad.mechanism import Cube
+from delta_cad.mechanism.limits import HandleFriction
+from delta_cad.mechanism.proof.ball_friction import ball_friction
 
 CLEARANCE_MM = 0.0075  # radial, of the finished seat on its ball: 6.015 on 6
 CLEARANCE_TOLERANCE_MM = 0.0025  # radial, either way: what ball and paste hold and a gauge tells
@@ -289,6 +296,35 @@ def preload_N(width_mm: float, force_N: float = 0.0) -> float:
     """
     between = width_mm - 2 * EYE_MM
     return chosen_spring(between, EYE_MM, force_N).force_N(between)
+
+
+def ball_preload_N(design: Design) -> float:
+    """Computes what presses each ball of a design's rods in its cup while the handle bears nothing, N."""
+    return preload_N(design.mechanism.parallelogram_width_mm, largest_force_N(design.requirements))
+
+
+def known_joints(design: Design) -> dict[str, Any]:
+    """Gathers what limits on the feel need to know of a design's joints, coefficients of friction nominal.
+
+    Args:
+        design: The design.
+
+    Returns:
+        `friction`: what rubs, the ball joints bounded over the cube under their preload alone; None where no spring
+        fits or the cube is out of reach. `encoder_count`: turn of a joint for one count of its encoder, rad.
+    """
+    known: dict[str, Any] = {"friction": None, "encoder_count": encoder_count_rad(design)}
+    try:
+        preload = ball_preload_N(design)
+    except DimensionError:
+        return known
+    torques = sliding_torques_N_mm(design.hardware.ball_diameter_mm, np.array(preload))
+    lean, turn = (2.0 * float(torque) / MM_PER_M for torque in torques)  # both rods of a chain
+    cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
+    upright, level = ball_friction(design.geometry, cube, lean, turn)
+    if isfinite(upright + level):
+        known["friction"] = HandleFriction(drive_friction_N_m(design)[1], upright, level)
+    return known
 
 
 def joint_dimensions(

@@ -13,8 +13,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.dimensions.joint import FRICTION_RANGE, preload_N, sliding_torques_N_mm
-from delta_cad.dimensions.sizes import largest_force_N
+from delta_cad.dimensions.joint import FRICTION_RANGE, ball_preload_N, sliding_torques_N_mm
 from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.geometry import RADIAL, TANGENTIAL, VERTICAL
 from delta_cad.mechanism.inverse import arm_direction, forearm_vectors
@@ -64,10 +63,6 @@ def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> JointRates:
     return JointRates(np.hypot(about * lean[..., None], leaning[..., None]), np.abs(about * upright[..., None]))
 
 
-def _preload_N(design: Design) -> float:
-    return preload_N(design.mechanism.parallelogram_width_mm, largest_force_N(design.requirements))
-
-
 def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarray:
     """Computes what presses the balls of the rods in their cups while the platform bears a force.
 
@@ -80,7 +75,7 @@ def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarr
     Returns:
         (..., 3 chains, 2 rods) N, alike at both ends: `|+-P t + S n / 2|`, S the force along n of both rods together.
     """
-    g, pull = design.geometry, _preload_N(design)
+    g, pull = design.geometry, ball_preload_N(design)
     n = forearm_vectors(g, p) / g.forearm_length
     force = np.broadcast_to(np.asarray(force_N, dtype=float), (*n.shape[:-2], 3))
     along = np.linalg.solve(np.swapaxes(n, -1, -2), force[..., None])[..., 0] / 2.0
@@ -100,7 +95,7 @@ def ball_friction_N(
         force_N: (..., 3) force on the platform's centre, weight included, N; None: the preload alone presses.
     """
     rates = joint_rates(design.geometry, p, direction)
-    load = np.array([_preload_N(design)] * 2) if force_N is None else ball_loads_N(design, p, force_N)
+    load = np.array([ball_preload_N(design)] * 2) if force_N is None else ball_loads_N(design, p, force_N)
     lean, turn = (torque.sum(axis=-1) for torque in sliding_torques_N_mm(design.hardware.ball_diameter_mm, load))
     taken = lean[..., None] * rates.lean + turn[..., None] * rates.turn  # both rods of every chain
     return taken.sum(axis=(-2, -1)) / MM_PER_M

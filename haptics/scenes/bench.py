@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 
 from delta_cad.mechanism import closure_margin, inverse_jacobian
+from delta_cad.mechanism.limits.friction import HandleFriction, friction
 from haptics.gravity import gravity_torque
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
@@ -139,8 +140,7 @@ def friction_holds(machine: MachineModel) -> float:
         machine: The device, with nominal friction.
 
     Returns:
-        Largest `|G^T torque|` over the torques within friction: at one of their eight corners.
+        Largest `|G^T torque|` over the torques within friction, which is that against a motion in the worst direction.
     """
-    rates = inverse_jacobian(machine.geometry, machine.centre)
-    corners = np.array(list(product((-1.0, 1.0), repeat=3))) @ rates
-    return joint_friction(machine).coulomb[1] * float(np.linalg.norm(corners, axis=1).max())
+    rubs = HandleFriction(joint_friction(machine).coulomb[1], 0.0, 0.0)
+    return float(friction(machine.geometry, machine.centre, rubs))

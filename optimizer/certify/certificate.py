@@ -16,6 +16,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
+from delta_cad.dimensions.joint import known_joints
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import EffectiveMass, HandleInertia, Limits
 from delta_cad.mechanism.proof.findings import Finding, Verdict
@@ -104,10 +105,10 @@ def values_of(
         gravity: How gravity is counted in.
 
     Returns:
-        Fields of its requirements, and `inertia` and `held_masses`, where they are known.
+        Fields of its requirements, what its joints are (`known_joints`), and `inertia` and `held_masses`, where known.
     """
     held = None if gravity is None else gravity.masses
-    return design.requirements.model_dump() | {"inertia": inertia, "held_masses": held}
+    return design.requirements.model_dump() | known_joints(design) | {"inertia": inertia, "held_masses": held}
 
 
 def certify(

@@ -100,7 +100,7 @@ def report_rows(c: Certificate, proved_bounds: tuple[ProvedBound, ...]) -> list[
         limit, finding = c.limits.get(kind), findings.get(kind.name)
         for figure in kind.figures:
             bound = known.get(figure.name)
-            if limit is not None or bound is not None or not kind.needs_masses:
+            if limit is not None or bound is not None or not kind.needs:
                 rows.append(_row(c, kind, figure, limit, finding, bound))
     return rows
 

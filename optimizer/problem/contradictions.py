@@ -55,7 +55,8 @@ def beyond_proof(known: Known, more: Mapping[str, Any]) -> Iterator[Fault]:
         except KeyError:  # it is made from a field that is not known
             continue
         except GeometryError as error:
-            if "inertia" in values or not getattr(limit, "needs_masses", False):
+            needs = getattr(limit, "needs", "")
+            if not needs or values.get(needs) is not None:
                 yield limit.name, "", str(error)
 
 

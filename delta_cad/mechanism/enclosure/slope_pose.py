@@ -106,7 +106,7 @@ class SlopePose:
         return tuple(rows)
 
     @cached_property
-    def _inverse_jacobian(self) -> tuple[Vector, ...]:
+    def inverse_jacobian(self) -> tuple[Vector, ...]:
         """The rows s_i / (L_A w_i), README (11)."""
         return tuple(
             (_by(row[0], scale), _by(row[1], scale), _by(row[2], scale))
@@ -116,12 +116,12 @@ class SlopePose:
     @cached_property
     def _gram_vectors(self) -> np.ndarray:
         """(n, 3, 3) eigenvectors of the inverse Jacobian's Gram matrix at the centres, ascending."""
-        middle = np.array([[centre_of(v) for v in row] for row in self._inverse_jacobian])  # (chain, axis, n)
+        middle = np.array([[centre_of(v) for v in row] for row in self.inverse_jacobian])  # (chain, axis, n)
         return eigenvectors(np.einsum("ian,jan->nij", middle, middle))
 
     def _turned(self, k: int) -> Vector:
         """Column k of V^T applied to the inverse Jacobian's rows: a vector of slope forms."""
-        w, rows = [exactly(self._gram_vectors[:, i, k]) for i in range(3)], self._inverse_jacobian
+        w, rows = [exactly(self._gram_vectors[:, i, k]) for i in range(3)], self.inverse_jacobian
         x, y, z = (rows[0][a].times(w[0]) + rows[1][a].times(w[1]) + rows[2][a].times(w[2]) for a in range(3))
         return x, y, z
 

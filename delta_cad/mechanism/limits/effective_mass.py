@@ -254,7 +254,7 @@ class EffectiveMass(PoseLimit):
         FigureOfMerit("effective_mass", "effective mass", "kg", 1.0, True, True, _masses, "mass_max", RANGE),
     )
     tier: ClassVar = forms.FOREARMS
-    needs_masses: ClassVar = True
+    needs: ClassVar = "inertia"
     told_as: ClassVar = "max_effective_mass_kg"
     rows: ClassVar = 1
     size: ClassVar = 5

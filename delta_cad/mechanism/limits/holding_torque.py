@@ -164,7 +164,7 @@ class HoldingTorque(PoseLimit):
     )
     tier: ClassVar = forms.FOREARMS
     infinite_at_singularity: ClassVar = True
-    needs_masses: ClassVar = True
+    needs: ClassVar = "held_masses"
     rows: ClassVar = 6
     size: ClassVar = 15
     enclose: ClassVar = staticmethod(_enclose)

@@ -192,8 +192,8 @@ class PoseLimit(Limit):
     """Whether its margin must be greater than 0, not only not less."""
     infinite_at_singularity: ClassVar[bool] = False
     """Whether its figures grow without bound towards a direct singularity."""
-    needs_masses: ClassVar[bool] = False
-    """Whether it can be said only of a machine whose masses are known."""
+    needs: ClassVar[str] = ""
+    """What must be known of the machine beside its lengths, as values have it: "inertia"; "" for nothing."""
     always: ClassVar[bool] = False
     """Whether every proof asks it, because the others mean nothing without."""
     told_as: ClassVar[str] = ""

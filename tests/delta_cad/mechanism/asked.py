@@ -6,12 +6,15 @@ from delta_cad.mechanism.limits import (
     AssemblyMode,
     CoupleIndex,
     EffectiveMass,
+    Friction,
+    HandleFriction,
     HandleInertia,
     HeldMasses,
     HoldingTorque,
     Kappa,
     Lean,
     Limits,
+    PositionStep,
     Reach,
     Shoulder,
     Torque,
@@ -30,6 +33,8 @@ def limits(
     inertia: HandleInertia | None = None,
     couple_index_min: float | None = None,
     held: tuple[float, float, HeldMasses] | None = None,
+    friction: tuple[float, HandleFriction] | None = None,
+    step: tuple[float, float] | None = None,
 ) -> Limits:
     """Limits with these thresholds in SI units; None leaves one out."""
     return Limits.of(
@@ -42,4 +47,6 @@ def limits(
         None if mass_max is None or inertia is None else EffectiveMass(mass_max, inertia),
         None if couple_index_min is None else CoupleIndex(couple_index_min),
         None if held is None else HoldingTorque(*held),
+        None if friction is None else Friction(friction[0], *friction[1]),
+        None if step is None else PositionStep(*step),
     )

@@ -12,11 +12,14 @@ from delta_cad.mechanism.limits import (
     POSE_LIMITS,
     CoupleIndex,
     EffectiveMass,
+    Friction,
+    HandleFriction,
     HandleInertia,
     HeldMasses,
     Kappa,
     Lean,
     Limits,
+    PositionStep,
     Reach,
     Shoulder,
     Torque,
@@ -48,6 +51,13 @@ INERTIA = HandleInertia(0.06, 0.01, 0.004, 2e-4)
         (CoupleIndex, (-1e-9,), "couple_index_min is -1e-09; it must be within 0 and 1"),
         (CoupleIndex, (1.1,), "couple_index_min is 1.1"),
         (CoupleIndex, (math.nan,), "couple_index_min is nan"),
+        (Friction, (0.0, 0.01, 0.0, 0.0), "friction_max is 0.0; it must be within 1e-06 and 1e+06"),
+        (Friction, (0.5, math.inf, 0.0, 0.0), "drive is inf; it must be finite"),
+        (Friction, (0.5, 0.01, -1e-9, 0.0), "upright is -1e-09; it must be within 0 and 1e6"),
+        (Friction, (0.5, 0.01, 0.0, math.nan), "level is nan"),
+        (PositionStep, (0.0, 1e-3), "step_max is 0.0; it must be within 1e-09 and 1000"),
+        (PositionStep, (1e-4, 0.0), "count is 0.0; it must be within 1e-9 and 10 rad"),
+        (PositionStep, (1e-4, math.nan), "count is nan"),
         (HandleInertia, (-1e-9, 0.01, 0.0, 0.0), "carried_mass is -1e-09; it must be within 0 and 1e6"),
         (HandleInertia, (0.1, math.inf, 0.0, 0.0), "elbow_mass is inf; it must be within 0 and 1e6"),
         (HandleInertia, (0.1, 0.01, -2e6, 0.0), "cross_mass is -2000000.0; it must be within -1e+06 and 1e6"),
@@ -66,6 +76,8 @@ def test_limits_that_mean_nothing_are_refused(kind, thresholds, message):
         ({"torque_max_N_m": 3.0}, "force and torque_max belong together"),
         ({"effective_mass_max_kg": 0.2}, "effective_mass_max_kg and inertia belong together"),
         ({"inertia": {"carried_mass_kg": 0.1}}, "effective_mass_max_kg and inertia belong together"),
+        ({"friction_max_N": 0.5}, "friction_max and drive and upright and level belong together"),
+        ({"encoder_count_rad": 1e-3}, "step_max and count belong together"),
         (
             {"effective_mass_max_kg": 0.2, "inertia": {"carried_mass_kg": 0.1}},
             "inertia must have carried_mass_kg, elbow_mass_kg, cross_mass_kg, joint_inertia_kg_m2",
@@ -85,6 +97,17 @@ def test_an_effective_mass_is_asked_only_where_the_masses_are_known():
     assert EffectiveMass.stated({"effective_mass_max_kg": 0.2, "inertia": INERTIA}) == EffectiveMass(0.2, INERTIA)
 
 
+def test_what_is_felt_of_the_joints_is_asked_only_where_they_are_known():
+    rubs = HandleFriction(0.01, 0.02, 0.03)
+    with pytest.raises(GeometryError, match="friction_max_N needs what rubs"):
+        Friction.stated({"friction_max_N": 0.5})
+    with pytest.raises(GeometryError, match="position_step_max_mm needs the count"):
+        PositionStep.stated({"position_step_max_mm": 0.05, "friction": rubs})
+    assert Friction.stated({"friction": rubs}) is PositionStep.stated({"encoder_count": 1e-3}) is None
+    assert Friction.stated({"friction_max_N": 0.5, "friction": rubs}) == Friction(0.5, *rubs)
+    assert PositionStep.stated({"position_step_max_mm": 0.05, "encoder_count": 1e-3}) == PositionStep(5e-5, 1e-3)
+
+
 def test_what_is_asked():
     assert limits().asked == ("reach", "assembly_mode")
     assert limits(assembly_mode=False).asked == ("reach",)
@@ -98,6 +121,8 @@ def test_what_is_asked():
         inertia=INERTIA,
         couple_index_min=0.4,
         held=(3.0, 0.8, HeldMasses(0.0, 0.0, -9.81, 0.1, 0.0, 0.0, 0.0, 0.0)),
+        friction=(0.5, HandleFriction(0.01, 0.02, 0.03)),
+        step=(5e-5, 1e-3),
     )
     assert every.asked == tuple(kind.name for kind in POSE_LIMITS)
     assert every["lean"] == Lean(0.5)

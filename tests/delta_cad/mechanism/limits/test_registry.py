@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.mechanism import Cube, GeometryError
 from delta_cad.mechanism.enclosure import pose as forms
-from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleInertia, HeldMasses, Limits
+from delta_cad.mechanism.limits import LIMITS, POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Limits
 from delta_cad.mechanism.limits.limit import number as limit_number
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.margins import BITS, FIRST, MARGINS, SIZE, START, numbers
@@ -20,6 +20,8 @@ VALUES = {
     "force_N": 3.0,
     "inertia": HandleInertia(0.06, 0.01, 0.004, 2e-4),
     "held_masses": HeldMasses(0.0, 0.0, -9.81, 0.08, 0.003, 1e-4, 4e-5, 3e-6),
+    "friction": HandleFriction(0.012, 0.05, 0.08),
+    "encoder_count": 3.8e-4,
 }
 CUBE = Cube(BOTTOM, HALF)
 FIGURES = [pytest.param(kind, figure, id=figure.name or kind.name) for kind in POSE_LIMITS for figure in kind.figures]
@@ -134,13 +136,13 @@ def test_limits_that_only_measure_are_proved_together():
     assert {finding.verdict for finding in prove(PUBLISHED, CUBE, asked).findings} == {"proved"}
 
 
-def test_what_needs_masses_is_measured_only_where_the_masses_are_known():
+def test_what_needs_more_than_lengths_is_measured_only_where_that_is_known():
     without = {"force_N": 3.0}
     assert [kind.name for kind in POSE_LIMITS if kind.measured(without) is None] == [
-        kind.name for kind in POSE_LIMITS if kind.needs_masses
+        kind.name for kind in POSE_LIMITS if kind.needs
     ]
     told = {found.figure.name for found in worst_figures(PUBLISHED, CUBE, without)}
-    assert told == {case.values[1].name for case in FIGURES if not case.values[0].needs_masses}
+    assert told == {case.values[1].name for case in FIGURES if not case.values[0].needs}
 
 
 @pytest.mark.parametrize(("kind", "figure"), BOUNDED)
@@ -193,6 +195,7 @@ def test_the_value_of_what_is_broken_is_that_of_the_figure_farthest_beyond(kind)
 @EACH
 def test_what_is_told_of_it_names_its_field(kind):
     stated = {"lean_max_deg": 30.0, "kappa_max": 3.0, "shoulder_min_deg": -30.0, "shoulder_max_deg": 60.0}
+    stated["position_step_max_mm"] = 0.05
     assert ordinary(kind).describe(VALUES | stated)
 
 

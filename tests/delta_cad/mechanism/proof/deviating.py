@@ -20,6 +20,8 @@ class Figures(NamedTuple):
     mass: np.ndarray
     couple_index: np.ndarray
     holding_torque: np.ndarray
+    friction: np.ndarray
+    position_step: np.ndarray
 
 
 def _singular(m: np.ndarray) -> np.ndarray:
@@ -33,6 +35,7 @@ def figures(
     force: float = 1.0,
     masses: tuple[float, ...] = (1, 0, 0, 0),
     held: tuple[float, ...] = (0, 0, 0, 0, 0),
+    joints: tuple[float, ...] = (1, 0, 0, 1),
 ) -> Figures:
     """Computes the figures of machines.
 
@@ -41,6 +44,7 @@ def figures(
         p: (positions, 3), m.
         force: N.
         masses: Carried, at an elbow, between both (kg), about a joint (kg m^2).
+        joints: Friction of a joint (N m), the ball joints' along z and square to it (N), count of an encoder (rad).
         held: Gravity along x and z (m/s^2), kg carried, moments along an arm and square to it (kg m).
     """
     azimuth = np.radians([0.0, 120.0, 240.0])
@@ -81,6 +85,12 @@ def figures(
     fall = held[2] * np.einsum("a,mpac->mpc", gravity, jacobian) + (held[3] * turn - held[4] * arm) @ gravity
     sized = force * np.linalg.norm(jacobian, axis=-2) + np.abs(fall)
 
+    senses = np.array([[1, b, c] for b in (1, -1) for c in (1, -1)])
+    drive, upright, level, count = joints
+    rubs = drive * np.einsum("kc,mpca->mpka", senses, safe)
+    felt = np.hypot(np.abs(rubs[..., 2]) + upright, np.hypot(rubs[..., 0], rubs[..., 1]) + level).max(-1)
+    steps = count * np.linalg.norm(np.einsum("kc,mpac->mpka", senses, jacobian), axis=-1).max(-1)
+
     def known(values):
         return np.where(closed, values, np.nan)
 
@@ -95,4 +105,6 @@ def figures(
         known(heaviest),
         known(index),
         known(sized.max(-1)),
+        known(felt),
+        known(steps),
     )

@@ -11,12 +11,14 @@ from delta_cad.mechanism.limits import (
     AssemblyMode,
     CoupleIndex,
     EffectiveMass,
+    Friction,
     HandleInertia,
     HoldingTorque,
     Kappa,
     Lean,
     Limits,
     PoseLimit,
+    PositionStep,
     Reach,
     Shoulder,
     Torque,
@@ -120,10 +122,27 @@ def exact_held(held: HoldingTorque, la: Decimal, det: Decimal, crosses: list, tu
     return out
 
 
+def signed_sums(vectors: list) -> list:
+    """The sums of three vectors, the first with its sign and the others with either."""
+    return [
+        [x + second * y + third * z for x, y, z in zip(*vectors, strict=True)]
+        for second, third in ((1, 1), (1, -1), (-1, 1), (-1, -1))
+    ]
+
+
+def exact_frictions(limit: Friction, la: Decimal, forearms: list, levers: list) -> list:
+    """What is left of the square of the friction allowed, for each sense in which the joints turn."""
+    rows = [[D(limit.drive) * x / (la * w) for x in s] for s, w in zip(forearms, levers, strict=True)]
+    return [
+        D(limit.friction_max) ** 2 - (abs(z) + D(limit.upright)) ** 2 - ((x * x + y * y).sqrt() + D(limit.level)) ** 2
+        for x, y, z in signed_sums(rows)
+    ]
+
+
 def exact_margins(
     g: DeltaGeometry, limits: Limits, p: tuple[float, float, float]
 ) -> dict[type[PoseLimit], list[Decimal | None]]:
-    """The margins of README (31), (40), (49) at a position, doubles taken as exact; None where they have no value."""
+    """The margins of README (31), (40), (49), (55), (59) at a position, doubles exact; None where they have none."""
     with localcontext() as context:
         context.prec = DIGITS + 10
         la, lb = D(g.upper_arm_length), D(g.forearm_length)
@@ -180,6 +199,12 @@ def exact_margins(
         if mass := limits.get(EffectiveMass):
             m = exact_inertia(mass.inertia, la, forearms, [arm[3] for arm in arms])
             out[EffectiveMass] = [D(mass.mass_max) - eigenvalues(m)[1]]
+        if rubbed := limits.get(Friction):
+            out[Friction] = exact_frictions(rubbed, la, forearms, [arm[0] for arm in arms])
+        if step := limits.get(PositionStep):
+            moves = [[la * arm[0] * x for x in face] for arm, face in zip(arms, crosses, strict=True)]
+            allowed = (D(step.step_max) / D(step.count) * det) ** 2
+            out[PositionStep] = [allowed - _dot(way, way) for way in signed_sums(moves)]
         if couple := limits.get(CoupleIndex):
             axes = [[-s, c, D(0)] for c, s in turns]
             borne = [_cross(axis, forearm) for axis, forearm in zip(axes, forearms, strict=True)]

@@ -7,7 +7,7 @@ import pytest
 
 from delta_cad.mechanism import DeltaGeometry, closure_margin, conditioning
 from delta_cad.mechanism.enclosure.table import HIGH, LOW
-from delta_cad.mechanism.limits import POSE_LIMITS, HandleInertia, HeldMasses, Kappa, Lean, Reach
+from delta_cad.mechanism.limits import POSE_LIMITS, HandleFriction, HandleInertia, HeldMasses, Kappa, Lean, Reach
 from delta_cad.mechanism.proof.margins import FIRST, MARGINS, margins, numbers, room
 from tests.delta_cad.mechanism.asked import limits
 from tests.delta_cad.mechanism.oracles import PUBLISHED
@@ -25,6 +25,8 @@ LIMITS = limits(
     mass_max=0.31,
     inertia=INERTIA,
     couple_index_min=0.37,
+    friction=(0.4, HandleFriction(0.012, 0.05, 0.08)),
+    step=(1e-4, 3.8e-4),
     held=(3.0, 0.4, HeldMasses(0.5, 1.0, -9.8, 0.08, 0.003, -4e-4, 4e-5, 3e-6)),
 )
 KAPPA = FIRST[Kappa]

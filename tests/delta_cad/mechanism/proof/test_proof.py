@@ -22,17 +22,22 @@ from delta_cad.mechanism.limits import (
     POSE_LIMITS,
     CoupleIndex,
     EffectiveMass,
+    Friction,
+    HandleFriction,
     HandleInertia,
     HeldMasses,
     HoldingTorque,
     Kappa,
     Lean,
+    PositionStep,
     Reach,
     Shoulder,
     Torque,
 )
 from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.limits.friction import friction
+from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.proof import prove as proving
 from delta_cad.mechanism.proof.prove import prove
 from delta_cad.mechanism.workspace import CubeSearch
@@ -46,6 +51,7 @@ HIDDEN, HIDDEN_CUBE = DeltaGeometry(0.03 + 0.016122, 0.03, 0.082, 0.094266), Cub
 
 INERTIA = HandleInertia(carried_mass=0.057, elbow_mass=0.0083, cross_mass=0.0039, joint_inertia=2.3e-4)
 HELD = HeldMasses(0.5, 0.0, -9.8, 0.08, 0.003, -4e-4, 4e-5, 3e-6)
+RUBS, COUNT = HandleFriction(0.012, 0.05, 0.08), 3.8e-4
 CONDITIONS = tuple(kind.name for kind in POSE_LIMITS)
 
 
@@ -56,12 +62,14 @@ def extremes(g=PUBLISHED, cube=CUBE, n=41):
     mass, index = (lambda p: effective_mass(g, p, INERTIA)), (lambda p: couple_index(g, p))
     limit = HoldingTorque(3.0, 1.0, HELD)
     held = search(lambda p: limit.figures[0].worst(limit, g, p), -1.0).value
-    return cube_extremes(g, cube, 3.0, n), search(mass, -1.0).value, search(index, 1.0).value, held
+    rubbed = search(lambda p: friction(g, p, RUBS), -1.0).value
+    step = search(lambda p: position_step(g, p, COUNT), -1.0).value
+    return cube_extremes(g, cube, 3.0, n), search(mass, -1.0).value, search(index, 1.0).value, held, rubbed, step
 
 
 def around(found, factor, *names):
     """Limits that lie beyond the extremes by a factor, or short of them if it is below 1."""
-    e, mass, index, held = found
+    e, mass, index, held, rubbed, step = found
     middle = (e.shoulder_min.value + e.shoulder_max.value) / 2
     low, high = (middle + (v - middle) * factor for v in (e.shoulder_min.value, e.shoulder_max.value))
     every = {
@@ -74,6 +82,8 @@ def around(found, factor, *names):
         "lean": {"lean_max": min(e.lean_max.value * factor, 1.57)},
         "effective_mass": {"mass_max": mass * factor, "inertia": INERTIA},
         "couple_index": {"couple_index_min": index / factor},
+        "friction": {"friction": (rubbed * factor, RUBS)},
+        "position_step": {"step": (step * factor, COUNT)},
     }
     return limits(**{key: value for name in names or CONDITIONS for key, value in every[name].items()})
 
@@ -108,12 +118,13 @@ def test_just_below_each_maximum_is_refuted_by_a_point_that_violates(name, facto
 
 
 def test_value_and_limit_say_by_how_much():
-    e, heaviest, index, held = extremes()
-    proof = prove(PUBLISHED, CUBE, around((e, heaviest, index, held), 0.99, *CONDITIONS[1:]))
+    e, heaviest, index, held, rubbed, step = extremes()
+    proof = prove(PUBLISHED, CUBE, around(extremes(), 0.99, *CONDITIONS[1:]))
     found = {f.condition: f for f in proof.findings}
     assert found["reach"].verdict == found["assembly_mode"].verdict == "proved"
     largest = {"torque": e.torque_max.value, "kappa": e.kappa_max.value, "lean": e.lean_max.value}
-    for name, extreme in (largest | {"effective_mass": heaviest, "holding_torque": held}).items():
+    largest |= {"effective_mass": heaviest, "holding_torque": held, "friction": rubbed, "position_step": step}
+    for name, extreme in largest.items():
         assert found[name].limit == pytest.approx(0.99 * extreme)
         assert found[name].limit < found[name].value <= extreme * (1 + 1e-9)
     assert found["couple_index"].limit == pytest.approx(index / 0.99)
@@ -151,8 +162,8 @@ def test_a_hidden_unreachable_pocket_is_refuted():
 
 
 def test_a_million_points_do_not_violate_a_proved_design():
-    e, heaviest, least, held = extremes()
-    asked = around((e, heaviest, least, held), 1.001)
+    e, heaviest, least, _, rubbed, step = extremes()
+    asked = around(extremes(), 1.001)
     assert prove(PUBLISHED, CUBE, asked).verdict == "proved"
     rng = np.random.default_rng(1)
     unit = rng.uniform(-1.0, 1.0, (1_000_000, 3))
@@ -174,6 +185,8 @@ def test_a_million_points_do_not_violate_a_proved_design():
     assert mass > heaviest * 0.99
     index = couple_index(PUBLISHED, p).min()
     assert asked.get(CoupleIndex).couple_index_min <= index < least * 1.01
+    assert 0.99 * rubbed < friction(PUBLISHED, p, RUBS).max() <= asked.get(Friction).friction_max
+    assert 0.99 * step < position_step(PUBLISHED, p, COUNT).max() <= asked.get(PositionStep).step_max
 
 
 def test_random_designs_are_all_decided():

@@ -15,6 +15,7 @@ from delta_cad.mechanism.limits import (
     AssemblyMode,
     EffectiveMass,
     FigureOfMerit,
+    HandleFriction,
     HandleInertia,
     HeldMasses,
     Kappa,
@@ -33,7 +34,15 @@ from tests.delta_cad.mechanism.proof.deviating import Figures, figures
 CUBE = Cube(BOTTOM, HALF)
 INERTIA = HandleInertia(0.1, 0.01, 0.005, 2e-4)
 HELD = HeldMasses(0.5, 0.0, -9.8, 0.08, 0.003, -4e-4, 0.0, 0.0)
-VALUES = {"force_N": 3.0, "joint_torque_N_m": 0.8, "inertia": INERTIA, "held_masses": HELD}
+RUBS, COUNT = HandleFriction(0.012, 0.05, 0.08), 3.8e-4
+VALUES = {
+    "force_N": 3.0,
+    "joint_torque_N_m": 0.8,
+    "inertia": INERTIA,
+    "held_masses": HELD,
+    "friction": RUBS,
+    "encoder_count": COUNT,
+}
 NAMES = {"reach": "elbow_arm", "effective_mass": "mass"}
 """Figures that the oracle calls by another name."""
 T = 5e-5
@@ -52,7 +61,7 @@ DRAWN = np.tile(
 )
 GAP = {
     "reach": 1.2, "torque": 6.5, "kappa": 3.0, "lean": 1.2, "shoulder_min": 1.4, "shoulder_max": 1.9,
-    "effective_mass": 2.0, "couple_index": 1.9, "holding_torque": 13.6,
+    "effective_mass": 2.0, "couple_index": 1.9, "holding_torque": 13.6, "friction": 2.3, "position_step": 7.8,
 }  # fmt: skip
 """How many times the tolerance proved the worst machine known breaks the limit; 1 would be exact, README (46)."""
 
@@ -60,7 +69,8 @@ GAP = {
 def worst_of(chains: np.ndarray, p: np.ndarray) -> Figures:
     i, h = INERTIA, HELD
     held = (h.gravity_x, h.gravity_z, h.carried_mass, h.arm_moment, h.cross_moment)
-    return figures(chains, p, 3.0, (i.carried_mass, i.elbow_mass, i.cross_mass, i.joint_inertia), held)
+    masses = (i.carried_mass, i.elbow_mass, i.cross_mass, i.joint_inertia)
+    return figures(chains, p, 3.0, masses, held, (*RUBS, COUNT))
 
 
 def of(found: Figures, figure: FigureOfMerit) -> np.ndarray:
@@ -182,7 +192,7 @@ def test_neither_arithmetic_proves_what_one_machine_breaks(tolerance: float) -> 
                     margins(np.array([*middle, *size, 0.0]), k, BITS[kind], pose, work, table)
                     assert not (table[FIRST[kind] : FIRST[kind] + kind.rows, LOW] >= 0.0).all(), figure.name
                     tried += 1
-    assert tried == count * 9
+    assert tried == count * 11
 
 
 @pytest.mark.parametrize("kind", POSE_LIMITS)

@@ -1,0 +1,234 @@
+"""Friction at the handle against what motions dissipate, 50 digits and haptics' ball joints; proofs, both ways."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from functools import cache
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.dimensions.joint import ball_preload_N, known_joints, sliding_torques_N_mm
+from delta_cad.drive import drive_friction_N_m
+from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, inverse_jacobian
+from delta_cad.mechanism.enclosure.interval import exactly
+from delta_cad.mechanism.enclosure.slope_pose import SlopePose
+from delta_cad.mechanism.enclosure.table import HIGH, LOW
+from delta_cad.mechanism.limits import Friction, HandleFriction, Limits
+from delta_cad.mechanism.limits.friction import friction
+from delta_cad.mechanism.proof.ball_friction import CLOSE, ball_friction
+from delta_cad.mechanism.proof.margins import BITS, FIRST, margins, numbers, room
+from delta_cad.mechanism.proof.prove import prove
+from delta_cad.mechanism.workspace import CubeSearch
+from haptics.feel.field import worst_friction
+from haptics.model.ball_joints import ball_friction_N
+from optimizer.certify.certificate import cube_of
+from optimizer.certify.replay import breaks, replay
+from tests.delta_cad.mechanism.limits.proving import leaves, poses, verdict
+from tests.delta_cad.mechanism.oracles import PUBLISHED
+from tests.delta_cad.mechanism.proof.exact_oracle import exact_margins, samples
+from tests.haptics.scene_machine import scene_machine
+
+DRY = HandleFriction(0.01, 0.0, 0.0)
+RUBS = HandleFriction(0.012, 0.05, 0.08)
+
+
+def directions(rng: np.random.Generator, count: int) -> np.ndarray:
+    v = rng.normal(size=(count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def within(cube: Cube, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Positions of the cube, half of them on its surface."""
+    unit = rng.uniform(-1.0, 1.0, (count, 3))
+    face = rng.integers(0, 3, count // 2)
+    unit[np.arange(count // 2), face] = np.sign(unit[np.arange(count // 2), face])
+    return np.clip((cube.lower + cube.upper) / 2.0 + cube.half_side * unit, cube.lower, cube.upper)
+
+
+def test_it_is_the_most_that_any_direction_takes_and_one_takes_it() -> None:
+    rng = np.random.default_rng(3)
+    for g, p in poses(rng, 40, 1e-4):
+        taken = DRY.drive * np.abs(inverse_jacobian(g, p) @ directions(rng, 4000).T).sum(axis=0)
+        most = float(friction(g, p, DRY))
+        assert taken.max() <= most * (1.0 + 1e-12)
+        assert taken.max() == pytest.approx(most, rel=5e-3)  # 4000 directions lie within 0.06 rad of any
+
+
+def test_by_hand_on_the_axis() -> None:
+    """Level arms, forearms upright: each joint turns by v_z / L_A, none for a level motion."""
+    g = DeltaGeometry(0.03, 0.09, 0.06, 0.12)
+    p = np.array([0.0, 0.0, 0.12])
+    assert friction(g, p, DRY) == pytest.approx(3.0 * DRY.drive / 0.06, rel=1e-14)
+    assert friction(g, p, RUBS) == pytest.approx(math.hypot(3.0 * RUBS.drive / 0.06 + RUBS.upright, RUBS.level))
+
+
+def test_in_the_centre_of_the_committed_cube_by_its_symmetry(best: Design) -> None:
+    """There `G_i = (a out_i, b)`: all three add up to 3 b along z, two against one to b along z and 2 a aside."""
+    g, centre = best.geometry, np.array([0.0, 0.0, (best.cube.bottom_height_mm + best.cube.half_side_mm) / 1000.0])
+    q, z, la, lb = g.base_radius - g.platform_radius, centre[2], g.upper_arm_length, g.forearm_length
+    flat = math.hypot(q, z)  # shoulder to wrist, whose radial part is -q
+    theta = math.atan2(z, -q) - math.acos((flat**2 + la**2 - lb**2) / (2.0 * la * flat))
+    s = np.array([-q - la * math.cos(theta), z - la * math.sin(theta)])
+    a, b = s / (la * (s @ [-math.sin(theta), math.cos(theta)]))
+    c = RUBS.drive
+    one = math.hypot(3.0 * c * b + RUBS.upright, RUBS.level)
+    other = math.hypot(c * b + RUBS.upright, 2.0 * c * abs(a) + RUBS.level)
+    assert friction(g, centre, RUBS) == pytest.approx(max(one, other), rel=1e-12)
+
+
+def test_at_a_fold_it_is_infinite_and_beyond_it_is_not_a_number() -> None:
+    g = DeltaGeometry(0.05, 0.03, 0.0625, 0.125)
+    fold = np.array([0.02, 0.0, 0.0625])  # chain 0 folded upright, both lengths exact in binary
+    found = friction(g, fold + np.outer([-1e-6, 0.0, 1e-9, 1e-6, 1e-3], [0.0, 0.0, 1.0]), RUBS)
+    assert np.isnan(found[0])
+    assert found[1] == math.inf
+    assert (np.diff(found[1:]) < 0.0).all()
+
+
+# the ball joints
+
+
+def test_the_ball_joints_of_haptics_are_within_the_bounds_and_reach_them(best: Design) -> None:
+    rubs, rng = known_joints(best)["friction"], np.random.default_rng(5)
+    p, v = within(cube_of(best), rng, 100_000), directions(rng, 100_000)
+    assert (
+        ball_friction_N(best, p, v) <= rubs.upright * np.abs(v[:, 2]) + rubs.level * np.hypot(v[:, 0], v[:, 1])
+    ).all()
+    up, level = np.tile([0.0, 0.0, 1.0], (len(p), 1)), v * [1.0, 1.0, 0.0]
+    level /= np.linalg.norm(level, axis=1, keepdims=True)
+    corners = within(cube_of(best), rng, 20_000)
+    corners[:, 2] = np.where(rng.random(20_000) < 0.5, cube_of(best).lower[2], cube_of(best).upper[2])
+    assert rubs.upright <= 1.002 * CLOSE * ball_friction_N(best, corners, up[:20_000]).max()
+    assert rubs.level <= 1.03 * CLOSE * ball_friction_N(best, p, level).max()  # eight directions: 2 %
+
+
+def test_the_bounds_are_those_of_both_rods_and_grow_with_their_torques() -> None:
+    cube = Cube(0.057112, 0.03)
+    lean, turn = ball_friction(PUBLISHED, cube, 1e-3, 0.0), ball_friction(PUBLISHED, cube, 0.0, 1e-3)
+    both = ball_friction(PUBLISHED, cube, 1e-3, 1e-3)
+    for one, other, sum_ in zip(lean, turn, both, strict=True):
+        assert max(one, other) <= sum_ <= (one + other) * 1.02
+    assert max(ball_friction(PUBLISHED, cube, 0.0, 0.0)) < 1e-8
+    assert ball_friction(PUBLISHED, Cube(0.057112, 0.06), 1e-3, 1e-3)[0] == math.inf  # out of reach
+
+
+# the sum
+
+
+def test_no_motion_of_the_machine_takes_more_and_the_bound_is_near(best: Design) -> None:
+    rubs, g, rng = known_joints(best)["friction"], best.geometry, np.random.default_rng(7)
+    assert rubs.drive == drive_friction_N_m(best)[1]
+    p, v = within(cube_of(best), rng, 100_000), directions(rng, 100_000)
+    rows = inverse_jacobian(g, p)
+    taken = rubs.drive * np.abs(np.einsum("nia,na->ni", rows, v)).sum(axis=1) + ball_friction_N(best, p, v)
+    figure = friction(g, p, rubs)
+    assert (taken <= figure).all()
+    theirs = worst_friction(scene_machine(best), p, rows, rubs.drive)  # the ball joints where the drives rub most
+    assert (theirs <= figure).all()
+    assert figure.max() <= 1.06 * theirs.max()
+    dry = rubs._replace(upright=0.0, level=0.0)
+    lean, turn = sliding_torques_N_mm(best.hardware.ball_diameter_mm, np.array(ball_preload_N(best)))
+    assert float(lean) > float(turn) > 0.0
+    limit = Friction(figure.max() * 1.001, *rubs)
+    assert verdict(g, cube_of(best), limit).verdict == "proved"
+    assert friction(g, p, dry).max() < theirs.max()
+
+
+def test_without_ball_joints_it_is_that_of_haptics(best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("haptics.feel.field.ball_friction_N", lambda _design, _p, v: np.zeros(v.shape[:-1]))
+    p = within(cube_of(best), np.random.default_rng(9), 1000)
+    theirs = worst_friction(scene_machine(best), p, inverse_jacobian(best.geometry, p), DRY.drive)
+    np.testing.assert_allclose(friction(best.geometry, p, DRY), theirs, rtol=1e-12)
+
+
+# enclosure and proof
+
+
+def random_rubs(rng: np.random.Generator) -> HandleFriction:
+    """What may rub, nothing in each part now and then."""
+    return HandleFriction(*rng.uniform([1e-3, 0.0, 0.0], [0.03, 0.1, 0.1]) * (1.0, *(rng.random(2) < 0.7)))
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-6, 1e-4, 1e-3])
+def test_bounds_contain_the_exact_margins(size: float) -> None:
+    rng, told = np.random.default_rng(29), 0
+    for n, (g, p) in enumerate(poses(rng, 40)):
+        p = p * (0.0, 0.0, 1.0) if n % 4 == 0 and (closure_margin(g, p * (0.0, 0.0, 1.0)) > 1e-5).all() else p
+        limit = Friction(rng.uniform(0.2, 2.0), *random_rubs(rng))
+        pose, work, out = room()
+        margins(np.array([*p, size, size, size, 0.0]), numbers(g, Limits.of(limit)), BITS[Friction], pose, work, out)
+        low, high = out[FIRST[Friction] :, LOW][:4], out[FIRST[Friction] :, HIGH][:4]
+        told += int(np.isfinite(low).all())
+        for point in samples(np.array([*p, size, size, size]), rng, 10):
+            found = exact_margins(g, Limits.of(limit), tuple(map(float, point)))[Friction]
+            for value, least, most in zip(found, low, high, strict=True):
+                assert value is None or math.isnan(least) or Decimal(least) <= value <= Decimal(most)
+    assert told > 20
+
+
+@cache
+def designs() -> list[tuple[DeltaGeometry, Cube, HandleFriction, float, np.ndarray]]:
+    """Random designs, each with what rubs and the position at which it rubs most."""
+    rng, found = np.random.default_rng(41), []
+    while len(found) < 20:
+        a, lb, bottom, half = rng.uniform([-0.02, 0.06, 0.02, 0.01], [0.04, 0.25, 0.2, 0.06])
+        g, cube, rubs = DeltaGeometry(a + 0.05, 0.05, 0.082, lb), Cube(bottom, half), random_rubs(rng)
+        search = CubeSearch(cube, 31)
+        closed = search(lambda p, g=g: np.nan_to_num(closure_margin(g, p).min(axis=-1), nan=-1.0), 1.0)
+        if closed.value > 1e-4:  # w > 10 mm: closer to a fold a proof takes seconds
+            most = search(lambda p, g=g, r=rubs: friction(g, p, r), -1.0)
+            found.append((g, cube, rubs, most.value, np.array(most.position)))
+    return found
+
+
+@pytest.mark.parametrize("n", range(20))
+def test_random_designs_are_proved_just_above_and_refuted_just_below(n: int) -> None:
+    g, cube, rubs, most, at = designs()[n]
+    above, below = Friction(1.001 * most, *rubs), Friction(0.999 * most, *rubs)
+    proof = prove(g, cube, Limits.of(above))
+    assert next(f for f in proof.findings if f.condition == "friction").verdict == "proved"
+    found = verdict(g, cube, below)
+    assert found.verdict == "refuted"
+    assert below.friction_max < found.value <= most * (1.0 + 1e-9)
+    assert found.value == friction(g, np.array(found.point), rubs)
+    assert breaks(g, below, np.array(found.point))
+    assert breaks(g, below, at)
+    assert not breaks(g, above, at)
+    low, high = leaves(cube, proof.leaves)
+    examined, unproved = replay(g, [above], low, high)
+    assert unproved is None
+    assert examined < 20 * len(low) + 1_000
+    _, unproved = replay(g, [below], low, high, max_boxes=4_000)
+    assert unproved is not None
+
+
+def test_at_a_position_the_second_arithmetic_decides_to_the_last_digits() -> None:
+    rng = np.random.default_rng(47)
+    for n, (g, p) in enumerate(poses(rng, 60)):
+        p = p * (0.0, 0.0, 1.0) if n % 3 == 0 and (closure_margin(g, p * (0.0, 0.0, 1.0)) > 1e-5).all() else p
+        rubs = random_rubs(rng)
+        value, pose = float(friction(g, p, rubs)), SlopePose(g, p[None], p[None])
+        for factor, kept in ((1.0 - 1e-9, False), (1.0 + 1e-9, True)):
+            limit = Friction(value * factor, *rubs)
+            assert limit.second_refutation(pose, exactly) is not kept
+            assert bool(limit.second_proof(pose, exactly)[0]) is kept
+
+
+def test_where_a_chain_is_open_nothing_is_said() -> None:
+    limit, p = Friction(1.0, *RUBS), np.array([[0.0, 0.0, 0.3]])
+    assert not limit.second_proof(SlopePose(PUBLISHED, p, p), exactly)[0]
+    assert not limit.second_refutation(SlopePose(PUBLISHED, p, p), exactly)
+
+
+@pytest.mark.parametrize("field", HandleFriction._fields)
+def test_what_rubs_less_is_another_machine(field: str) -> None:
+    limit = Friction(0.5, *RUBS)
+    less, more = (
+        Friction(0.5, *RUBS._replace(**{field: math.nextafter(getattr(RUBS, field), towards)}))
+        for towards in (0.0, math.inf)
+    )
+    assert less.laxer(limit)
+    assert not more.laxer(limit)
