@@ -23,6 +23,7 @@ from optimizer.problem.requirements import (
     LENGTH_MAX_MM,
     Bounds,
     InertiaTable,
+    JointTable,
     LimitTable,
     Step3,
     read_toml,
@@ -79,18 +80,7 @@ class BriefRequirements(Section):
     gravity_m_s2: Gravity = DOWN
 
 
-_FEEL: dict[str, Any] = {
-    **_optional(Task),
-    "friction_max_N": (
-        float | None,
-        Field(default=None, gt=0, le=1000, description="largest friction at the knob, any direction"),
-    ),
-    "position_step_max_mm": (
-        float | None,
-        Field(default=None, gt=0, le=100, description="largest step of the knob's position that encoders tell"),
-    ),
-    **limit_fields(),
-}
+_FEEL: dict[str, Any] = _optional(Task) | limit_fields()
 # What is about feel of the fields that limits declare, and what is asked of a machine beside these.
 FEEL = (
     "kappa_max",
@@ -143,6 +133,7 @@ UNUSED = {
     "limits.gravity_torque_N_m": "the machine's own weight is counted",
     "step_3": "the third step is the paper's: requirements.cube_side_mm asks for a cube",
     "inertia": "the masses are those of the machine itself",
+    "joints": "the joints are those of the machine itself",
 }
 
 
@@ -160,6 +151,7 @@ class DesignBrief(Section):
     limits: BriefLimits = Field(default_factory=BriefLimits)
     step_3: Step3 | None = None
     inertia: InertiaTable | None = None
+    joints: JointTable | None = None
     _own_folder: Path | None = PrivateAttr(default=None)
     _own_parts: catalogue.OwnParts | None = PrivateAttr(default=None)
     _notes: tuple[str, ...] = PrivateAttr(default=())

@@ -61,6 +61,18 @@ class Figures(NamedTuple):
         """Computes the rods of the chains that the figures are of."""
         return _rods(self.designs, self.points)
 
+    def joint_rates(self) -> np.ndarray:
+        """Computes the rows of the inverse Jacobian, (D, K, 3 chains, 3) 1 / m; huge at a fold and beyond."""
+        chains, L_A, L_B = _chains(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
+        return chains.forearms / (L_A * np.maximum(chains.arms / L_B, TINY))[..., None]
+
+    def moves(self) -> np.ndarray:
+        """Computes the determinant times the columns of the Jacobian, (D, K, 3 chains, 3) m."""
+        chains, L_A, L_B = _chains(self.designs, self.points), *(self.designs[:, k, None, None] for k in (0, 1))
+        s = chains.forearms
+        faces = np.stack([_cross(s, 1, 2), _cross(s, 2, 0), _cross(s, 0, 1)], axis=-2)
+        return (L_A * chains.arms / L_B)[..., None] * faces
+
     def lightness(self, inertia: HandleInertia) -> np.ndarray:
         """Computes the carried mass by the effective mass, 1 where nothing else moves.
 

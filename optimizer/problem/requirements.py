@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +20,7 @@ from delta_cad.common.refusal import short
 from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN
 from delta_cad.design.task import Gravity, Section, Task, limit_fields
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from optimizer.problem.contradictions import SHOULDER, Fault, Known, beyond_proof, peaks, swapped
 from optimizer.problem.hardware import check_hardware, own_folder, placed_hardware
 from optimizer.problem.validation import RequirementsError, Validated, refuse, validated
@@ -85,6 +86,22 @@ class InertiaTable(Section):
     joint_inertia_kg_m2: float = Field(ge=0, le=1000, description="upper arm, rotor and pinion about the joint")
 
 
+class JointTable(Section):
+    """What a joint rubs and tells, as limits on the feel see it: table `[joints]`."""
+
+    friction_N_m: float | None = Field(default=None, ge=0, le=100, description="Coulomb friction of a joint's drive")
+    ball_upright_N: float = Field(default=0.0, ge=0, le=1000, description="of all ball joints, for a motion along z")
+    ball_level_N: float = Field(default=0.0, ge=0, le=1000, description="the same for motions square to z")
+    encoder_count_deg: float | None = Field(default=None, gt=0, le=180, description="turn of a joint for one count")
+
+    @property
+    def known(self) -> dict[str, Any]:
+        """What limits are made from."""
+        drive, count = self.friction_N_m, self.encoder_count_deg
+        rubs = None if drive is None else HandleFriction(drive, self.ball_upright_N, self.ball_level_N)
+        return {"friction": rubs, "encoder_count": None if count is None else radians(count)}
+
+
 class Step3(Section):
     """The third step: table `[step_3]`."""
 
@@ -100,6 +117,7 @@ class Requirements(Section):
     limits: LimitTable = Field(default_factory=LimitTable)
     step_3: Step3 = Field(default_factory=Step3)
     inertia: InertiaTable | None = None
+    joints: JointTable | None = None
     hardware: dict[str, JsonValue] | None = Field(default=None, description="of the design; lists: what may be used")
     _own_parts: Path | None = PrivateAttr(default=None)
 
@@ -109,7 +127,7 @@ class Requirements(Section):
 
     @property
     def values(self) -> dict[str, Any]:
-        """What limits are made from: the fields of all tables by name, and `inertia` where it is stated."""
+        """What limits are made from: fields of all tables by name, `inertia` and the joints where they are stated."""
         low, high = self.limits.shoulder_deg or (None, None)
         inertia = None if self.inertia is None else HandleInertia(*self.inertia.model_dump().values())
         return {
@@ -117,6 +135,7 @@ class Requirements(Section):
             **self.limits.model_dump(),
             **dict(zip(SHOULDER, (low, high), strict=True)),
             "inertia": inertia,
+            **(self.joints or JointTable()).known,
         }
 
 
@@ -210,6 +229,9 @@ def _by_edition(fault: RequirementsError) -> RequirementsError:
     return RequirementsError(fault.file, fault.field, fault.value, allowed)
 
 
+_INERTIA = ", ".join(InertiaTable.model_fields)
+
+
 def _contradictions(known: Known) -> Iterator[Fault]:
     """Finds the numbers that contradict each other whatever the design, among those that are known."""
     yield from swapped(known)
@@ -220,10 +242,16 @@ def _contradictions(known: Known) -> Iterator[Fault]:
         allowed = f"must be < requirements.joint_torque_N_m = {torque:g} N m, or nothing is left for the force"
         yield "limits.gravity_torque_N_m", short(reserve), allowed
     masses = [known[f"inertia.{name}"] for name in InertiaTable.model_fields if f"inertia.{name}" in known]
-    if (mass := known.get("limits.effective_mass_max_kg")) is not None and not masses:
-        allowed = f"needs the masses of what moves: table [inertia] with {', '.join(InertiaTable.model_fields)}"
-        yield "limits.effective_mass_max_kg", short(mass), allowed
+    joints = {name: known[f"joints.{name}"] for name in JointTable.model_fields if f"joints.{name}" in known}
+    needed = {
+        "effective_mass_max_kg": (masses, f"the masses of what moves: table [inertia] with {_INERTIA}"),
+        "friction_max_N": ("friction_N_m" in joints, "what rubs in a joint: joints.friction_N_m"),
+        "position_step_max_mm": ("encoder_count_deg" in joints, "the count of the encoders: joints.encoder_count_deg"),
+    }
+    for name, (there, what) in needed.items():
+        if (value := known.get(f"limits.{name}")) is not None and not there:
+            yield f"limits.{name}", short(value), f"needs {what}"
     inertia = {"inertia": HandleInertia(*masses)} if len(masses) == len(InertiaTable.model_fields) else {}
-    yield from beyond_proof(known, inertia)
+    yield from beyond_proof(known, inertia | JointTable(**joints).known)
     if (side := known.get("step_3.half_side_mm")) is not None and not low <= side <= high:
         yield "step_3.half_side_mm", short(side), f"must be within bounds_mm.half_side = [{low:g}, {high:g}] mm"

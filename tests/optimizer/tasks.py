@@ -26,6 +26,7 @@ def task(
     half_side_mm: float | None = None,
     torque: float = 0.8,
     inertia: dict[str, float] | None = None,
+    joints: dict[str, float] | None = None,
 ) -> Requirements:
     """270 x 220 mm, 3 N, 0.8 N m, R + L_A <= 122 mm, with the bounds of [RCIM2018] table 3 unless told otherwise."""
     return requirements_from_dict(
@@ -49,11 +50,14 @@ def task(
             "step_3": {} if half_side_mm is None else {"half_side_mm": half_side_mm},
         }
         | ({} if inertia is None else {"inertia": inertia})
+        | ({} if joints is None else {"joints": joints})
     )
 
 
 INERTIA = {"carried_mass_kg": 0.08, "elbow_mass_kg": 0.02, "cross_mass_kg": 0.004, "joint_inertia_kg_m2": 2.1e-4}
 """About that of a machine built for the former task, with 4.3 turns of the pinion a turn of the arm."""
+JOINTS = {"friction_N_m": 0.012, "ball_upright_N": 0.05, "ball_level_N": 0.08, "encoder_count_deg": 0.022}
+"""About what its joints rub and tell."""
 
 
 class Memory:

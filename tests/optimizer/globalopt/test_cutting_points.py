@@ -16,10 +16,13 @@ from delta_cad.mechanism.limits import (
     AssemblyMode,
     CoupleIndex,
     EffectiveMass,
+    Friction,
+    HandleFriction,
     HandleInertia,
     Kappa,
     Limits,
     PoseLimit,
+    PositionStep,
     Shoulder,
     Torque,
 )
@@ -28,7 +31,7 @@ from optimizer.globalopt.cutting_points import MOST, fill_lengths, numbers, poin
 from optimizer.problem.evaluator import Figures, figures_numpy
 
 Kinds = tuple[type[PoseLimit], ...]
-FORCE = 3.0
+FORCE, COUNT = 3.0, 3.8e-4
 LIMIT = 1e-9
 """Figures of 1 in doubles are good to 1e-13 away from a fold, where a root turns that into 1e-7 of w; margins this far
 from 0 have a certain sign, and designs nearer to a fold than 1e-6 are left out."""
@@ -54,6 +57,7 @@ class Case:
         low, high = f.shoulder_min[0, 0] - abs(slack - 1.0), f.shoulder_max[0, 0] + (slack - 1.0)
         # a rod's centre may be beyond its wrist, which couples its ends negatively
         self.masses = HandleInertia(*rng.uniform([0.03, 0.0, -0.005, 0.0], [0.2, 0.04, 0.02, 1e-3]))
+        self.rubs = HandleFriction(*rng.uniform([1e-3, 0.0, 0.0], [0.03, 0.1, 0.1]))
         self.limits: dict[type[PoseLimit], PoseLimit] = {
             Torque: Torque(FORCE, FORCE * f.moment[0, 0] / f.determinant[0, 0] * slack),
             Kappa: Kappa(max(slack / abs(f.quality[0, 0]), 1.0)),
@@ -61,6 +65,8 @@ class Case:
             EffectiveMass: EffectiveMass(
                 self.masses.carried_mass / f.lightness(self.masses)[0, 0] * slack, self.masses
             ),
+            Friction: Friction(slack / Friction(1.0, *self.rubs).sought(f)["ease"][0, 0], *self.rubs),
+            PositionStep: PositionStep(-slack * COUNT * PositionStep(1.0, COUNT).sought(f)["step"][0, 0], COUNT),
             CoupleIndex: CoupleIndex(min(CoupleIndex(0.0).margin(f)[0, 0] / slack, 1.0)),
         }
 
@@ -122,6 +128,8 @@ ALL: tuple[Kinds, ...] = (
     (Shoulder,),
     (EffectiveMass,),
     (CoupleIndex,),
+    (Friction,),
+    (PositionStep,),
     (Kappa, Torque, Shoulder),
     (Kappa, Torque, Shoulder, EffectiveMass, CoupleIndex),
 )
@@ -173,7 +181,7 @@ def test_a_point_out_of_reach_excludes() -> None:
     assert case.cuts(np.stack([point, point]), ())[0] == EXCLUDED
 
 
-@pytest.mark.parametrize("kinds", [(Kappa, Torque), (EffectiveMass,), (CoupleIndex,)], ids=named)
+@pytest.mark.parametrize("kinds", [(Kappa, Torque), *ALL[4:8]], ids=named)
 def test_cuts_close_in_on_the_margin_with_the_square_of_the_width(kinds: Kinds) -> None:
     """The error of a cut falls to a quarter when the box is halved: what makes a gap of 1e-5 cheap."""
     case = Case(7)

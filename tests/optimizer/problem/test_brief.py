@@ -146,10 +146,9 @@ def test_a_number_is_in_one_place_wherever_the_file_has_it() -> None:
     new["feel"]["couple_index_min"] = 0.4
     old = copy.deepcopy(new)
     del old["feel"], old["requirements"]["clearance_min_mm"], old["requirements"]["gravity_m_s2"]
-    old["feel"] = {"friction_max_N": 0.7}
     old["requirements"]["stiffness_min_N_mm"] = 8
     old["limits"] = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4, "couple_index_min": 0.4, "clearance_min_mm": 2}
-    old["limits"]["gravity_m_s2"] = [0, 9.81, 0]
+    old["limits"] |= {"gravity_m_s2": [0, 9.81, 0], "friction_max_N": 0.7}
     a, b = brief_from_dict(new), brief_from_dict(old)
     assert a == b
     assert brief_hash(a) == brief_hash(b)
@@ -157,7 +156,8 @@ def test_a_number_is_in_one_place_wherever_the_file_has_it() -> None:
     for field in MOVED:
         table, name = field.split(".")
         assert getattr(getattr(b, table), name) is None
-    assert Limits.stated({**a.values, "joint_torque_N_m": 0.4, "inertia": None, "effective_mass_max_kg": None})["kappa"]
+    masses = {"inertia": None, "effective_mass_max_kg": None}
+    assert Limits.stated({**a.values, **masses, "joint_torque_N_m": 0.4, "friction": (0.01, 0.0, 0.0)})["kappa"]
 
 
 def test_written_out_it_is_read_as_the_same() -> None:
@@ -198,13 +198,15 @@ def test_fields_are_those_of_the_limits_and_of_the_first_edition() -> None:
 def test_what_the_first_edition_states_and_design_does_not_use_is_told() -> None:
     masses = {"carried_mass_kg": 0.1, "elbow_mass_kg": 0.1, "cross_mass_kg": 0.0, "joint_inertia_kg_m2": 1e-4}
     limits = {"joint_diameter_mm": 8, "outline_overhead_mm": [1, 1], "gravity_torque_N_m": 0.1}
-    given = brief(requirements=OUTLINE, step_3={"half_side_mm": 30}, inertia=masses, limits=limits)
+    joints = {"friction_N_m": 0.01}
+    given = brief(requirements=OUTLINE, step_3={"half_side_mm": 30}, inertia=masses, joints=joints, limits=limits)
     fields = (
         "limits.outline_overhead_mm",
         "limits.joint_diameter_mm",
         "limits.gravity_torque_N_m",
         "step_3",
         "inertia",
+        "joints",
     )
     assert [note.split()[0] for note in given.notes] == list(fields)
     assert brief(requirements=OUTLINE, limits={"lean_max_deg": 28}).notes == ()

@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 from delta_cad.mechanism import Cube, DeltaGeometry, cube_corners, cube_extremes, rod_lean
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from delta_cad.mechanism.limits.couple_index import couple_index
 from delta_cad.mechanism.limits.effective_mass import effective_mass
+from delta_cad.mechanism.limits.friction import friction
+from delta_cad.mechanism.limits.position_step import position_step
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.problem.evaluator import VARIABLES, half_surface
 from optimizer.problem.extremes import design_worst, worst_points
 from optimizer.problem.step import CONSTRAINTS, ProblemError, outline_of, step_problem
 from tests.optimizer.messages import refuses
-from tests.optimizer.tasks import INERTIA, sample_points, task
+from tests.optimizer.tasks import INERTIA, JOINTS, sample_points, task
 
 PUBLISHED = np.array([82, 112.079, 40, 30, 57.112, 35])
 
@@ -44,9 +46,11 @@ def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None
         "shoulder_deg": [-45, 80],
         "clearance_min_mm": 2,
         "effective_mass_max_kg": 0.4,
+        "friction_max_N": 0.7,
+        "position_step_max_mm": 0.1,
         "couple_index_min": 0.4,
     }
-    given = task(limits=limits, half_side=(10, 100), inertia=INERTIA)
+    given = task(limits=limits, half_side=(10, 100), inertia=INERTIA, joints=JOINTS)
     assert step_problem(given, 1).constraints == ("outline", "reach", "half_side")
     without_masses = tuple(name for name in CONSTRAINTS if name != "holding_torque")  # a synthesis has no build yet
     assert step_problem(given, 2).constraints == without_masses
@@ -100,14 +104,18 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
     heaviest = CubeSearch(cube)(lambda p: effective_mass(g, p, masses), -1.0).value
     limits["effective_mass_max_kg"] = heaviest
     limits["couple_index_min"] = CubeSearch(cube)(lambda p: couple_index(g, p), 1.0).value
-    problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1, inertia=INERTIA), 2)
+    rubs, count = HandleFriction(*list(JOINTS.values())[:3]), math.radians(JOINTS["encoder_count_deg"])
+    limits["friction_max_N"] = CubeSearch(cube)(lambda p: friction(g, p, rubs), -1.0).value
+    limits["position_step_max_mm"] = 1000.0 * CubeSearch(cube)(lambda p: position_step(g, p, count), -1.0).value
+    problem = step_problem(task(limits=limits, torque=e.torque_max.value + 0.1, inertia=INERTIA, joints=JOINTS), 2)
     found = margins_at(problem, PUBLISHED)
     # the grid misses an extreme between its points by (step / 2)^2 of the curvature: 0.1 %
-    for name in ("torque", "kappa", "lean", "shoulder", "effective_mass", "couple_index", "clearance", "outline"):
+    searched = ("torque", "kappa", "shoulder", "effective_mass", "friction", "position_step", "couple_index")
+    for name in (*searched, "lean", "clearance", "outline"):
         assert abs(found[name]) < 1e-3, name
     found = design_worst(problem, PUBLISHED / 1000.0, 9)
     # polished to 1e-5 of L; `cube_extremes` to 2^-22 of its step
-    for name in ("torque", "kappa", "shoulder", "effective_mass", "couple_index"):
+    for name in searched:
         assert abs(found[name].values[0]) < 1e-8, name
 
 
@@ -185,14 +193,18 @@ def test_every_constraint_is_described_with_its_field() -> None:
         "clearance_min_mm": 2,
         "gravity_torque_N_m": 0.1,
         "effective_mass_max_kg": 0.4,
+        "friction_max_N": 0.7,
+        "position_step_max_mm": 0.1,
         "couple_index_min": 0.35,
     }
-    problem = step_problem(task(limits=limits, half_side=(10, 100), inertia=INERTIA), 2)
+    problem = step_problem(task(limits=limits, half_side=(10, 100), inertia=INERTIA, joints=JOINTS), 2)
     words = {name: problem.describe(name) for name in problem.constraints}
     assert words["outline"] == "outline 270 x 220 mm (requirements.envelope_*_mm)"
     assert words["torque"] == "0.7 N m for 3 N (requirements.joint_torque_N_m)"
     assert words["kappa"] == "limits.kappa_max = 3.0"
     assert words["effective_mass"] == "limits.effective_mass_max_kg = 0.4"
+    assert words["friction"] == "limits.friction_max_N = 0.7"
+    assert words["position_step"] == "limits.position_step_max_mm = 0.1"
     assert words["couple_index"] == "limits.couple_index_min = 0.35"
     assert words["shoulder"] == "limits.shoulder_deg = [-45, 80]"
     assert words["half_side"] == "bounds_mm.half_side >= 10 mm"

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from optimizer.problem.requirements import (
     Bounds,
     RequirementsError,
@@ -128,6 +128,17 @@ def test_an_effective_mass_is_asked_with_its_masses() -> None:
     assert requirements_from_dict(contract()).values["inertia"] is None
 
 
+def test_what_is_felt_of_the_joints_is_asked_with_what_they_are() -> None:
+    asked = {"friction_max_N": 0.7, "position_step_max_mm": "80 um"}
+    joints = {"friction_N_m": "12 mN m", "ball_upright_N": 0.05, "encoder_count_deg": 0.022}
+    given = requirements_from_dict(contract() | {"limits": asked, "joints": joints})
+    assert given.limits.position_step_max_mm == pytest.approx(0.08)
+    assert given.values["friction"] == HandleFriction(0.012, 0.05, 0.0)
+    assert given.values["encoder_count"] == pytest.approx(0.022 * math.pi / 180.0)
+    plain = requirements_from_dict(contract())
+    assert plain.values["friction"] is plain.values["encoder_count"] is None
+
+
 REFUSED = [
     ("name", "../up", 'name = "../up": 1 64'),
     ("name", MISSING, "name: 1 64"),
@@ -164,6 +175,13 @@ REFUSED = [
         0.4,
         "limits.effective_mass_max_kg = 0.4: ",
     ),
+    ("limits.friction_max_N", 0.7, "limits.friction_max_N = 0.7: joints.friction_N_m"),
+    ("limits.position_step_max_mm", 0.1, "limits.position_step_max_mm = 0.1: joints.encoder_count_deg"),
+    ("limits.friction_max_N", 0, "limits.friction_max_N = 0: 0 1000"),
+    ("limits.position_step_max_mm", 101, "limits.position_step_max_mm = 101: 0 100"),
+    ("joints", {"friction_N_m": -1e-9}, "joints.friction_N_m = -1e-09: 0 100"),
+    ("joints", {"encoder_count_deg": 0}, "joints.encoder_count_deg = 0: 0 180"),
+    ("joints", {"ball_level_N": float("nan")}, "joints.ball_level_N = NaN: "),
     ("limits.effective_mass_max_kg", 0, "limits.effective_mass_max_kg = 0: 0 1000"),
     ("limits.effective_mass_max_kg", 1001, "limits.effective_mass_max_kg = 1001: 0 1000"),
     ("limits.effective_mass_max_kg", True, "limits.effective_mass_max_kg = true: "),
