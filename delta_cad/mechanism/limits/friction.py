@@ -281,6 +281,13 @@ class Friction(PoseLimit):
         """Computes the largest friction; infinite at a fold."""
         return 1.0 / least["ease"] if least["ease"] > 0.0 else math.inf
 
+    def words(self, rounded: Callable[[float, bool], str]) -> str:
+        """Says what is asked, and of what."""
+        drive, upright, level = (rounded(x, False) for x in self.rubs)
+        return (
+            f"{super().words(rounded)} of joints of {drive} N m and ball joints of {upright} N upright, {level} N level"
+        )
+
     def laxer(self, than: Any) -> bool:
         """Compares the thresholds, and what rubs: less of that is about another machine, and so laxer."""
         return super().laxer(than) or any(mine < other for mine, other in zip(self.rubs, than.rubs, strict=True))

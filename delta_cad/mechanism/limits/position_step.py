@@ -21,7 +21,7 @@ from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.mechanism.inverse import elbow_arm, forearm_vectors
 from delta_cad.mechanism.jacobian import forearm_determinant, forearm_faces
 from delta_cad.mechanism.limits.friction import SIGNS, signed_sum
-from delta_cad.mechanism.limits.limit import Field, FigureOfMerit, PoseLimit, Values, require, require_ranges
+from delta_cad.mechanism.limits.limit import DEGREE, Field, FigureOfMerit, PoseLimit, Values, require, require_ranges
 
 RANGE = (1e-9, 1e3)
 """m: keeps every product of the proof far from underflow and overflow."""
@@ -195,6 +195,10 @@ class PositionStep(PoseLimit):
         """Computes the largest step; infinite where a chain is open or the platform not held."""
         held = least["determinant"] > 0.0 and least["closure"] >= 0.0
         return -least["step"] * self.count if held else math.inf
+
+    def words(self, rounded: Callable[[float, bool], str]) -> str:
+        """Says what is asked, and of what."""
+        return f"{super().words(rounded)} for counts of {rounded(self.count * DEGREE, False)} deg"
 
     def laxer(self, than: Any) -> bool:
         """Compares the thresholds, and the counts: a finer one is about another machine, and so laxer."""

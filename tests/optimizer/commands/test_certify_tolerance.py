@@ -96,7 +96,7 @@ def test_a_search_that_the_time_ends_says_what_it_reached_and_no_more(
     assert (asked["proved"], asked["time_was_over_for"]) == (True, "largest")
     calls = iter(range(10**9))
     monkeypatch.setattr("optimizer.commands.certify.monotonic", lambda: float(next(calls)))  # s, a look each
-    some = told("max", 0.2, 1)
+    some = told("max", 0.3, 1)
     assert 0.0 < some["largest_mm"] == some["certified_mm"]
     assert some["needs"] == []
     assert call("verify", out, "--tolerance", f"{some['largest_mm']:g}") == 0

@@ -213,6 +213,10 @@ def test_figures_of_findings_are_those_that_a_proof_gives(tmp_path: Path, capsys
         ("effective_mass_max_kg", "1.0"),
         ("couple_index_min", "0.1"),
         ("couple_index_min", 1.5),
+        ("friction_max_N", "1.0"),
+        ("joint_friction_N_m", True),
+        ("ball_friction_level_N", [0.1]),
+        ("encoder_count_rad", "0.001"),
         ("effective_mass_max_kg", None),
         ("inertia", None),
         ("inertia", 1.0),
@@ -282,7 +286,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A certificate about every limit."""
     folder = tmp_path_factory.mktemp("whole")
     asked = {"kappa_max": 2.5, "lean_max_deg": 28.0, "shoulder_min_deg": -45.0, "effective_mass_max_kg": 50.0}
-    asked["couple_index_min"] = 0.1
+    asked |= {"couple_index_min": 0.1, "friction_max_N": 2.0, "position_step_max_mm": 0.2}
     path = changed(folder, **asked)
     file = masses(folder, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", folder / "c.json", "--mass-properties", file) == 0
