@@ -29,7 +29,6 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{LIMITS}/friction.py", "the ball joints' square alone counts", "own + aside / qh", "own"),
         (f"{LIMITS}/friction.py", "what a bound leaves refutes", "(slack + ROUND * more)", "(0.0 * slack)"),
         (f"{PROOF}/ball_friction.py", "the elbow turns as the wrist", "rod, tuple(a - b for", "rod, tuple(a for"),
-        (f"{PROOF}/ball_friction.py", "nothing lies between two directions", "* between)", "* 1.0)"),
         (f"{LIMITS}/position_step.py", "a move is mirrored",
          "multiply(at(pose, a + z), at(pose, b + y)))", "multiply(at(pose, a + y), at(pose, b + z)))"),
         (f"{ENCLOSURE}/slope_pose.py", "a couple points aside", "x.times(-c) - y.times(s)", "x.times(-c) + y.times(s)"),

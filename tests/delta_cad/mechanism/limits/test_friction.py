@@ -169,6 +169,19 @@ def test_bounds_contain_the_exact_margins(size: float) -> None:
     assert told > 20
 
 
+def test_about_the_axis_what_a_bound_leaves_out_refutes_nothing() -> None:
+    """There the part square to z vanishes, which no quotient by it bounds from below: the upper end must not fall."""
+    limit = Friction(1.0, 0.012, 0.0, 0.5)
+    for z in (0.06, 0.09, 0.12):
+        pose, work, out = room()
+        box = np.array([0.0, 0.0, z, 1e-3, 1e-3, 0.0, 0.0])
+        margins(box, numbers(PUBLISHED, Limits.of(limit)), BITS[Friction], pose, work, out)
+        found = exact_margins(PUBLISHED, Limits.of(limit), (0.0, 0.0, z))[Friction]
+        for value, row in zip(found, out[FIRST[Friction] :], strict=False):
+            assert value is not None
+            assert Decimal(row[LOW]) <= value <= Decimal(row[HIGH])
+
+
 @cache
 def designs() -> list[tuple[DeltaGeometry, Cube, HandleFriction, float, np.ndarray]]:
     """Random designs, each with what rubs and the position at which it rubs most."""
