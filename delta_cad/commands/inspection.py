@@ -10,8 +10,8 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, dimensions
 from delta_cad.dimensions.capstan import base_radius_min_mm
-from delta_cad.dimensions.joint import known_joints
-from delta_cad.drive import drive_torque
+from delta_cad.dimensions.joint import FRICTION_RANGE, known_joints
+from delta_cad.drive import drive_friction_N_m, drive_torque
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.limits import POSE_LIMITS, Friction, HandleInertia, Torque
 from delta_cad.mechanism.proof.extremes import worst_figures
@@ -176,7 +176,8 @@ def _structure(design: Design) -> list[InspectionRow]:
 
 
 def _drive(design: Design) -> list[InspectionRow]:
-    drive = drive_torque(design)
+    drive, (low, nominal, high) = drive_torque(design), FRICTION_RANGE
+    least, usual, largest = (torque * MM_PER_M for torque in drive_friction_N_m(design))
 
     def held(value: float, required: float) -> tuple[Any, ...]:
         return value, "N m", f">= {required:g}", value >= required
@@ -187,6 +188,9 @@ def _drive(design: Design) -> list[InspectionRow]:
         ("joint torque, for ever", *held(drive.continuous_torque_N_m, drive.required_torque_N_m)),
         (f"joint torque, {drive.peak_time_s:g} s", *held(drive.peak_torque_N_m, drive.required_peak_N_m)),
         ("rotor's inertia at the joint", drive.reflected_inertia_kg_m2 * 1e6, "kg mm^2"),
+        ("friction at a joint, nominal", usual, "mN m"),
+        ("friction at a joint, least to largest", f"{least:.1f} to {largest:.1f}", "mN m"),
+        ("ball joints' coefficient of friction", f"{nominal:g}, {low:g} to {high:g}", ""),
     ]
     if drive.cable is not None:
         rows += [
