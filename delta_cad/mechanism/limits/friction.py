@@ -219,7 +219,9 @@ class Friction(PoseLimit):
         if value is None:
             return None
         if rubs is None:
-            raise GeometryError("friction_max_N needs what rubs in the joints: state table [joints]")
+            raise GeometryError(
+                "friction_max_N needs what rubs in the joints: rods for which there is a spring, or table [joints]"
+            )
         return cls(value, *rubs)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Limits on friction and position step up to the proven optimum, against the mechanism's own functions on a fine grid."""
+"""Limits on friction and position step up to the proven optimum, against the mechanism itself on a fine grid."""
 
 from __future__ import annotations
 

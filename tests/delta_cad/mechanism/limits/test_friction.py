@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from delta_cad.commands.inspection import inspection
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import ball_preload_N, known_joints, sliding_torques_N_mm
 from delta_cad.drive import drive_friction_N_m
@@ -113,6 +114,15 @@ def test_the_bounds_are_those_of_both_rods_and_grow_with_their_torques() -> None
         assert max(one, other) <= sum_ <= (one + other) * 1.02
     assert max(ball_friction(PUBLISHED, cube, 0.0, 0.0)) < 1e-8
     assert ball_friction(PUBLISHED, Cube(0.057112, 0.06), 1e-3, 1e-3)[0] == math.inf  # out of reach
+
+
+def test_of_rods_for_which_there_is_no_spring_nothing_is_known_and_inspect_says_so(best: Design) -> None:
+    wide = {"mechanism": best.mechanism.model_copy(update={"parallelogram_width_mm": 300.0})}
+    asked = {"requirements": best.requirements.model_copy(update={"friction_max_N": 0.7})}
+    design = best.model_copy(update=wide | asked)
+    assert known_joints(design) == known_joints(best) | {"friction": None}
+    (row,) = (row for row in inspection(design) if row.quantity == "friction")
+    assert (row.value, row.holds) == ("not known of these joints", None)
 
 
 # the sum
