@@ -12,7 +12,7 @@ from optimizer.problem.step import step_problem
 from optimizer.search.result import Result
 from tests.benchmarks.figure import Figure
 from tests.benchmarks.timing import ROOT
-from tests.optimizer.seed_study import distance, trial
+from tests.optimizer.search.seed_study import distance, trial
 from tests.optimizer.tasks import task
 
 SUBJECT = "thirty seeds"

@@ -11,7 +11,7 @@ from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.requirements import Requirements
 from optimizer.problem.step import step_problem
 from tests.benchmarks.optimizer.seeds import from_bound, spread
-from tests.optimizer.seed_study import distance, trial
+from tests.optimizer.search.seed_study import distance, trial
 from tests.optimizer.tasks import task
 
 SEEDS = (0, 1, 2)
