@@ -13,13 +13,23 @@ IDLE_SHARE = 0.16 / (3.44 - 0.16)
 COULOMB = (0.25, 0.6, 1.0)
 
 
-def idle_torque_N_m(design: Design) -> float:
+def idle_torque_N_m(motor: catalogue.Motor) -> float:
     """Computes the torque that a motor takes at its idle speed, N m at the motor."""
-    return IDLE_SHARE * catalogue.motor.chosen(design.hardware).nominal_torque_N_m
+    return IDLE_SHARE * motor.nominal_torque_N_m
+
+
+def coulomb_N_m(motor: catalogue.Motor, ratio: float) -> tuple[float, float, float]:
+    """Computes the Coulomb friction of a joint's drive: least, nominal and largest, N m at the joint.
+
+    Args:
+        motor: Row of the catalogue.
+        ratio: Turns of the motor per turn of the arm.
+    """
+    torque = ratio * idle_torque_N_m(motor)
+    low, middle, high = COULOMB
+    return low * torque, middle * torque, high * torque
 
 
 def drive_friction_N_m(design: Design) -> tuple[float, float, float]:
-    """Computes the Coulomb friction of a joint's drive: least, nominal and largest, N m at the joint."""
-    torque = drive_torque(design).ratio * idle_torque_N_m(design)
-    low, middle, high = COULOMB
-    return low * torque, middle * torque, high * torque
+    """Computes the same for the drive of a design."""
+    return coulomb_N_m(catalogue.motor.chosen(design.hardware), drive_torque(design).ratio)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from delta_cad import catalogue
 from delta_cad.drive import drive_friction_N_m, encoder_count_rad, idle_torque_N_m
 from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
@@ -76,7 +77,7 @@ def joint_friction(machine: MachineModel) -> Friction:
     """
     ratio = machine.drive.ratio
     thin, usual, thick = VISCOUS
-    slope = ratio**2 * idle_torque_N_m(machine.design) / IDLE_SPEED
+    slope = ratio**2 * idle_torque_N_m(catalogue.motor.chosen(machine.design.hardware)) / IDLE_SPEED
     balls = ball_friction(machine.design, machine.centre)
     drive = drive_friction_N_m(machine.design)
     coulomb = (drive[0] + balls[0], drive[1] + balls[1], drive[2] + balls[2])

@@ -12,6 +12,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.mechanism import DeltaGeometry
@@ -114,6 +115,8 @@ ASKED = (
     "kappa_max",
     "couple_index_min",
     "effective_mass_max_kg",
+    "friction_max_N",
+    "position_step_max_mm",
     "lean_max_deg",
     "stiffness_min_N_mm",
     "clearance_min_mm",
@@ -175,6 +178,12 @@ def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
     assembly = assemble(d)
     masses = mass_report(assembly)
     return weighed_of(design, masses), [*check_weighed(d, assembly, masses), *_proofs(design, masses)]
+
+
+def rubbed(design: Design) -> tuple[float, float]:
+    """Bounds what the ball joints of a design rub with at the knob: along z, and square to it, N."""
+    found = known_joints(design)["friction"]
+    return (0.0, 0.0) if found is None else (found.upright, found.level)
 
 
 def _proofs(design: Design, report: Mapping[str, Any]) -> list[CheckResult]:

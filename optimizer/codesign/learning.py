@@ -37,7 +37,9 @@ SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep ot
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, HEIGHT_STEP_MM = 0.5, 1.0
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
-MASS_SPARE = 0.998
+SPARE = 0.998  # of what a machine just missed
+SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
+"""Check -> the share of its limit that is asked for."""
 
 
 class StuckError(Exception):
@@ -151,15 +153,12 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             over = list(lessons.overhead_mm)
             over[k] += short + SPARE_MM
             lessons = lessons.taught(why, overhead_mm=(over[0], over[1]))
-        elif result.name == f"{PROOF}effective_mass":
-            lessons = lessons.taught(why, mass_share=lessons.mass_share * MASS_SPARE)
+        elif (share := SHARES.get(result.name.removeprefix(PROOF).replace("_", " "))) is not None:
+            over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
+            lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})
         elif result.name in ("torque with gravity", f"{PROOF}holding_torque"):
             more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
             lessons = lessons.taught(why, spare_torque_N_m=more)
-        elif result.name == "effective mass":
-            lessons = lessons.taught(
-                why, mass_share=lessons.mass_share * MASS_SPARE * (result.limit or 1.0) / (result.value or 1.0)
-            )
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":

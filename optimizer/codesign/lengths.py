@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
+from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.candidate import BASE_ENTRIES
 from optimizer.codesign.choice import Choice, motor_of
@@ -107,13 +108,18 @@ def posed(
         asked["outline_radius_max_mm"] = knob
     if most is not None:
         asked["effective_mass_max_kg"] = most * lessons.mass_share
-    data = {
+    if brief.feel.friction_max_N is not None:
+        asked["friction_max_N"] = brief.feel.friction_max_N * lessons.friction_share
+    if brief.feel.position_step_max_mm is not None:
+        asked["position_step_max_mm"] = brief.feel.position_step_max_mm * lessons.step_share
+    motor, (upright, level) = motor_of(brief, choice.motor), lessons.ball_friction_N
+    data: dict[str, Any] = {
         "name": brief.name,
         "requirements": {
             "envelope_width_mm": outline[0],
             "envelope_depth_mm": outline[1],
             "force_N": task.force_N,
-            "joint_torque_N_m": choice.torque_N_m(motor_of(brief, choice.motor)),
+            "joint_torque_N_m": choice.torque_N_m(motor),
         },
         "bounds_mm": bounds,
         "limits": asked,
@@ -123,6 +129,12 @@ def posed(
             "cross_mass_kg": inertia.cross_mass,
             "joint_inertia_kg_m2": inertia.joint_inertia,
         },
+    }
+    data["joints"] = {
+        "friction_N_m": coulomb_N_m(motor, choice.ratio)[1],
+        "ball_upright_N": upright,
+        "ball_level_N": level,
+        "encoder_count_deg": choice.count_deg(brief),
     }
     return requirements_from_dict(data, f"{brief.name} with {choice.motor}")
 

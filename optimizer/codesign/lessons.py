@@ -65,6 +65,9 @@ class Lessons:
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
+        friction_share: The same of the friction.
+        step_share: The same of the position step.
+        ball_friction_N: What the ball joints rub with at the knob, for a motion along z, and square to it.
         spare_torque_N_m: Left of a joint's torque beside the force and the weight.
         why: What each was taught by, a line each.
     """
@@ -75,6 +78,9 @@ class Lessons:
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
     mass_share: float = 0.998
+    friction_share: float = 0.998
+    step_share: float = 0.998
+    ball_friction_N: tuple[float, float] = (0.12, 0.18)
     spare_torque_N_m: float = TORQUE_SPARE_N_M
     why: tuple[str, ...] = ()
 
@@ -90,6 +96,11 @@ class Lessons:
     def raised(self, length: str, least_mm: float, why: str) -> Lessons:
         """The same with a length that is at least so much."""
         return self.taught(why, least_mm={**self.least_mm, length: max(least_mm, self.least(length))})
+
+    def with_shares_of(self, other: Lessons) -> Lessons:
+        """The same with the masses, and the room left for them, of another."""
+        names = ("weighed", "mass_share", "friction_share", "step_share", "ball_friction_N", "spare_torque_N_m")
+        return replace(self, **{name: getattr(other, name) for name in names})
 
     def taught(self, reason: str, **changes: Any) -> Lessons:
         """The same with other bounds, and why."""

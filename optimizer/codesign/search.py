@@ -10,7 +10,7 @@ import numpy as np
 
 from delta_cad.design import Design, DesignError
 from delta_cad.mechanism import MechanismError
-from optimizer.codesign.candidate import Candidate, design_for, weigh
+from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
 from optimizer.codesign.learning import StuckError, from_checks, from_reasons, from_stiffness, too_soft
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
@@ -251,12 +251,10 @@ class Search:
             near = self._known(lessons.weighed, lengths, choice)
             weighed, results = weigh(design)
             candidate = replace(candidate, weighed=weighed)
-            lessons = lessons.taught("weighed", weighed=weighed)
+            lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbed(design))
             if near and all(result.passed for result in results):
                 # what closed forms ask of this choice they do not ask of another
-                self.lessons[key] = replace(
-                    built, weighed=weighed, mass_share=lessons.mass_share, spare_torque_N_m=lessons.spare_torque_N_m
-                )
+                self.lessons[key] = built.with_shares_of(lessons)
                 return candidate
             try:
                 lessons = from_checks(candidate, lessons, results)
