@@ -54,6 +54,14 @@ def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int)
     return design.model_copy(update={"provenance": told})
 
 
+def placed(design: Design, brief: DesignBrief, folder: Path) -> Design:
+    """Gives a design whose file stands in a folder, from which it names that of own parts."""
+    if design.hardware.catalogue is None:
+        return design
+    own = brief.hardware_from(folder, {})["catalogue"]
+    return design.model_copy(update={"hardware": design.hardware.model_copy(update={"catalogue": own})})
+
+
 def certificate_of(design: Design, masses: Path) -> Certificate:
     """Certifies a machine that was built, with its own masses.
 

@@ -79,7 +79,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
     """Searches, builds and tells."""
     from delta_cad.commands.pipeline import build, check_moving, make_machine
     from optimizer.codesign.costs import costs
-    from optimizer.codesign.output import certificate_of, facts_of, report, with_provenance, write_beside
+    from optimizer.codesign.output import certificate_of, facts_of, placed, report, with_provenance, write_beside
     from optimizer.codesign.reference import reference
     from optimizer.codesign.search import Search
 
@@ -102,7 +102,8 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
                 facts = facts_of(brief, outcome, tried)
                 text = report(facts, tried, known.why, brief.notes, costs(brief, standing, known))
                 line.show("certificate")
-                write_beside(folder, stated, text, certificate_of(stated, folder / "mass_properties.json"))
+                certificate = certificate_of(stated, folder / "mass_properties.json")
+                write_beside(folder, placed(stated, brief, given.out / brief.name), text, certificate)
                 told.update(facts)
 
             return build(stated, given.out, line.show, beside=beside)

@@ -1,0 +1,163 @@
+"""`design` from the command line, with the search and the build put in place: what it writes, says and returns."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.commands import pipeline
+from delta_cad.commands.pipeline import Outcome
+from delta_cad.design import Design, load_design
+from optimizer.certify.file import read_certificate
+from optimizer.certify.replay import verify
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.reference import reference
+from optimizer.codesign.search import Search
+from optimizer.commands import cli
+from tests.committed import BEST, Built
+
+BRIEF = """
+name = "dashboard-joystick"
+[requirements]
+envelope_width_mm = 270
+envelope_depth_mm = 220
+[feel]
+kappa_max = 2.27
+[hardware]
+motor = "maxon-re30-310007"
+drive = "capstan"
+"""
+LENGTHS = (91.0, 143.196, 31.0, 24.0, 64.37, 43.165)
+CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "task.toml"
+    path.write_text(BRIEF, encoding="utf-8")
+    return path
+
+
+def call(*words: str | Path) -> int:
+    return cli.main(["design", *map(str, words)])
+
+
+@pytest.fixture
+def paper_build(built: Built, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one real build stands for what is built."""
+
+    def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None]) -> Outcome:
+        folder = out / design.name
+        folder.mkdir(parents=True)
+        shutil.copy(built.folder / "mass_properties.json", folder)
+        checks = [
+            CheckResult("kappa", True, 2.2699, 2.27, ""),
+            CheckResult("effective mass", True, 0.46, None, "kg"),
+            CheckResult("envelope width", True, 247.9, 270.0, "mm"),
+            CheckResult("envelope depth", True, 219.5, 220.0, "mm"),
+        ]
+        masses = json.loads((folder / "mass_properties.json").read_text(encoding="utf-8"))
+        outcome = Outcome(design, checks, masses, folder, ())
+        beside(folder, outcome)
+        return outcome
+
+    monkeypatch.setattr(pipeline, "build", build)
+
+
+def finds(monkeypatch: pytest.MonkeyPatch, then: Callable[[], None] = lambda: None) -> None:
+    """Lets the search build the committed machine, and do something afterwards."""
+
+    def best(search: Search) -> Any:
+        search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference(), why=("the wrists were too close",))
+        search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, reference(), 86.33)
+        search.tried.stuck["faulhaber-3257g024cr capstan"] = "too weak"
+        outcome = search.build(search.standing.design)
+        then()
+        return search.standing, outcome
+
+    monkeypatch.setattr(Search, "best", best)
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_what_was_found_stands_in_its_folder(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    finds(monkeypatch)
+    assert call(file, "--out", tmp_path / "out", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["cube_side_mm"] == pytest.approx(86.33, abs=0.01)
+    assert told["outline_mm"] == [247.9, 219.5]
+    assert told["binding"] == ["kappa", "envelope depth"]
+    folder = Path(told["folder"])
+    design = load_design(folder / "design.json")
+    assert design.provenance is not None
+    assert design.provenance["command"] == "python -m optimizer design task.toml --seed 0"
+    certificate = read_certificate(folder / "certificate.json")
+    assert "holding_torque" in verify(certificate, design).proved
+    text = (folder / "design.md").read_text(encoding="utf-8")
+    for words in ("86.33 mm", "maxon-re30-310007 at 4.8:1", "the wrists were too close", "too weak", "kappa"):
+        assert words in text
+    assert "requirements.envelope_depth_mm = 225 instead of 220" in text
+    assert "feel.kappa_max" in text
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_stopped_by_hand_the_best_machine_stays(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    finds(monkeypatch, interrupt)
+    assert call(file, "--out", tmp_path / "out") == 130
+    said = capsys.readouterr()
+    assert "the best machine so far stands in" in said.err
+    assert (tmp_path / "out/dashboard-joystick/design.json").exists()
+
+
+def test_stopped_before_a_machine_there_is_none(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    def best(_: Search) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Search, "best", best)
+    assert call(file, "--out", tmp_path / "out") == 130
+    assert "no machine was finished" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_cannot_be_is_told_with_every_reason(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    def best(search: Search) -> None:
+        search.tried.stuck |= {"a capstan": "too weak", "b direct": "too wide"}
+
+    monkeypatch.setattr(Search, "best", best)
+    assert call(file, "--out", tmp_path / "out", "--json") == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["contradiction"] == ["a capstan: too weak", "b direct: too wide"]
+    assert said.err.count("too ") == 2
+
+
+def test_bad_input_is_told_before_anything_begins(tmp_path: Path, capsys) -> None:
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text('name = "x"\n[requirements]\nforce_N = -1\n[hardware]\nmotor = "none"\n', encoding="utf-8")
+    assert call(wrong, "--out", tmp_path / "out") == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) >= 2
+    assert any("force_N = -1" in line for line in lines)
+    good = tmp_path / "good.toml"
+    good.write_text(BRIEF, encoding="utf-8")
+    in_the_way = tmp_path / "file"
+    in_the_way.write_text("", encoding="utf-8")
+    assert call(good, "--out", in_the_way) == 2
+    assert call(good, "--minutes", "0") == 2
