@@ -74,6 +74,8 @@ def run(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedP
 def fresh(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedProcess[str]:
     """As `run`, from nothing, as a user has it."""
     command, environment = [sys.executable, "-c", code], surroundings(**places)
+    # `make coverage` has every process write what it ran: none of a copy, and on a full disk there is no room for it
+    environment = {name: value for name, value in environment.items() if not name.startswith("COVERAGE")}
     return subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True)
 
 
