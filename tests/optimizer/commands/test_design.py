@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,9 @@ import pytest
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Outcome
-from delta_cad.design import Design, load_design
+from delta_cad.design import Design, design_hash, load_design
+from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
-from optimizer.certify.replay import verify
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import Lessons
@@ -57,14 +56,15 @@ def paper_build(built: Built, monkeypatch: pytest.MonkeyPatch) -> None:
     def build(design: Design, out: Path, *_: object, beside: Callable[[Path, Outcome], None]) -> Outcome:
         folder = out / design.name
         folder.mkdir(parents=True)
-        shutil.copy(built.folder / "mass_properties.json", folder)
         checks = [
             CheckResult("kappa", True, 2.2699, 2.27, ""),
             CheckResult("effective mass", True, 0.46, None, "kg"),
             CheckResult("envelope width", True, 247.9, 270.0, "mm"),
             CheckResult("envelope depth", True, 219.5, 220.0, "mm"),
         ]
-        masses = json.loads((folder / "mass_properties.json").read_text(encoding="utf-8"))
+        masses = json.loads((built.folder / "mass_properties.json").read_text(encoding="utf-8"))
+        masses["input_sha256"] = design_hash(design)
+        (folder / "mass_properties.json").write_text(json.dumps(masses), encoding="utf-8")
         outcome = Outcome(design, checks, masses, folder, ())
         beside(folder, outcome)
         return outcome
@@ -160,4 +160,6 @@ def test_bad_input_is_told_before_anything_begins(tmp_path: Path, capsys) -> Non
     in_the_way = tmp_path / "file"
     in_the_way.write_text("", encoding="utf-8")
     assert call(good, "--out", in_the_way) == 2
-    assert call(good, "--minutes", "0") == 2
+    with pytest.raises(SystemExit) as ended:
+        call(good, "--minutes", "0")
+    assert ended.value.code == 2
