@@ -45,6 +45,7 @@ class Candidate:
         lengths_mm: (6) in the order of `VARIABLES`.
         weighed: Of its own solids.
         score: What is sought, larger is better.
+        couple_index_min: Hold against turning that closed forms asked for.
     """
 
     design: Design
@@ -52,6 +53,7 @@ class Candidate:
     lengths_mm: tuple[float, ...]
     weighed: Weighed
     score: float
+    couple_index_min: float = 0.0
 
     @property
     def side_mm(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +19,6 @@ from optimizer.problem.requirements import Requirements, requirements_from_dict
 from optimizer.problem.step import SIDE, step_problem
 from optimizer.search import sqp
 from optimizer.search.result import Result
-from optimizer.synthesis.output import presentable
 
 WIDE_MM = {
     "upper_arm_length": (30.0, 400.0),
@@ -31,9 +31,12 @@ WIDE_MM = {
 """Where lengths are looked for that the brief leaves open."""
 FREE_OUTLINE_MM = 2000.0
 CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
+# Left of the mechanism's limits: lengths are rounded to a micrometre, and a proof right at a limit takes long.
+ROOM, ROOM_DEG = 2e-4, 0.005
 ROUNDS = 3  # of lengths and the inertia estimated for them
 SETTLED = 2e-3  # share of the side that the last round changed
 STARTS = 2  # of SQP beside the lengths that are known
+FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
 KNOBS = 12  # values that are tried of what is to be least
 ENOUGH = 2e-3  # share of the cube by which that may be larger than asked, or of the value
 LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
@@ -93,10 +96,10 @@ def posed(
     asked: dict[str, Any] = {
         "parallelogram_width_mm": choice.width_mm,
         "outline_overhead_mm": list(overhead),
-        "kappa_max": min(brief.feel.kappa_max or lessons.kappa_max, lessons.kappa_max),
-        "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min),
-        "lean_max_deg": limits.lean_max_deg or LEAN_DEG,
-        "shoulder_deg": [low_deg, high_deg],
+        "kappa_max": min(brief.feel.kappa_max or lessons.kappa_max, lessons.kappa_max) * (1.0 - ROOM),
+        "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min) * (1.0 + ROOM),
+        "lean_max_deg": (limits.lean_max_deg or LEAN_DEG) - ROOM_DEG,
+        "shoulder_deg": [low_deg + ROOM_DEG, high_deg - ROOM_DEG],
         "gravity_torque_N_m": lessons.held_torque_N_m,
     }
     if limits.outline_radius_max_mm is not None:
@@ -167,7 +170,7 @@ def best_lengths(
         result = _largest(brief, choice, lessons, start_mm, seed, rounds, None)
         if result is None or result.tiny:
             return None
-        lengths = presentable(result)
+        lengths = _rounded(result)
         return Found(lengths, 2.0 * lengths[SIDE])
     by_mass = brief.objective == "effective_mass"
     low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
@@ -192,8 +195,14 @@ def best_lengths(
     if best is None:
         return None
     knob, result = best
-    lengths = (*presentable(result)[:SIDE], side / 2.0)
+    lengths = (*_rounded(result)[:SIDE], side / 2.0)
     return Found(lengths, -knob, None if brief.outline_mm else lengths[0] + lengths[2])
+
+
+def _rounded(result: Result) -> tuple[float, ...]:
+    """Lengths in whole micrometres, the half side rounded down: `ROOM` is left for what that changes."""
+    *lengths, half = result.design_mm
+    return (*(round(length, 3) for length in lengths), math.floor(1e3 * half) / 1e3)
 
 
 def _between(known: Sequence[tuple[float, float]], side_mm: float, low: float, high: float) -> float:
@@ -228,9 +237,12 @@ def _largest(
         problem = step_problem(posed(brief, choice, lessons, inertia, knob), 2)
         best = None
         if start is not None:
-            best = sqp.search(problem, problem.scaled(start)[None]).best
+            near = sqp.search(problem, problem.scaled(start)[None])
+            best = near.best
+            if best is None and near.endings[0].level < -FAR:
+                return None
         if best is None:
-            best = sqp.search(problem, sqp.start_points(problem, seed)[:STARTS]).best
+            best = sqp.search(problem, sqp.start_points(problem, seed)[: STARTS if start is None else 1]).best
         if best is None:
             return None
         result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")

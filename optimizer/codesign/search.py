@@ -12,7 +12,7 @@ from delta_cad.design import Design, DesignError
 from delta_cad.mechanism import MechanismError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
-from optimizer.codesign.learning import StuckError, from_checks, from_reasons, from_stiffness, too_soft
+from optimizer.codesign.learning import COUPLE_STEP, StuckError, from_checks, from_reasons, from_stiffness, too_soft
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
@@ -98,20 +98,20 @@ class Search:
     def _rough(self) -> list[tuple[float, Choice]]:
         """Estimates what every motor can do at its best ratio; no parts are looked at."""
         found = []
+        known: Lengths | None = None  # of another motor: a place to begin from
         for motor, drive in drives(self.brief):
             low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
             ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
             best: tuple[float, Choice] | None = None
-            for width in self._widths():
-                start: Lengths | None = None
+            for width in self._widths()[: 1 if found else None]:  # a narrower one where nothing fits
                 for ratio in ratios:
                     if self.stop():
                         break
                     choice = Choice(motor, drive, round(float(ratio), 2), width)
-                    estimate = self._estimate(choice, start)
+                    estimate = self._estimate(choice, known)
                     if estimate is None:
                         continue
-                    start = estimate.lengths_mm
+                    known = estimate.lengths_mm
                     if best is None or estimate.score > best[0]:
                         best = estimate.score, choice
                 if best is not None:
@@ -167,7 +167,7 @@ class Search:
                 around += [now.with_(ratio=ratio)] if ratio != now.ratio else []
             better = None
             for one in around:
-                found = self.settled(one, best.lengths_mm, weighing=False)
+                found = self.settled(one, best.lengths_mm, best.couple_index_min - COUPLE_STEP, weighing=False)
                 self.report(
                     f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}"
                 )
@@ -211,12 +211,15 @@ class Search:
             choice = candidate.choice
         return None
 
-    def settled(self, choice: Choice, start: Lengths | None = None, weighing: bool = True) -> Candidate | None:
+    def settled(
+        self, choice: Choice, start: Lengths | None = None, held: float = 0.0, weighing: bool = True
+    ) -> Candidate | None:
         """Finds the best lengths of a choice that closed forms pass, with the masses of its own solids.
 
         Args:
             choice: Hardware.
             start: Lengths to begin from.
+            held: Couple index to begin from: one near by that closed forms asked for.
             weighing: Whether solids are made where the masses known are of another machine.
 
         Returns:
@@ -225,7 +228,8 @@ class Search:
         from delta_cad.structure.refusals import refusals
 
         key = choice.motor, choice.drive
-        built = lessons = self.lessons.get(key) or Lessons(self._first(choice))
+        built = self.lessons.get(key) or Lessons(self._first(choice))
+        lessons = replace(built, couple_index_min=max(built.couple_index_min, held))
         for _ in range(TRIES):
             self.tried.candidates += 1
             found = best_lengths(self.brief, choice, lessons, start, self.seed, ROUNDS if weighing else 1)
@@ -245,7 +249,7 @@ class Search:
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score)
+            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, lessons.couple_index_min)
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
