@@ -36,6 +36,8 @@ PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, HEIGHT_STEP_MM = 0.5, 2.0
+UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
+CREEP_MM = 0.4
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
@@ -68,7 +70,10 @@ def from_reasons(
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]
         if field in LENGTHS and isinstance(bound, float):
-            lessons = lessons.raised(LENGTHS[field], math.ceil(bound * SIZE_STEP) / SIZE_STEP, str(reason))
+            least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
+            if lessons.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
+                least += CREEP_MM
+            lessons = lessons.raised(LENGTHS[field], least, str(reason))
         elif field == "mechanism.parallelogram_width_mm" and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
@@ -146,7 +151,7 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     failed = [result for result in results if not result.passed]
     before = lessons
     for result in failed:
-        short = abs((result.value or 0.0) - (result.limit or 0.0))
+        short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
         why = f"{result.name}: {result.value} {result.unit}, limit {result.limit}"
         if result.name in ("envelope width", "envelope depth"):
             k = result.name == "envelope depth"

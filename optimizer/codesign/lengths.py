@@ -239,12 +239,12 @@ def _largest(
         if start is not None:
             near = sqp.search(problem, problem.scaled(start)[None])
             best = near.best
-            if best is None and near.endings[0].level < -FAR:
+            if best is None and result is None and near.endings[0].level < -FAR:
                 return None
         if best is None:
             best = sqp.search(problem, sqp.start_points(problem, seed)[: STARTS if start is None else 1]).best
         if best is None:
-            return None
+            return result  # of the inertia before, if there was one
         result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")
         start = at = result.design_mm
         side = 2.0 * result.design_mm[SIDE]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import Outcome
 
-TRIES = 8  # closed forms and weights of one choice, until they agree
+TRIES = 16  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
 HOPE = 0.05  # share by which refined hardware may exceed its estimate
