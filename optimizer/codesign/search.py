@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from delta_cad.design import Design, DesignError
+from delta_cad.dimensions import DimensionError
 from delta_cad.mechanism import MechanismError
+from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
 from optimizer.codesign.learning import COUPLE_STEP, StuckError, from_checks, from_reasons, from_stiffness, too_soft
@@ -191,7 +193,12 @@ class Search:
                 return None
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
             self.report(f"{named}: what moves")
-            results, outcome = self.moving(candidate.design), None
+            outcome = None
+            try:
+                results = self.moving(candidate.design)
+            except BuildError as error:  # a solid that cannot be meshed
+                self.tried.stuck[" ".join(key)] = str(error)
+                return None
             if all(result.passed for result in results):
                 self.report(f"{named}: building")
                 self.standing = candidate
@@ -200,6 +207,7 @@ class Search:
             failed = tuple(result.name for result in results if not result.passed)
             self.tried.built.append((candidate.design, failed))
             if outcome is not None and not failed:
+                self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
                 self.tell(f"{named} passes every check")
                 return candidate, outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
@@ -253,7 +261,11 @@ class Search:
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
-            weighed, results = weigh(design)
+            try:
+                weighed, results = weigh(design)
+            except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
+                self.tried.stuck[" ".join(key)] = str(error)
+                return None
             candidate = replace(candidate, weighed=weighed)
             lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbed(design))
             if near and all(result.passed for result in results):

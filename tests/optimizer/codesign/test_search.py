@@ -10,6 +10,7 @@ import pytest
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design
+from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
@@ -103,6 +104,24 @@ def test_a_check_that_teaches_nothing_gives_the_motor_up(monkeypatch: pytest.Mon
     search = searched(paper, {MOTORS[0]: [84.0]}, monkeypatch)
     assert search.best() is None
     assert "a bearing is missing" in search.tried.stuck[f"{MOTORS[0]} capstan"]
+
+
+def test_a_solid_that_cannot_be_made_gives_the_motor_up_and_the_next_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    paper = Paper({MOTORS[1]: [[PASSED]]})
+    search = searched(paper, {motor: [84.0] for motor in MOTORS}, monkeypatch)
+    moving = paper.moving
+
+    def fails(design: Design) -> list[CheckResult]:
+        if design.hardware.motor == MOTORS[0]:
+            raise BuildError("sector", "rim", "sector_radius_mm")
+        return moving(design)
+
+    search.moving = fails
+    search.tried.stuck[f"{MOTORS[1]} capstan"] = "too soft at another width"
+    assert search.best() is not None
+    assert paper.built == [MOTORS[1]]
+    assert list(search.tried.stuck) == [f"{MOTORS[0]} capstan"]  # the other is not given up: it passed
+    assert "sector" in search.tried.stuck[f"{MOTORS[0]} capstan"]
 
 
 def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
