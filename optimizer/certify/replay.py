@@ -14,6 +14,8 @@ from delta_cad.mechanism.limits import PoseLimit
 
 BATCH = 1_000  # boxes at a time: small enough to stay in the processor's cache
 FINEST = 45  # halvings of a box after which it is not tried again: its edges are then 2^-15 of what they were
+HOPEFUL = 4  # halvings from which on a box is left whose own middle, taken alone, is not proved
+MIDDLES = 64  # of those that are looked at
 
 
 def breaks(g: DeltaGeometry, limit: PoseLimit, point: np.ndarray) -> bool:
@@ -84,6 +86,13 @@ def replay(
                     still[:, n] &= ~limit.second_proof(p, exactly)
             failed = still.any(axis=1)
             stuck = failed & ((depth[now] >= FINEST) | (examined >= max_boxes))
+            doubtful = np.flatnonzero(failed & (depth[now] >= HOPEFUL))[:MIDDLES]
+            if len(doubtful):
+                middle = 0.5 * (low[now][doubtful] + high[now][doubtful])
+                p = SlopePose(g, middle, middle, tolerance)
+                for n, limit in enumerate(limits):
+                    if still[doubtful, n].any():
+                        stuck[doubtful] |= still[doubtful, n] & ~limit.second_proof(p, exactly)
             if stuck.any():
                 k = int(np.argmax(stuck))
                 name = limits[int(np.argmax(still[k]))].name

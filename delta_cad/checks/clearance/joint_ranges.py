@@ -8,7 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from delta_cad.checks.clearance.motion import box_motion, cube_boxes
+from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import closure_margin
 
 BOXES_PER_EDGE = 16
 HALVINGS = 3  # of boxes that are too coarse
@@ -117,7 +119,7 @@ def joint_ranges(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -
         The enclosures.
 
     Raises:
-        FoldError: A chain may fold in the cube, at the finest subdivision.
+        FoldError: A chain folds or is open in the cube, or may be, at the finest subdivision.
     """
     x, y, z = centre_mm.tolist()
     return _joint_ranges(g, (x, y, z), float(half_side_mm))
@@ -125,6 +127,12 @@ def joint_ranges(g: DeltaGeometry, centre_mm: np.ndarray, half_side_mm: float) -
 
 @lru_cache(maxsize=4)  # outline, contacts and clearance ask for the same cube
 def _joint_ranges(g: DeltaGeometry, centre_mm: tuple[float, float, float], half_side_mm: float) -> JointRanges:
+    axis = half_side_mm * np.linspace(-1.0, 1.0, BOXES_PER_EDGE + 1)
+    nodes = np.array(centre_mm) + np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    open_ = (closure_margin(g, nodes / MM_PER_M) <= 0.0).any(axis=-1)
+    if open_.any():
+        x, y, z = nodes[int(np.argmax(open_))]
+        raise FoldError(f"a chain folds in the cube, or cannot be closed, as at ({x:.3f}, {y:.3f}, {z:.3f}) mm")
     motion = box_motion(g, *_fine_boxes(g, np.array(centre_mm), half_side_mm))
     if not np.isfinite(motion.theta_change).all():
         finest = BOXES_PER_EDGE * 2**HALVINGS

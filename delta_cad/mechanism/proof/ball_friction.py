@@ -15,6 +15,7 @@ import numpy as np
 from delta_cad.mechanism.enclosure.interval import Interval, Slopes, exactly
 from delta_cad.mechanism.enclosure.slope_pose import SlopePose
 from delta_cad.mechanism.geometry import DeltaGeometry
+from delta_cad.mechanism.inverse import closure_margin
 from delta_cad.mechanism.workspace import Cube
 
 DIRECTIONS = 8  # over half a turn: what lies between two is at most 2 % more, which is added
@@ -39,6 +40,8 @@ def ball_friction(g: DeltaGeometry, cube: Cube, lean: float, turn: float) -> tup
         upright: For a motion along z, N.
         level: For any motion square to z, N. Infinite, as the other, where some chain is open.
     """
+    if lean == turn == 0.0:
+        return _up(0.0), _up(0.0)
     angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     flat = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=-1)
     between = 1.0 / math.cos(math.pi / (2 * DIRECTIONS)) * (1.0 + 1e-12)
@@ -55,6 +58,8 @@ def _most(g: DeltaGeometry, cube: Cube, lean: float, turn: float, v: np.ndarray)
     bound, known, examined = 0.0, 0.0, 0
     while len(lower):
         examined += len(lower)
+        if (closure_margin(g, np.concatenate([lower, upper])) < 0.0).any():
+            return math.inf
         over, at = _frictions(SlopePose(g, lower, upper), g, lean, turn, v)
         known = max(known, float(np.where(np.isnan(at), 0.0, at).max()))
         enough = over <= CLOSE * known  # never where nothing is known of a box

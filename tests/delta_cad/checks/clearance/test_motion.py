@@ -124,8 +124,15 @@ def test_raster_says_no_only_outside() -> None:
 
 
 def test_a_cube_with_a_fold_is_refused() -> None:
-    with pytest.raises(FoldError, match="may fold"):
+    with pytest.raises(FoldError, match=r"folds in the cube, or cannot be closed, as at \(.*\) mm"):
         joint_ranges(GEOMETRY, LIMITS.centre_mm, 80.0)
+
+
+def test_a_cube_of_which_no_fold_can_be_excluded_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("delta_cad.checks.clearance.joint_ranges.BOXES_PER_EDGE", 1)
+    monkeypatch.setattr("delta_cad.checks.clearance.joint_ranges.HALVINGS", 0)
+    with pytest.raises(FoldError, match="may fold"):
+        joint_ranges(GEOMETRY, LIMITS.centre_mm, 37.25)
 
 
 @pytest.mark.parametrize("ratio", [9.5, 1.0])
