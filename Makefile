@@ -10,7 +10,7 @@ PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-l
 # What the linters say while the tests run beside them.
 LINTED := $(VENV)/.linted
 
-.PHONY: build test tests linted bench coverage mutants faults offered endurance lint clean
+.PHONY: build test tests linted slow bench coverage mutants faults offered endurance lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -22,6 +22,10 @@ test: $(STAMP)
 
 tests: $(STAMP)
 	$(PYTEST)
+
+# What `make test` leaves out: more random machines, longer searches, more commands in processes of their own.
+slow: $(STAMP)
+	$(PYTEST) -m slow
 
 linted: $(STAMP)
 	@$(MAKE) --no-print-directory lint >$(LINTED) 2>&1 || { echo 'the linters fail: see below the tests'; exit 1; }
@@ -37,7 +41,7 @@ bench: $(STAMP)
 
 # Share of lines and branches that the tests run, for each package; compiled functions are left out, see pyproject.toml.
 coverage: $(STAMP)
-	$(PYTEST) --cov --cov-report=
+	$(PYTEST) -m '' --cov --cov-report=
 	@for name in delta_cad optimizer haptics; do \
 		echo "$$name: $$($(PYTHON) -m coverage report --include="$$name/*" --format=total) %"; done
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from collections import Counter
 
 import pytest
 
@@ -21,30 +22,38 @@ console.TELL_S = 3600.0  # what else a command says is looked at, however slow t
 LONGEST = (
     "delta_cad/assembly/test_assemble_step.py",  # the one real build
     "optimizer/globalopt/test_optimum.py",  # compiles most of what the optimizer's others need
-    "delta_cad/assembly/test_assemble.py",
-    "haptics/scenes/test_scenes.py",
     "optimizer/commands/test_front.py",
-    "optimizer/globalopt/test_bound.py",
-    "haptics/commands/test_simulate.py",
+    "delta_cad/assembly/test_assemble.py",
+    "optimizer/atlas/test_atlas.py",
+    "delta_cad/commands/test_cli_process.py",
+    "haptics/scenes/test_scenes.py",
+    "optimizer/commands/test_cli.py",
+    "delta_cad/mechanism/proof/test_tolerance.py",
+    "delta_cad/structure/test_solids.py",
+    "haptics/feel/test_sheet.py",
     "optimizer/front/test_front.py",
     "delta_cad/checks/clearance/test_clearance.py",
-    "haptics/feel/test_sheet.py",
-    "optimizer/atlas/test_atlas.py",
-    "delta_cad/mechanism/proof/test_tolerance.py",
-    "optimizer/globalopt/test_effective_mass.py",
-    "delta_cad/mechanism/limits/test_one_file.py",
-    "optimizer/commands/test_certify_tolerance.py",
-    "optimizer/paper/test_page.py",
-    "delta_cad/structure/test_solids.py",
+    "optimizer/globalopt/test_bound.py",
+    "optimizer/commands/test_certify.py",
     "optimizer/front/test_trade.py",
-    "optimizer/commands/test_cli.py",
-    "delta_cad/commands/test_cli_process.py",
+    "delta_cad/solids/test_stops.py",
+    "haptics/commands/test_simulate.py",
+    "delta_cad/mechanism/limits/test_one_file.py",
+    "delta_cad/common/test_jit.py",
 )
-"""Files of 15 to 60 s, which begin first, so that no worker waits at the end for another's long file."""
+"""Files of 10 to 60 s, which begin first, so that no worker waits at the end for another's long file."""
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Puts the longest files first; all others keep their order."""
+    """Puts the longest files first, all others keep their order; marks as slow what `quick(n)` leaves of a test."""
+    seen: Counter[str] = Counter()
+    for item in items:
+        quick = item.get_closest_marker("quick")
+        name = item.nodeid.partition("[")[0]
+        seen[name] += 1
+        if quick and seen[name] > quick.args[0]:
+            item.add_marker(pytest.mark.slow)
     rank = {str(ROOT / "tests" / name): k for k, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(str(item.path), len(rank)))
 

@@ -49,6 +49,7 @@ def fakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_no_subject_takes_the_others_with_it(fakes: Path) -> None:
     names = ("raises", "ends", "killed", "child_ends", "stops", "no_figures", "broken", "fine")
     assert run({f"fake_{name}": 60.0 for name in names}, fakes / "out", "bench") == 1

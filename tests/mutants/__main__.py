@@ -24,7 +24,7 @@ LEFT_OUT = shutil.ignore_patterns(".*", "out", "__pycache__", "*.egg-info")
 def failure(copy: Path, tests: list[str], cache: str | Path) -> str | None:
     """What fails first of tests of a copy, compiled code being kept in a folder; None if they pass."""
     settings = {"NUMBA_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}  # no code outlives its source
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "", *tests]
     try:
         run = subprocess.run(
             command, cwd=copy, env=os.environ | settings, capture_output=True, text=True, timeout=LIMIT_S

@@ -28,6 +28,7 @@ def to_axis_mm(R: float, tip_mm: float, outer_mm: float) -> float:
     return 1.5 * R - tip_mm / 2 - SIN_60 * outer_mm
 
 
+@pytest.mark.slow
 def test_a_sector_s_tip_passes_the_neighbour_s_axis_as_the_closed_form_says(
     best_assembly: Assembly, best_dimensions: Dimensions
 ) -> None:

@@ -31,6 +31,7 @@ def corners(d: Dimensions) -> list[np.ndarray]:
     return [middle] + [middle + cube.half_side_mm * np.array(corner) for corner in product((-1.0, 1.0), repeat=3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1])
 def test_springs_keep_clear_of_arm_bars_platform_and_drive(
     best_assembly: Assembly, best_dimensions: Dimensions, k: int

@@ -91,6 +91,7 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
     assert len(ended.stdout) == 10
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("kappa_max", "code"), [(3.0, 0), (1.5, 1)])
 @pytest.mark.parametrize("options", [[], ["--json"]])
 def test_the_exit_code_outlives_a_reader_that_goes_away(
@@ -112,6 +113,7 @@ def test_the_exit_code_outlives_a_reader_that_goes_away(
     assert (ended.returncode, ended.stderr) == (code, "")
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(("command", "after_s"), [("build", 0.0), ("build", 1.0), ("check", 4.0)])
 def test_ctrl_c_at_any_moment_is_one_line_and_leaves_nothing(command: str, after_s: float, tmp_path: Path) -> None:
     """While the CAD kernel loads, too, of which a second try to load it would complain."""

@@ -278,6 +278,7 @@ twice, thrice = (in_turn("a", [(f,)], "return {0}(a)") for f in (double, triple)
         assert told(run(copy, "from optimizer.trial import *; print(twice(1.0), thrice(1.0))", HOME=tmp_path)) == [2, 3]
 
 
+@pytest.mark.slow
 def test_an_edit_while_a_process_runs_does_not_reach_another(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 2.0\n")
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))
@@ -290,6 +291,7 @@ print(optimizer.trial.product(1.0))
     assert told(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [3.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("head", ["try:\n    {0}\nexcept ImportError:\n    pass", "if True:\n    {0}", "{0}"])
 def test_a_constant_is_seen_wherever_it_is_imported(copy: Path, tmp_path: Path, head: str) -> None:
     line = "from optimizer.constant_of_trial import FACTOR"
@@ -299,6 +301,7 @@ def test_a_constant_is_seen_wherever_it_is_imported(copy: Path, tmp_path: Path, 
         assert told(run(copy, "from optimizer.trial import product; print(product(1.0))", HOME=tmp_path)) == [value]
 
 
+@pytest.mark.slow
 def test_numba_may_be_switched_off(copy: Path, tmp_path: Path) -> None:
     (copy / "optimizer/constant_of_trial.py").write_text("FACTOR = 2.0\n")
     (copy / "optimizer/trial.py").write_text(TRIAL.format(room="delta_cad.common.jit"))

@@ -195,6 +195,7 @@ def test_the_base_lies_below_all_that_passes_over_it(changes: dict[str, float | 
 DEEP = {"forearm_length_mm": 122.5, "bottom_height_mm": 48.2, "half_side_mm": 42.1}
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "changes", [{}, DEEP, {"forearm_length_mm": 120.0, "half_side_mm": 25.0, "bottom_height_mm": 70.0}]
 )

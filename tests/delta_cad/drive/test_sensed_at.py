@@ -66,6 +66,7 @@ def test_left_out_and_at_the_shoulder_are_one_machine(best: Design) -> None:
     assert dimensions(stated).sensed_at_shoulder
 
 
+@pytest.mark.slow
 def test_no_part_of_the_shoulder_s_encoder_is_left_and_no_hole_for_it(assembly: Assembly) -> None:
     assert not [o.name for o in assembly.occurrences if o.name.startswith(BOARD)]
     assert not [fit for fit in assembly.fits if fit.a.startswith(BOARD) or fit.b.startswith(BOARD)]
@@ -76,6 +77,7 @@ def test_no_part_of_the_shoulder_s_encoder_is_left_and_no_hole_for_it(assembly: 
     assert catalogue.motor(SENSED).length_mm > catalogue.motor("maxon-re30-310009").length_mm
 
 
+@pytest.mark.slow
 def test_a_board_that_is_there_all_the_same_and_a_missing_motor_are_noticed(assembly: Assembly) -> None:
     assert check_presence(assembly).passed
     without = replace(assembly, occurrences=[o for o in assembly.occurrences if o.name != "motor_1"])

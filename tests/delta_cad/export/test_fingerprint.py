@@ -49,6 +49,7 @@ def shuffled(data: bytes, seed: int) -> bytes:
     return f"{head}DATA;\n{''.join(renumbered)}ENDSEC;{tail}".encode()
 
 
+@pytest.mark.slow
 def test_a_fresh_process_agrees_with_this_one(tmp_path: Path, step_file: Path) -> None:
     """It at its second file: the kernel counts on."""
     command = [sys.executable, "-c", PROGRAM, str(tmp_path / "2"), "2"]

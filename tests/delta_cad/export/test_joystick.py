@@ -23,6 +23,7 @@ VOLUME_RELATIVE = 1e-6
 COLOUR_STEP = 1.01 / 255  # gmsh keeps eight bits a channel and cuts what is beyond
 
 
+@pytest.mark.slow
 def test_gmsh_reads_every_part_with_its_name_and_volume(best_assembly: Assembly, tmp_path: Path) -> None:
     import gmsh
 

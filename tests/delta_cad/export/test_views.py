@@ -125,6 +125,7 @@ def test_an_unreachable_home_is_an_error(machine: Assembly, meshes: MeshLibrary,
         write_views(replace(machine, home_mm=np.array([0.0, 0.0, 400.0])), meshes, tmp_path, STAGE)
 
 
+@pytest.mark.slow
 def test_a_fresh_process_without_display_prints_nothing(tmp_path: Path) -> None:
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-c", PROGRAM, str(tmp_path)]

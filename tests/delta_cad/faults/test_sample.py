@@ -1,10 +1,13 @@
 """A sample of the planted faults, all that can be done to the shoulder's shaft; all of all parts by `make faults`."""
 
+import pytest
+
 from tests.delta_cad.faults.misses import excuse
 from tests.delta_cad.faults.planting import faults, sound
 from tests.delta_cad.faults.refusing import Refusing
 
 
+@pytest.mark.slow
 def test_whatever_is_wrong_with_a_shaft_is_refused() -> None:
     refusing = Refusing(sound())
     seen = 0

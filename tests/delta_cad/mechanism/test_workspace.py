@@ -141,6 +141,7 @@ def test_values_occur_where_they_are_said_to():
         assert value == pytest.approx(float(figures(PUBLISHED, p)[name][1]), rel=1e-12), name
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(("g", "cube"), [(PUBLISHED, CUBE), *designs(8)])
 def test_no_point_of_the_volume_beats_the_extremes(g, cube):
     found = cube_extremes(g, cube, 3.0, n=21)

@@ -63,6 +63,7 @@ def common(d: Dimensions, assembly: Assembly, theta: float) -> float:
     return sum(pin.intersect(placed(solid, turned(d, theta))).Volume() for pin in pins)
 
 
+@pytest.mark.quick(2)
 def test_arms_are_stopped_three_degrees_outside_the_cube_and_not_before(machine: tuple[Dimensions, Assembly]) -> None:
     d, assembly = machine
     low, high = np.degrees([d.extremes.shoulder_min.value, d.extremes.shoulder_max.value])

@@ -71,6 +71,7 @@ def test_an_upper_arm(tmp_path: Path) -> None:
     np.testing.assert_allclose(compared(structure_table(d).arm), np.diag(solid), rtol=ASKED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "k"), [(make_encoder_cheek, 0), (make_motor_cheek, 1)])
 def test_a_cheek_on_its_block(make, k: int, tmp_path: Path) -> None:
     d = committed()
@@ -97,6 +98,7 @@ def test_a_cheek_on_its_block(make, k: int, tmp_path: Path) -> None:
     assert formula == pytest.approx(solid[0, 0], rel=ASKED)
 
 
+@pytest.mark.slow
 def test_a_stud_on_its_bar_in_the_elbows_boss(tmp_path: Path) -> None:
     """All of aluminium, so that the bonded ball, which is stiffer, has its share in both computations."""
     d = committed()
@@ -121,6 +123,7 @@ def test_a_stud_on_its_bar_in_the_elbows_boss(tmp_path: Path) -> None:
     assert beam.flexibility(beam.Beam(tuple(same)))[1, 1] == pytest.approx(solid[0, 0], rel=ASKED)
 
 
+@pytest.mark.slow
 def test_a_platforms_spoke(tmp_path: Path) -> None:
     d = committed()
     p, table = d.platform, structure_table(d)

@@ -46,6 +46,7 @@ def refused(capsys: pytest.CaptureFixture[str]) -> str:
     return told.err
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("scene", ["home", "wall", "resistance"])
 def test_a_scene_leaves_series_facts_and_a_picture(
     call: Callable[..., int], scene: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, best: Design
@@ -109,6 +110,7 @@ def test_text_and_csv_say_what_was_simulated(
     assert not list((tmp_path / "there").rglob("*.png"))
 
 
+@pytest.mark.slow
 def test_without_pyarrow_csv_alone_is_written_and_said(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -131,6 +133,7 @@ def test_a_broken_promise_is_exit_1(
     assert (tmp_path / "out").is_dir()
 
 
+@pytest.mark.slow
 def test_a_handle_that_is_flung_away_is_written_and_exit_1(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

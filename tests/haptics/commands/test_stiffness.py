@@ -146,6 +146,7 @@ def test_help_is_light() -> None:
     assert run.stdout.rstrip().endswith("set()")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "after_s"),
     [(["stiffness"], 0.5), (["feel"], 2.0), (["simulate", "--scene", "wall"], 1.5), (["firmware"], 0.0)],

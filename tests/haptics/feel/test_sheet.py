@@ -284,6 +284,7 @@ def test_a_run_that_fails_leaves_the_folder_before(
     assert (tmp_path / "dashboard-joystick-feel" / "feel.md").read_text() == "before"
 
 
+@pytest.mark.slow
 def test_exit_1_says_what_is_not_met(
     masses: Path,
     tmp_path: Path,

@@ -287,6 +287,7 @@ def test_the_columns_of_a_law_do_not_overlap() -> None:
         assert places == list(range(2, 2 + len(places)))
 
 
+@pytest.mark.slow
 def test_what_is_written_does_not_depend_on_the_day(machine: MachineModel) -> None:
     controller = default_controller(machine)
     written = sources(controller, "a")

@@ -81,6 +81,7 @@ def test_force_at_rest_is_minus_the_gradient_of_the_stored_energy(data):
     np.testing.assert_allclose(-slope, force(row, p), rtol=0, atol=tolerance)
 
 
+@pytest.mark.slow
 @PROPERTY
 @given(st.data())
 def test_damping_never_works_on_the_hand(data):

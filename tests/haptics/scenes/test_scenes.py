@@ -62,6 +62,7 @@ def by_the_paper(setting: str, p: np.ndarray, v: np.ndarray, middle: np.ndarray,
     return np.array(forces)
 
 
+@pytest.mark.slow
 def test_the_force_asked_for_is_that_of_the_paper(machine: MachineModel, led: Scene) -> None:
     assert len(led.runs) == 16
     for run in led.runs[::5]:
@@ -72,6 +73,7 @@ def test_the_force_asked_for_is_that_of_the_paper(machine: MachineModel, led: Sc
         assert r.force[some] == pytest.approx(expected, abs=1e-9)  # the same formula: rounding only
 
 
+@pytest.mark.slow
 def test_at_rest_at_the_corners_the_motors_give_the_law(machine: MachineModel, led: Scene) -> None:
     corners = set()
     for run in led.runs:
@@ -91,6 +93,7 @@ def test_at_rest_at_the_corners_the_motors_give_the_law(machine: MachineModel, l
     assert [s["reaches_required_force_less_the_shortfall"] for s in led.facts["settings"].values()] == [True, False]
 
 
+@pytest.mark.slow
 def test_damping_is_capped_and_both_figures_are_told(led: Scene) -> None:
     for setting in led.facts["settings"].values():
         assert setting["damping_asked_N_s_per_m"] == 500.0
@@ -210,6 +213,7 @@ def test_swing_and_frequency_are_those_of_the_recorded_motion(released: Scene) -
         assert 0.95 * ranges.max() < swing < 1.05 * np.linalg.norm(ranges)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("size", "rate", "falls"), [(98e-6, 27.0, 0.3), (40e-6, 61.0, 0.0), (2e-6, 27.0, 0.3)])
 def test_a_ringing_in_the_dead_zone_is_named_with_its_own_figures(
     machine: MachineModel, monkeypatch: pytest.MonkeyPatch, size: float, rate: float, falls: float
@@ -290,6 +294,7 @@ def test_a_light_hand_bears_less(machine: MachineModel, pushed: Scene) -> None:
     assert HANDS["light"].mass == light.facts["hand"]["mass"]
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_series(machine: MachineModel, released: Scene) -> None:
     again, other = home(machine), home(machine, seed=1)
     for a, b in zip(released.runs, again.runs, strict=True):
@@ -299,6 +304,7 @@ def test_the_same_seed_gives_the_same_series(machine: MachineModel, released: Sc
                for a, b in zip(released.runs, other.runs, strict=True))  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_device_too_weak_for_its_corners_is_told(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
     """Motors of half the torque: the saturation serves gravity first and the corners miss 3 N."""
     import haptics.scenes.bench as module

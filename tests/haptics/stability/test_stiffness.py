@@ -191,6 +191,7 @@ def test_the_worst_window_of_an_adaptive_estimator_counts(machine: MachineModel)
     assert limit(models) == min(alone) < 0.8 * max(alone)
 
 
+@pytest.mark.slow
 def test_the_simulation_of_best(simulated: Stiffness) -> None:
     """No figure of the paper is in it: order must hold, and nearness to the linear model where friction is small."""
     for wall in simulated.axes:
@@ -235,6 +236,7 @@ def test_what_is_asked_for_reaches_the_loop(machine: MachineModel) -> None:
     assert nominal(damping=10.0) > usual
 
 
+@pytest.mark.slow
 def test_facts_and_text_tell_the_same(simulated: Stiffness) -> None:
     facts, text = stiffness_facts("device", simulated), stiffness_text("device", simulated)
     for axis, paper in (("x", 4.9), ("y", 5.1), ("z", 4.5)):

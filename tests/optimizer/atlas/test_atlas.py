@@ -95,6 +95,7 @@ def told(out: Path) -> list[AtlasRow]:
     return json.loads((out / "atlas" / "tiny" / "atlas.json").read_text())["rows"]
 
 
+@pytest.mark.slow
 def test_infeasible_sets_are_rows_with_the_contradiction_named(serial: list[AtlasRow]) -> None:
     assert [row["feasible"] for row in serial] == [False] * 3 + [True] * 3
     for row in serial[:3]:
@@ -112,6 +113,7 @@ def test_infeasible_sets_are_rows_with_the_contradiction_named(serial: list[Atla
     assert half[0] < half[1]  # more torque, a larger cube, until something else holds it
 
 
+@pytest.mark.slow
 def test_two_processes_give_the_serial_rows_in_any_order(client: Client, grid: Grid, serial: list[AtlasRow]) -> None:
     rows: list[AtlasRow] = []
     assert collect(client, reversed(grid.sets), rows.append) == []
@@ -136,6 +138,7 @@ def test_command_on_a_given_scheduler_writes_the_serial_rows(
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_worker_killed_in_between_costs_no_row(client: Client, grid: Grid, serial: list[AtlasRow]) -> None:
     rows: list[AtlasRow] = []
     first = sorted(client.run(os.getpid).values())[0]
@@ -172,6 +175,7 @@ def test_a_lost_scheduler_and_a_worker_that_dies_again_and_again_are_told() -> N
     assert atlas._reason(killed) == "its workers died again and again"
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(
     client: Client, file: Path, tmp_path: Path, serial: list[AtlasRow], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -366,6 +370,7 @@ def test_page_and_map_say_what_is_met(grid: Grid, serial: list[AtlasRow]) -> Non
     assert float(shown[-1]["step_2_half_side_mm"]) == pytest.approx(expected[-1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_long_tables_are_cut_on_the_page_and_odd_grids_have_no_map(serial: list[AtlasRow], file: Path) -> None:
     base = {"base": "joystick.toml", "method": "sqp"}
     one = grid_from_dict(base | {"axes": {TORQUE: [0.4, 0.8]}}, "g", file.parent)

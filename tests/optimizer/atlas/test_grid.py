@@ -166,6 +166,7 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, content: bytes | 
     assert (caught.value.file, caught.value.field) == ("g.toml", "")
 
 
+@pytest.mark.slow
 def test_the_largest_atlas_is_taken() -> None:
     axes = {TORQUE: {"linspace": [0.3, 0.8, 100]}, OUTLINE: {"linspace": [110, 122, 100]}}
     assert len(grid(axes).sets) == SETS_MAX

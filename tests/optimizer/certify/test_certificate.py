@@ -303,6 +303,7 @@ def redigested(data):
     return rest | {"digest": hashlib.sha256(text.encode()).hexdigest()}
 
 
+@pytest.mark.slow
 def test_a_forged_file_with_a_fitting_digest_is_read_but_does_not_verify(proved):
     data = json.loads(json.dumps(certificate_to_dict(proved)))
     laxer = data | {"limits": data["limits"] | {"kappa_max": 2.2}}

@@ -95,6 +95,7 @@ def test_kappa_is_proved_above_the_samples_and_never_below(size):
     assert proved > 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1e-5, 1e-4, 1e-3])
 def test_effective_mass_is_proved_above_the_samples_and_never_below(size):
     """Also with masses in other proportions: a rod whose centre is beyond its wrist couples its ends negatively."""

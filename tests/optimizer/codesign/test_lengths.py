@@ -41,6 +41,7 @@ def test_the_largest_cube_is_the_proven_one() -> None:
     assert found.side_mm / 2.0 >= proof.bound * (1.0 - 2e-3)
 
 
+@pytest.mark.slow
 def test_more_room_and_more_mass_buy_a_larger_cube() -> None:
     middle = largest().side_mm
     assert 70.0 < middle < 95.0
@@ -48,6 +49,7 @@ def test_more_room_and_more_mass_buy_a_larger_cube() -> None:
     assert largest(effective_mass_max_kg=0.3).side_mm < middle - 0.5
 
 
+@pytest.mark.slow
 def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     """Once the outline is found for a cube, that outline's largest cube is the same again."""
     asked = brief({"cube_side_mm": 80.0}, goal={"minimize": "outline"})
@@ -61,6 +63,7 @@ def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     assert 80.0 <= back.side_mm <= 80.0 * 1.003
 
 
+@pytest.mark.slow
 def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
     room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
     found = best_lengths(
@@ -72,6 +75,7 @@ def test_the_least_mass_for_a_cube_is_the_one_that_just_allows_it() -> None:
     assert 78.0 <= back.side_mm <= 78.0 * 1.003
 
 
+@pytest.mark.slow
 def test_what_no_outline_makes_possible_has_no_lengths() -> None:
     weak = Choice("maxon-re30-310007", "capstan", 3.0, 50.0)
     assert best_lengths(brief({"cube_side_mm": 150.0, "force_N": 30.0}, {}), weak, LESSONS) is None

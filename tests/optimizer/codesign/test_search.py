@@ -132,6 +132,7 @@ def test_stopped_in_time_it_begins_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     assert paper.moved == []
 
 
+@pytest.mark.slow
 def test_weak_motors_are_told_apart_before_anything_is_made() -> None:
     """Of a search without solids: at 60 N none of both leaves a cube, and each is given up with the reason."""
     told: list[str] = []

@@ -179,6 +179,7 @@ def test_no_bound_is_told_laxer_than_the_limit_that_is_proved(
     assert call("verify", out, "--design", path, "--without-gravity") == 0
 
 
+@pytest.mark.slow
 def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = changed(tmp_path), tmp_path / "c.json"
     assert call("certify", "--design", path, "--out", out, "--tight", "--json") == 0
@@ -235,6 +236,7 @@ def test_refuted_design_exits_1_with_each_condition_its_excess_and_its_point(
     assert told["refuted"] == ["kappa", "lean", "shoulder"]
 
 
+@pytest.mark.slow
 def test_a_cube_out_of_reach(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Chain 0 and all corners are in order; chain 1 folds on the edge of the bottom face, at u = R - r, by 0.25 mm."""
     path, out = changed(tmp_path), tmp_path / "c.json"

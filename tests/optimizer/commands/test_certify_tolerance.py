@@ -48,6 +48,7 @@ def test_all_machines_within_a_tolerance_are_proved_replayed_and_the_largest_is_
     assert json.loads(capsys.readouterr().out)["tolerance_mm"] == pytest.approx(largest["largest_mm"], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_committed_design_is_at_its_limits_and_is_told_what_gives_room(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,6 +77,7 @@ def test_the_committed_design_is_at_its_limits_and_is_told_what_gives_room(
     assert "within 0.05 mm of every length and offset the limits are all proved" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_search_that_the_time_ends_says_what_it_reached_and_no_more(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -118,6 +120,7 @@ def test_a_tolerance_that_is_none_is_refused(tmp_path: Path, capsys: pytest.Capt
     assert not (tmp_path / "c.json").exists()
 
 
+@pytest.mark.slow
 def test_a_certificate_that_is_changed_in_its_tolerance_does_not_hold(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

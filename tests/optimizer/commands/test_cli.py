@@ -44,6 +44,7 @@ def call(*arguments: str | Path) -> int:
     return cli.main([str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_design_file_is_the_last_step_and_passes_its_own_limits(done: tuple[Path, dict[str, Any]]) -> None:
     out, told = done
     design = load_design(out)
@@ -210,6 +211,7 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
     assert [f.name for f in tmp_path.iterdir()] == ["best.json"]
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_taken_up_to_the_same_file(tmp_path: Path, done: tuple[Path, dict[str, Any]]) -> None:
     """SIGKILL as soon as the checkpoint holds three generations; its last line is then torn by hand as well."""
     whole, _ = done
@@ -244,6 +246,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     assert (run.returncode, said(run.stderr)) == (0, "")
 
 
+@pytest.mark.slow
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--method", "sqp", "--steps", "1"]
     code, shown = shown_on_a_terminal([*command, "--out", str(tmp_path / "b.json")])
@@ -358,6 +361,7 @@ TINY = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("old", "new", "method", "step"), TINY, ids=[one[1] for one in TINY])
 def test_a_cube_below_a_micrometre_is_one_line(
     old: str, new: str, method: str, step: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]

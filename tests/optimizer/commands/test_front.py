@@ -108,6 +108,7 @@ def unbroken(task: Path, bare: pytest.MonkeyPatch, tmp_path_factory: pytest.Temp
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", ["point 3", "picture: trade"])
 def test_stopped_by_hand_keeps_the_points_and_resumed_is_as_unbroken(
     task: Path,
@@ -143,6 +144,7 @@ def test_stopped_by_hand_keeps_the_points_and_resumed_is_as_unbroken(
         assert first.read_bytes() == second.read_bytes()
 
 
+@pytest.mark.slow
 def test_text_tells_the_points_and_what_limits(
     task: Path, tmp_path: Path, bare: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

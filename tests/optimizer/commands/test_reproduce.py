@@ -26,6 +26,7 @@ def call(*arguments: str | Path) -> int:
     return cli.main([str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_command_writes_page_and_json_and_the_same_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("a", "b"):
         assert call("reproduce", "--out", tmp_path / name / "new", "--tables", "11,8", *SMALL, "--seed", "3") == 0
@@ -84,6 +85,7 @@ def test_an_interrupted_run_writes_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "optimizer", "reproduce", "--out", str(tmp_path), "--tables", "8", *SMALL]
     code, shown = shown_on_a_terminal(command)

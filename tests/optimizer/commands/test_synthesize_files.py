@@ -166,6 +166,7 @@ half_side = [0, 100]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["ga+sqp", "proven"])
 def test_a_proof_that_takes_minutes_hears_ctrl_c(method: str, tmp_path: Path) -> None:
     """Next to nothing is asked, so that the largest cube touches a fold, where a proof takes millions of boxes."""

@@ -29,6 +29,7 @@ def curve() -> Curve:
     return Tracer(joystick(half_side_mm=WANTED), 12).curve()
 
 
+@pytest.mark.slow
 def test_front_rises_and_nothing_is_dominated(curve: Curve) -> None:
     sides, kappas = [p.half_side for p in curve.points], [p.kappa for p in curve.points]
     assert len(sides) == 12
@@ -204,6 +205,7 @@ def test_contradiction_is_raised() -> None:
         Tracer(joystick(half_side=(60.0, 100.0)), 5).curve()
 
 
+@pytest.mark.slow
 def test_kappa_of_1_holds_in_no_cube(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a point it does, so that step 2 alone shows no contradiction. Two starts: each takes a second to find none."""
     given, starts = joystick(kappa_max=1.0), sqp.start_points

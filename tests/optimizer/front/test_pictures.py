@@ -80,6 +80,7 @@ SIZES = {
 }
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", SIZES)
 def test_picture_is_written_whole_and_not_blank(name: str, traces: list[Trace], tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)

@@ -16,6 +16,8 @@ from optimizer.problem.step import outline_of
 from optimizer.search import sqp
 from tests.optimizer.front_tasks import check, joystick
 
+pytestmark = pytest.mark.slow  # the fixture draws five fronts
+
 
 @pytest.fixture(scope="module")
 def trade() -> Trade:

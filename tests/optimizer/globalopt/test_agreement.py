@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 
 from delta_cad.mechanism import Cube, DeltaGeometry, closure_margin, direct_margin
 from delta_cad.mechanism.proof.prove import prove
@@ -38,6 +39,7 @@ def drawn(rng: np.random.Generator) -> tuple[tuple[float, ...], DeltaGeometry, C
             return lengths, g, cube, float(direct_margin(g, corners.mean(axis=0)))
 
 
+@pytest.mark.slow
 def test_certificates_and_proven_optima_never_contradict_each_other() -> None:
     rng = np.random.default_rng(2018)
     seen: Counter[tuple[str, str]] = Counter()

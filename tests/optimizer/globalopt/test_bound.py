@@ -50,6 +50,7 @@ def test_what_is_proved_is_no_better_than_what_is_sampled() -> None:
     assert last.max_kappa <= last.objective <= last.max_kappa * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 def test_what_a_step_reaches_bounds_the_next() -> None:
     one, two, three = run(task(platform_radius=(30, 45), limits={"kappa_max": 2.5, "lean_max_deg": 28}))
     assert one.proof is not None
@@ -58,6 +59,7 @@ def test_what_a_step_reaches_bounds_the_next() -> None:
     assert three.objective <= 2.5
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("method", ["ga", "sqp", "ga+sqp"])
 def test_the_other_methods_get_a_bound_and_their_own_gap(method: str) -> None:
     proved = {result.problem.step: result for result in run(steps=(2, 3))}
@@ -80,6 +82,7 @@ def test_without_being_asked_they_get_none() -> None:
     assert record["proven_bound"] is record["gap"] is record["boxes"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "count"), [("proven", 2), ("proven", 5), ("sqp", 9), ("ga+sqp", 8)])
 def test_a_run_that_was_stopped_is_taken_up_to_the_same_result(method: str, count: int) -> None:
     other: dict[str, Any] = {"method": method, "prove": True, "steps": (2, 3)}
@@ -120,6 +123,7 @@ def test_the_bound_of_step_2_is_of_the_requirements_not_of_what_a_search_reached
     assert [r.record() for r in run(task(), "ga", store=store, **kept)] == first == [one.record(), two.record()]
 
 
+@pytest.mark.slow
 def test_three_steps_of_the_contract_without_a_half_side_end_in_the_design_of_step_2() -> None:
     """Its cube touches a fold, where kappa cannot be proved: the design stands, with the gap that there is."""
     _, two, three = run(task())

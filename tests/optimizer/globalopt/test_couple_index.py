@@ -83,6 +83,7 @@ def beaten(problem: Problem, designs: np.ndarray) -> bool:
     return any(least(*mechanism(one), 2) >= limit and least(*mechanism(one), 21) >= limit for one in designs)
 
 
+@pytest.mark.slow
 def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong() -> None:
     """A cube that is feasible contains every smaller one on its bottom: that of the bound is enough."""
     problem, found = step_problem(given(0.4), 2), solved(0.4)
@@ -92,6 +93,7 @@ def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong() -> N
         assert beaten(problem, designs) == wrong
 
 
+@pytest.mark.slow
 def test_step_3_with_a_couple_index() -> None:
     """At a half side at which the index decides how small kappa can be."""
     problem = step_problem(given(0.5, 38.0), 3)

@@ -61,6 +61,7 @@ def heaviest(design_mm: tuple[float, ...], n: int = 61) -> float:
     return float(effective_mass(g, points, MASSES).max())
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("mass_max", [0.6, 0.4, 0.3])
 def test_the_incumbent_keeps_the_mass_on_a_fine_grid_and_is_certified(mass_max: float) -> None:
     found, problem = solved(mass_max), step_problem(given(mass_max), 2)
@@ -115,6 +116,7 @@ def beaten(problem: Problem, designs: np.ndarray, kappa: float) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong() -> None:
     """A cube that is feasible contains every smaller one on its bottom: that of the bound is enough.
 
@@ -127,6 +129,7 @@ def test_no_random_design_beats_the_bound_and_some_beat_one_that_is_wrong() -> N
         assert beaten(problem, designs, np.inf) == wrong
 
 
+@pytest.mark.slow
 def test_step_3_with_a_mass_limit() -> None:
     problem, found = step_problem(given(0.25, 37.5), 3), solved_step_3()
     assert found.status == "proved"

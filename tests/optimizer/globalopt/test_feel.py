@@ -38,6 +38,7 @@ def most(design_mm: tuple[float, ...], n: int = 61) -> dict[str, float]:
     return {"friction_max_N": float(friction(g, p, RUBS).max()), "position_step_max_mm": step * MM_PER_M}
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("field", "bound"), ASKED)
 def test_the_incumbent_keeps_it_binds_and_is_certified(field: str, bound: float) -> None:
     free = prove_optimum(step_problem(given(), 2), gap=1e-3)
@@ -51,6 +52,7 @@ def test_the_incumbent_keeps_it_binds_and_is_certified(field: str, bound: float)
     assert prove(g, cube, problem.pose_limits()).verdict == "proved"
 
 
+@pytest.mark.slow
 def test_synthesis_finds_the_same_optimum_and_tells_both() -> None:
     asked: dict[str, Any] = dict(ASKED)
     proved = prove_optimum(step_problem(given(**asked), 2), gap=1e-3)

@@ -157,6 +157,7 @@ def test_no_random_design_beats_the_bound(name: str) -> None:
     assert beaten(problem, found.bound, found.design_mm, 16_000, 1) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["table 4, step 1", "table 10, step 2", "all limits, step 3"])
 def test_random_designs_do_beat_a_bound_that_is_wrong(name: str) -> None:
     """The test above would see a bound that is 0.3 % too tight: it has teeth."""

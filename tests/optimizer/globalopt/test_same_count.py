@@ -64,6 +64,7 @@ SURROUNDINGS = (
 )
 
 
+@pytest.mark.slow
 def test_processes_with_other_threads_and_memory_take_the_same_boxes(boxes: int) -> None:
     """Box for box and bit for bit."""
     told = [

@@ -19,6 +19,7 @@ TABLE_3, TABLE_7 = task(), task((100, 130), (20, 40), (40, 60), (0, 75))
 TABLE_8 = task((80, 140), (30, 40), (50, 70), half_side_mm=37.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("given", "step"), [(TABLE_3, 1), (TABLE_7, 2), (TABLE_8, 3)], ids=["step 1", "2", "3"])
 def test_few_seeds_of_small_populations_end_at_the_proven_optimum(given: Requirements, step: int) -> None:
     trials = [trial(given, step, seed, 16, 8) for seed in SEEDS]

@@ -148,6 +148,7 @@ def test_a_step_without_a_feasible_design_bounds_nothing(monkeypatch: pytest.Mon
     assert not two.feasible  # and there is no step 3, which would go on at a half side that cannot be
 
 
+@pytest.mark.slow
 def test_a_cube_below_a_micrometre_ends_the_run() -> None:
     results = run(task((82, 140), (30, 45), limits={"shoulder_deg": (10, 10.0001)}), "sqp", prove=True)
     assert [result.problem.step for result in results] == [1, 2]

@@ -62,6 +62,7 @@ def proven(a: Assembly, clearance_mm: float) -> bool:
     )
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [9.5, 1.0])
 def test_the_machine_is_clear_and_proven(ratio: float) -> None:
     told: list[str] = []
@@ -75,6 +76,7 @@ def test_the_machine_is_clear_and_proven(ratio: float) -> None:
     assert told
 
 
+@pytest.mark.slow
 def test_shifted_part_is_refused() -> None:
     shifted = changed(MACHINE, "socket_1_0_wrist", placement=at(L_B + 3.0, 2.0, 0.0))
     found = check(shifted)
@@ -248,6 +250,7 @@ def surface(rng: np.random.Generator, count: int) -> np.ndarray:
     return np.clip(grown, -1.0, 1.0)
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize(
     ("one", "other"),
     [

@@ -86,6 +86,7 @@ def proven(a: Assembly, clearance_mm: float, tilt: float) -> bool:
     return not any(prove(s, engine, 6000).undecided for s in spaces_of(pairs, a.placement, DOMAINS, limits, tilt))
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(
     ("one", "other", "loss"),
     [

@@ -64,6 +64,7 @@ def test_shoulder_angles_stay_in_their_range_which_is_little_wider_than_it_must_
         assert ((high - low) <= 1.25 * np.ptp(seen, axis=0) + np.radians(2.0)).all()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [9.5, 1.0])
 def test_no_two_points_come_closer_along_a_direction_than_the_bound_says(ratio: float) -> None:
     space = handle_space(machine(ratio))
@@ -205,6 +206,7 @@ def beside_a_rod(distance_mm: float, deviation_mm: float = 0.05) -> bool:
     return not prove(space, DistanceEngine()).undecided
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hope", [continuum.HOPE, 0.0, np.inf])
 def test_what_comes_too_close_in_one_corner_is_refused_and_what_does_not_is_proven(
     monkeypatch: pytest.MonkeyPatch, hope: float

@@ -135,6 +135,7 @@ def test_a_cube_of_which_no_fold_can_be_excluded_is_refused(monkeypatch: pytest.
         joint_ranges(GEOMETRY, LIMITS.centre_mm, 37.25)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [9.5, 1.0])
 def test_every_space_places_pairs_as_the_placement_does_and_bounds_their_travel(ratio: float) -> None:
     assembly = machine(ratio)

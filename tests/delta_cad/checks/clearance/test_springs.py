@@ -124,6 +124,7 @@ def proven(a: Assembly, clearance_mm: float) -> bool:
     return not any(prove(s, engine, CALLS).undecided for s in spaces_of(pairs, a.placement, DOMAINS, limits, TILT))
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(
     ("one", "other"),
     [

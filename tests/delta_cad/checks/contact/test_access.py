@@ -30,6 +30,7 @@ def found(a: Assembly, d: Dimensions, names: tuple[str, ...] = ()) -> dict[str, 
     return {r.name: r for r in check_access(a, limits, MeshLibrary(a.parts))}
 
 
+@pytest.mark.slow
 def test_every_motor_of_the_machine_can_be_exchanged(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     assert len(best_assembly.reached) == 15
     results = found(best_assembly, best_dimensions)
@@ -39,6 +40,7 @@ def test_every_motor_of_the_machine_can_be_exchanged(best_assembly: Assembly, be
     assert value >= 60.0
 
 
+@pytest.mark.slow
 def test_a_screw_behind_the_sector_is_refused(best_dimensions: Dimensions) -> None:
     """The machine as it was: all four holes have screws, one on the line of centres."""
     b = best_dimensions.bracket
@@ -51,6 +53,7 @@ def test_a_screw_behind_the_sector_is_refused(best_dimensions: Dimensions) -> No
     assert result.detail.startswith("1 fail")
 
 
+@pytest.mark.slow
 def test_a_cheek_without_its_slot_is_refused(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     cheek = next(p for p in best_assembly.parts if p.number == "motor_cheek")
     y0, y1 = best_dimensions.layers.motor_cheek_mm
@@ -62,6 +65,7 @@ def test_a_cheek_without_its_slot_is_refused(best_assembly: Assembly, best_dimen
     assert result.value == 0.0
 
 
+@pytest.mark.slow
 def test_a_motor_behind_a_wall_does_not_come_off(best_assembly: Assembly, best_dimensions: Dimensions) -> None:
     u, z = best_dimensions.bracket.motor_axis_mm
     wall = part("wall", box((-5.0, 0.0, -5.0), (5.0, 2.0, 5.0)))

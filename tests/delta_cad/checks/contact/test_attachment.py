@@ -158,6 +158,7 @@ def shifted(a: Assembly, name: str, x: float = 0.0, y: float = 0.0, z: float = 0
     return changed(a, name, placement=placed @ at(x, y, z))
 
 
+@pytest.mark.slow
 def test_the_committed_machine_is_screwed_together_and_its_spoiled_copies_are_refused(best_assembly: Assembly) -> None:
     meshes = MeshLibrary(best_assembly.parts)
 

@@ -39,6 +39,7 @@ def overlap(a: Assembly):
     return next(r for r in check_fits(a, LIMITS, MeshLibrary(a.parts, 0.1, 0.5)) if r.name == "overlap of contacts")
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("post_rad", np.radians([0.0, 77.0, 200.0, 311.0]))
 def test_a_bump_on_the_pinion_against_a_post_on_the_motor_is_refused(post_rad: float) -> None:
     result = overlap(geared(True, post_rad))
@@ -46,6 +47,7 @@ def test_a_bump_on_the_pinion_against_a_post_on_the_motor_is_refused(post_rad: f
     assert result.worst_pair == ("pinion_0", "motor_0")
 
 
+@pytest.mark.slow
 def test_a_bump_alone_and_a_post_alone_are_no_clash() -> None:
     assert overlap(geared(True)).passed
     assert overlap(geared(False, 1.0)).passed

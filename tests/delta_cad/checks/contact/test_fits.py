@@ -50,6 +50,7 @@ def test_equal_pairs_are_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert 0 < len(calls) < 60  # about three times as many pairs touch
 
 
+@pytest.mark.slow
 def test_a_contact_that_is_too_deep_is_refused_and_an_allowance_is_kept() -> None:
     moved = changed(MACHINE, "shaft_1", placement=at(0.3, 0.0, 0.0))
     result = check(moved)["overlap of contacts"]
@@ -98,6 +99,7 @@ def test_common_volumes_in_closed_form() -> None:
     assert common_volume(ball(3), ball(1), at(9)) == 0.0
 
 
+@pytest.mark.slow
 def test_a_kernel_that_contradicts_itself_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(common, "_boolean", lambda *_: 1.0)  # common and rest cannot both be 1 mm^3
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) is None

@@ -28,6 +28,7 @@ def test_a_stop_met_a_degree_and_a_half_off_is_refused(best_assembly: Assembly, 
     assert early == (stop.sense * degrees > 0.0)
 
 
+@pytest.mark.slow
 def test_a_pin_drawn_back_and_a_pin_missing_are_refused(best_assembly: Assembly) -> None:
     def moved(y: float) -> Assembly:
         every = (

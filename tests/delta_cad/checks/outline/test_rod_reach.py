@@ -110,6 +110,7 @@ def test_bounds_err_by_no_more_than_the_boxes_own_travel() -> None:
             assert (bound - at_centre).max() < 0.1
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("limits", CUBES)
 def test_the_refined_bound_meets_the_polished_extreme(limits: CheckLimits) -> None:
     """Tightness: 0.05 mm, less than a mesh's deviation.

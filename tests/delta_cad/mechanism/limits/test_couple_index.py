@@ -262,6 +262,7 @@ def test_random_designs_are_proved_just_below_and_refuted_just_above(n):
 # the second arithmetic
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("n", range(6))
 def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
     g, cube, worst = [one for one in designs() if one[2].value > 0.02][n]

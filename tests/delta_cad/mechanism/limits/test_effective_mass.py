@@ -180,6 +180,7 @@ def test_bounds_are_right_to_second_order():
     assert tried > 100
 
 
+@pytest.mark.slow
 def test_bounds_hold_close_to_a_fold():
     rng = np.random.default_rng(37)
     told = 0
@@ -273,6 +274,7 @@ def test_random_designs_are_proved_just_above_and_refuted_just_below(n):
 # the second arithmetic
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("n", range(5))
 def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
     g, cube, inertia, heaviest = designs()[n]
@@ -289,6 +291,7 @@ def test_what_is_proved_is_proved_again_and_nothing_too_tight(n):
     assert unproved.condition == "effective_mass"
 
 
+@pytest.mark.slow
 def test_no_box_is_proved_again_that_holds_a_heavier_position():
     rng = np.random.default_rng(43)
     proved = 0
@@ -307,6 +310,7 @@ def test_no_box_is_proved_again_that_holds_a_heavier_position():
     assert proved > 50
 
 
+@pytest.mark.slow
 def test_at_a_position_the_second_arithmetic_decides_to_the_last_digits():
     rng = np.random.default_rng(47)
     for g, p in poses(rng, 60):

@@ -207,6 +207,7 @@ def designs() -> list[tuple[DeltaGeometry, Cube, HandleFriction, float, np.ndarr
     return found
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("n", range(20))
 def test_random_designs_are_proved_just_above_and_refuted_just_below(n: int) -> None:
     g, cube, rubs, most, at = designs()[n]

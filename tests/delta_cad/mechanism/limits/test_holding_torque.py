@@ -88,6 +88,7 @@ def test_by_hand_on_the_axis() -> None:
     np.testing.assert_allclose(more, worst_joint_torque(g, p, 1.0) + 0.01, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_cube_is_proved_just_above_its_worst_and_refuted_just_below() -> None:
     rng = np.random.default_rng(11)
     for _ in range(6):

@@ -123,6 +123,7 @@ def designs() -> list[tuple[DeltaGeometry, Cube, float, np.ndarray]]:
     return found
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("n", range(20))
 def test_random_designs_are_proved_just_above_and_refuted_just_below(n: int) -> None:
     g, cube, most, at = designs()[n]

@@ -161,6 +161,7 @@ def test_a_hidden_unreachable_pocket_is_refuted():
     assert [f.verdict for f in proof.findings if f.condition != "reach"] == ["undecided"]
 
 
+@pytest.mark.slow
 def test_a_million_points_do_not_violate_a_proved_design():
     e, heaviest, least, _, rubbed, step = extremes()
     asked = around(extremes(), 1.001)
@@ -189,6 +190,7 @@ def test_a_million_points_do_not_violate_a_proved_design():
     assert 0.99 * step < position_step(PUBLISHED, p, COUNT).max() <= asked.get(PositionStep).step_max
 
 
+@pytest.mark.slow
 def test_random_designs_are_all_decided():
     rng = np.random.default_rng(1)
     decided = 0

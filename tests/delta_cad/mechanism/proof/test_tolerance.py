@@ -122,6 +122,7 @@ def tight() -> Limits:
     return drawn
 
 
+@pytest.mark.slow
 def test_what_is_proved_and_replayed_holds_for_a_hundred_thousand_machines_at_their_worst_points(tight: Limits) -> None:
     proof = prove(PUBLISHED, CUBE, tight, tolerance=T)
     assert proof.verdict == "proved"

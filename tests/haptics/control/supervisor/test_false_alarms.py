@@ -55,6 +55,7 @@ def drawing(machine: MachineModel, seconds: float, rng: np.random.Generator) -> 
     return path + 5e-5 * np.sin(2.0 * np.pi * 9.0 * t)[:, None] * [1.0, 0.7, -0.5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hand", ["light", "medium", "firm"])
 def test_drawing_is_never_stopped(machine: MachineModel, hand: str) -> None:
     rng = np.random.default_rng(11)
@@ -62,12 +63,14 @@ def test_drawing_is_never_stopped(machine: MachineModel, hand: str) -> None:
         assert latched(machine, drawing(machine, 20.0, rng), hand, place, place) == 0
 
 
+@pytest.mark.slow
 def test_the_path_is_one_that_a_narrower_threshold_would_stop(machine: MachineModel) -> None:
     rng = np.random.default_rng(11)
     stopped = [latched(machine, drawing(machine, 20.0, rng), "medium", 2, k, frozen_turn=0.2) for k in range(4)]
     assert any(found & FaultCode.ANGLE_FROZEN.bit for found in stopped)
 
 
+@pytest.mark.slow
 def test_straight_strokes_are_never_stopped(machine: MachineModel) -> None:
     rng = np.random.default_rng(12)
     half, bottom = machine.design.cube.half_side_mm / 1000.0, machine.design.cube.bottom_height_mm / 1000.0

@@ -115,6 +115,7 @@ def wall(p: np.ndarray, _v: np.ndarray) -> np.ndarray:
     return np.array([0.0, 0.0, 4000.0 * max(HOME[2] - p[2], 0.0)])
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("hand", [SOFT, LIGHT], ids=["soft", "light"])
 def test_a_scene_that_makes_energy_gives_no_more_than_the_tank(hand: Hand) -> None:
     limits = LIMITS._replace(energy=0.02, energy_start=0.02, speed=20.0, edge_margin=0.03, edge_far=0.04)

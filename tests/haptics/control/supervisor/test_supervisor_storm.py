@@ -37,6 +37,7 @@ def log() -> Log:
     return filled
 
 
+@pytest.mark.slow
 def test_every_torque_is_finite_and_within_both_limits(log: Log) -> None:
     assert np.isfinite(log.out).all()
     assert np.abs(log.out).max() <= QUICK.torque

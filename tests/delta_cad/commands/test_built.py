@@ -1,0 +1,90 @@
+"""The one real build of the committed design: what it holds and how its files agree."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from delta_cad.design import Design, design_hash
+from tests.committed import Built
+from tests.terminal import said
+
+
+def test_the_committed_design_builds_and_all_its_checks_hold(built: Built) -> None:
+    failed = [c for c in built.record["checks"] if not c["passed"]] if built.stdout else built.stderr
+    assert built.code == 0, failed
+    assert said(built.stderr) == ""
+    assert built.record["passed"] is True
+    assert built.record["failed"] == []
+    assert built.record["folder"] == str(built.folder)
+
+
+def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_assembly: Any) -> None:
+    names = {str(p.relative_to(built.folder)) for p in built.folder.rglob("*") if p.is_file()}
+    promised = {
+        "assembly.step",
+        "assembly.glb",
+        "bom.csv",
+        "bom.json",
+        "mass_properties.json",
+        "structure.json",
+        "checks.json",
+        "manifest.json",
+    }
+    assert promised <= names
+    made = {part.number for part in best_assembly.parts if part.make}
+    for suffix in ("step", "stl", "3mf"):
+        assert {
+            n.removeprefix("parts/").removesuffix(f".{suffix}")
+            for n in names
+            if n.startswith("parts/") and n.endswith(suffix)
+        } == made
+    assert sum(n.startswith("views/") and n.endswith(".png") for n in names) >= 3
+    manifest = json.loads((built.folder / "manifest.json").read_text())
+    assert manifest["status"] == "passed"
+    listed = {entry: digest for entry, digest in _hashes(manifest["files"]) if entry != "manifest.json"}
+    assert set(listed) == names - {"manifest.json"}
+    for name, digest in listed.items():
+        assert hashlib.sha256((built.folder / name).read_bytes()).hexdigest() == digest, name
+    assert [p.name for p in built.folder.parent.iterdir()] == [built.folder.name]  # nothing is left beside it
+
+
+def _hashes(files: Any) -> Iterator[tuple[str, str]]:
+    entries = files.items() if isinstance(files, dict) else [(f["path"], f) for f in files]
+    for name, entry in entries:
+        yield name, entry if isinstance(entry, str) else entry["sha256"]
+
+
+def test_the_written_report_is_the_printed_record(built: Built, best: Design) -> None:
+    record = built.record
+    record.pop("folder")
+    assert json.loads((built.folder / "checks.json").read_text()) == record
+    assert record["input_sha256"] == design_hash(best)
+    names = [c["name"] for c in record["checks"]]
+    assert len(names) == len(set(names))
+    for name in (
+        "reach",
+        "lean",
+        "joint closure",
+        "ball tilt",
+        "envelope width",
+        "envelope depth",
+        "torque with gravity",
+        "drive torque",
+    ):
+        assert name in names
+    assert any(name.startswith("clearance") for name in names)
+
+
+def test_masses_of_report_and_file_agree(built: Built) -> None:
+    masses = json.loads((built.folder / "mass_properties.json").read_text())
+    assert masses["total_mass_kg"] == built.record["total_mass_kg"]
+    assert masses["moving_mass_kg"] == built.record["moving_mass_kg"]
+    assert sum(body["mass_kg"] for body in masses["bodies"].values()) == pytest.approx(
+        masses["total_mass_kg"], rel=1e-12
+    )
+    assert 0.2 < masses["moving_mass_kg"] < 0.5 * masses["total_mass_kg"]  # kg; the feasibility study has 0.335
