@@ -10,6 +10,9 @@ PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-l
 # What the linters say while the tests run beside them.
 LINTED := $(VENV)/.linted
 
+# Python keeps what it compiles of the sources: the tests alone start some 150 commands.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: build test tests linted slow bench coverage mutants faults offered endurance lint clean
 
 build: $(STAMP)

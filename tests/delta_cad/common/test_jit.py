@@ -53,8 +53,8 @@ _FORKED: list[Forked] = []
 
 @pytest.fixture(scope="module", autouse=True)
 def _forked() -> Iterator[None]:
-    """The process that `run` forks from: it has numba and nothing of ours."""
-    with Forked("import numba; numba.njit(lambda x: x)(1.0)") as forked:
+    """The process that `run` forks from: it has numba and nothing of ours, and keeps no bytecode of files edited twice."""
+    with Forked("import sys, numba; sys.dont_write_bytecode = True; numba.njit(lambda x: x)(1.0)") as forked:
         _FORKED.append(forked)
         yield
         _FORKED.clear()
@@ -63,7 +63,8 @@ def _forked() -> Iterator[None]:
 def surroundings(**places: Path) -> dict[str, str]:
     """No other place for what is compiled than the given."""
     kept = {key: value for key, value in os.environ.items() if key not in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
-    return kept | {key: str(value) for key, value in places.items()}
+    unkept = {"PYTHONDONTWRITEBYTECODE": "1"}  # Python takes two edits of one second and one length for the same file
+    return kept | unkept | {key: str(value) for key, value in places.items()}
 
 
 def run(copy: Path, code: str = CALLER, **places: Path) -> subprocess.CompletedProcess[str]:
@@ -141,6 +142,7 @@ def test_damaged_files_are_compiled_anew(copy: Path, tmp_path: Path) -> None:
     assert told(run(copy, HOME=tmp_path)) == [3.0, 1.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trouble", ["no HOME", "no folder can be made", "disk full"])
 def test_where_nothing_can_be_kept_one_line_says_so(copy: Path, tmp_path: Path, trouble: str) -> None:
     (tmp_path / "file").write_text("")
@@ -152,6 +154,7 @@ def test_where_nothing_can_be_kept_one_line_says_so(copy: Path, tmp_path: Path, 
     assert "NUMBA_CACHE_DIR" in process.stderr
 
 
+@pytest.mark.slow
 def test_folders_that_nobody_used_for_long_are_thrown_away(copy: Path, tmp_path: Path) -> None:
     old, young = tmp_path / ".cache/delta-haptics/old", tmp_path / ".cache/delta-haptics/young"
     for folder, age in ((old, UNUSED_MAX_S + 60.0), (young, UNUSED_MAX_S - 3600.0)):
@@ -255,6 +258,7 @@ print(of_the_law(a), out["turn"](a))
 """A user's own functions, and one that a file of ours makes to call them."""
 
 
+@pytest.mark.slow
 def test_what_is_compiled_of_a_users_own_file_is_never_kept(copy: Path, tmp_path: Path) -> None:
     for factor in (2.0, 5.0):
         own = copy / "own.py"
@@ -262,6 +266,7 @@ def test_what_is_compiled_of_a_users_own_file_is_never_kept(copy: Path, tmp_path
         assert told(run(copy, "import own", HOME=tmp_path)) == [factor + 1.0, factor]
 
 
+@pytest.mark.slow
 def test_two_of_one_text_that_call_others_are_two(copy: Path, tmp_path: Path) -> None:
     same = """
 from delta_cad.common.jit import compiled, in_turn

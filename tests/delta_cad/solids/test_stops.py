@@ -63,7 +63,7 @@ def common(d: Dimensions, assembly: Assembly, theta: float) -> float:
     return sum(pin.intersect(placed(solid, turned(d, theta))).Volume() for pin in pins)
 
 
-@pytest.mark.quick(2)
+@pytest.mark.quick(1)
 def test_arms_are_stopped_three_degrees_outside_the_cube_and_not_before(machine: tuple[Dimensions, Assembly]) -> None:
     d, assembly = machine
     low, high = np.degrees([d.extremes.shoulder_min.value, d.extremes.shoulder_max.value])
@@ -75,6 +75,7 @@ def test_arms_are_stopped_three_degrees_outside_the_cube_and_not_before(machine:
     assert np.degrees(d.stops_rad) == pytest.approx([low - 3.0, high + 3.0])
 
 
+@pytest.mark.quick(1)
 def test_each_direction_has_a_pin_that_reaches_3_mm_into_what_it_stops(machine: tuple[Dimensions, Assembly]) -> None:
     """Depth along the shoulder axis of what they share, measured on the solids 1 deg beyond the stop."""
     d, assembly = machine

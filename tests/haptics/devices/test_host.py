@@ -152,6 +152,7 @@ def test_an_emergency_stop_of_a_board_in_another_process() -> None:
     np.testing.assert_allclose(recording.torques[:before], same.torques, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_board_that_dies_ends_in_device_lost_and_another_one_can_follow() -> None:
     ours, recorder = host(), Recorder()
     with board() as (process, device):

@@ -103,6 +103,7 @@ def test_damping_is_capped_and_both_figures_are_told(led: Scene) -> None:
         assert setting["mass_for_that_damping_kg"] > 500.0 * 1e-3 / 2.0
 
 
+@pytest.mark.slow
 def test_energy_that_goes_in_is_what_friction_takes(machine: MachineModel, led: Scene) -> None:
     par = nominal_plant(machine)
     for run in led.runs[1::6]:

@@ -124,6 +124,7 @@ def test_two_processes_give_the_serial_rows_in_any_order(client: Client, grid: G
     assert all(address.startswith("tcp://127.0.0.1:") for address in there)
 
 
+@pytest.mark.slow
 def test_command_on_a_given_scheduler_writes_the_serial_rows(
     client: Client, file: Path, tmp_path: Path, serial: list[AtlasRow], capsys: pytest.CaptureFixture[str]
 ) -> None:

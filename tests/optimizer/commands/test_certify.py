@@ -385,6 +385,7 @@ def test_the_same_design_gives_the_same_bytes(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "a.json").read_text())["design_hash"] == design_hash(load_design(path))
 
 
+@pytest.mark.slow
 def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     path = changed(tmp_path)
     command = [sys.executable, "-m", "optimizer", "certify", "--design", str(path), "--out", str(tmp_path / "c.json")]

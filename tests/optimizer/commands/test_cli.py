@@ -240,6 +240,7 @@ def test_an_interrupt_before_the_search_is_one_line(
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     command = f"'{sys.executable}' -m optimizer synthesize '{JOYSTICK}' --method sqp --steps 1 --out b.json | true"
     run = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], cwd=tmp_path, capture_output=True, text=True)

@@ -62,12 +62,14 @@ def call(*arguments: str | Path) -> int:
     return cli.main(["front", *(str(argument) for argument in arguments)])
 
 
+@pytest.mark.slow
 def test_folder_holds_everything_and_nothing_is_beside_it(done: tuple[Path, dict[str, Any]]) -> None:
     folder, _ = done
     assert {path.name for path in folder.iterdir()} == FILES
     assert [path.name for path in folder.parent.iterdir()] == ["dashboard-joystick-front"]
 
 
+@pytest.mark.slow
 def test_json_csv_and_page_say_the_same(done: tuple[Path, dict[str, Any]]) -> None:
     folder, told = done
     assert json.loads((folder / "front.json").read_text()) == told

@@ -115,6 +115,7 @@ def test_bounds_of_the_half_side_are_the_ends_and_the_upper_is_named() -> None:
     assert found.beyond == ("half side <= 40 mm (bounds_mm.half_side)",)
 
 
+@pytest.mark.slow
 def test_largest_cube_holds_on_the_fine_surface_where_the_search_misses_a_point() -> None:
     found = Tracer(with_torque(joystick(), 0.269), 4).curve()
     assert found.points[-1].half_side == found.largest

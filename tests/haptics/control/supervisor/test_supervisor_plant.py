@@ -139,6 +139,7 @@ def test_the_same_scene_without_the_supervisor_gives_more() -> None:
     assert rising(work - allowance) > 2.0 * limits.energy
 
 
+@pytest.mark.slow
 def test_a_handle_in_the_corner_goes_home_and_the_supervisor_has_nothing_to_say() -> None:
     corner = HOME + 0.9 * np.array([0.0375, -0.0375, 0.0375])
     loop = Loop(to_home, start=corner).enable().run(2500)
