@@ -53,7 +53,7 @@ _FORKED: list[Forked] = []
 
 @pytest.fixture(scope="module", autouse=True)
 def _forked() -> Iterator[None]:
-    """The process that `run` forks from: it has numba and nothing of ours, and keeps no bytecode of files edited twice."""
+    """The process that `run` forks from: it has numba and nothing of ours; a file edited twice leaves no bytecode."""
     with Forked("import sys, numba; sys.dont_write_bytecode = True; numba.njit(lambda x: x)(1.0)") as forked:
         _FORKED.append(forked)
         yield
