@@ -16,6 +16,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.makes import check_makes
+from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
@@ -164,21 +165,16 @@ def check_machine(
     return results
 
 
-def check_weighed(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) -> list[CheckResult]:
-    """Runs the checks that a machine's masses decide, and those of the mechanism's ranges; they take no mesh.
-
-    Args:
-        d: Dimensions.
-        assembly: The machine.
-        masses: Result of `mass_report`.
-    """
-    limits = check_limits(d, masses)
+def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
+    """Runs the checks of a machine that take a second: of the mechanism's ranges, of masses, loads and outline."""
+    d, assembly, bodies = machine.dimensions, machine.assembly, machine.masses["bodies"]
+    limits = check_limits(d, machine.masses)
     results = check_ranges(assembly.placement.geometry, limits)
     if not all(result.passed for result in results if result.name == "reach"):
         return results
-    results.append(_holding(assembly, d, masses["bodies"], limits))
-    report = structure_report(d, masses["bodies"])
-    return results + check_structure(report, d.design.requirements.stiffness_min_N_mm)
+    results.append(_holding(assembly, d, bodies, limits))
+    results += check_structure(structure_report(d, bodies), d.design.requirements.stiffness_min_N_mm)
+    return results + check_envelope(assembly, limits, machine.meshes)[0]
 
 
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:

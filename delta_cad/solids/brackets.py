@@ -132,6 +132,26 @@ def _foot(d: Dimensions) -> list[Circle]:
     ]
 
 
+def _to_the_block(
+    d: Dimensions, through: tuple[float, float], outside: float, outwards: float
+) -> tuple[list[cq.Shape], list[Hole]]:
+    """Tools and holes of a cheek's screws and dowels into the foot block; `outwards` is the sense of its outer face."""
+    block, screws = catalogue.screw(BLOCK_SCREW), cheek_screw_positions(d)
+    tools: list[cq.Shape] = [bore_y(block.clearance_hole_mm, at, through) for at in screws]
+    tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
+    holes = [
+        Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
+        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
+    ]
+    inside = d.layers.motor_cheek_mm[0] if outwards > 0.0 else d.layers.encoder_cheek_mm[1]
+    sink = cheek_screw_sink_mm(d, abs(outside - inside))
+    if sink > 0.0:
+        sunk = sorted((outside - outwards * sink, outside + outwards * THROUGH_MM))
+        tools += [bore_y(block.counterbore_diameter_mm, at, (sunk[0], sunk[1])) for at in screws]
+        holes.append(Hole(block.counterbore_diameter_mm, 2, f"counterbore {sink:g} deep from the outer side"))
+    return tools, holes
+
+
 def make_motor_cheek(d: Dimensions) -> Part:
     """Cheek with the motor's seat, the stop pins and (capstan) the shoulder bearing's seat, open towards the arm."""
     number, b = "motor_cheek", d.bracket
@@ -142,27 +162,21 @@ def make_motor_cheek(d: Dimensions) -> Part:
     what = "motor diameter, base_radius_mm"
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
-    screw, block = catalogue.screw(d.motor.mount_thread), catalogue.screw(BLOCK_SCREW)
+    screw = catalogue.screw(d.motor.mount_thread)
     seat_depth = motor_screw_mm(d.motor, d.layers)[1]
     motor_screws = motor_screw_positions(d)
     tools: list[cq.Shape] = [bore_y(d.motor.pilot_diameter_mm, (x, z), through)]
     tools += [bore_y(screw.clearance_hole_mm, at, through) for at in motor_screws]
     tools += [bore_y(screw.counterbore_diameter_mm, at, (through[0], inside + seat_depth)) for at in motor_screws]
-    tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
-    tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
-    sink = cheek_screw_sink_mm(d, outside - inside)
-    if sink > 0.0:
-        sunk = (outside - sink, through[1])
-        tools += [bore_y(block.counterbore_diameter_mm, at, sunk) for at in cheek_screw_positions(d)]
+    screwed, screwed_holes = _to_the_block(d, through, outside, 1.0)
+    tools += screwed
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
     tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
     holes = [
         Hole(d.motor.pilot_diameter_mm, 1, f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot"),
         Hole(screw.clearance_hole_mm, len(motor_screws), f"{screw.clearance_hole_mm:g} through, motor screws"),
         Hole(screw.counterbore_diameter_mm, len(motor_screws), f"counterbore {seat_depth:g} deep from the arm's side"),
-        Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
-        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
-        *([Hole(block.counterbore_diameter_mm, 2, f"counterbore {sink:g} deep from the motor's side")] if sink else []),
+        *screwed_holes,
         Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
     ]
     if d.capstan is not None:
@@ -208,16 +222,15 @@ def make_encoder_cheek(d: Dimensions) -> Part:
         round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
         upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
         body = fuse(body, upper)
-    screw, block = catalogue.screw(BOARD_SCREW), catalogue.screw(BLOCK_SCREW)
+    screw = catalogue.screw(BOARD_SCREW)
     thread, drilled = board_thread_mm(d)
     tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, (through[0], drilled or through[1])) for at in board]
-    tools += [bore_y(block.clearance_hole_mm, at, through) for at in cheek_screw_positions(d)]
-    tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
+    screwed, screwed_holes = _to_the_block(d, through, outside, -1.0)
+    tools += screwed
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"
     holes = [
         *([Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} {callout}, encoder board")] if board else []),
-        Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
-        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
+        *screwed_holes,
     ]
     if d.preload is not None:
         tools += _bearing_seat(d, d.layers.bearings_mm[0][0] - d.preload.work_height_mm, inside, -1.0)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
@@ -27,6 +27,7 @@ from optimizer.problem.step import SIDE
 
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
+    from delta_cad.commands.pipeline import BuiltMachine
 
 PROOF = "proof of "
 PROOF_BOXES = 60_000  # ten times what a design takes that keeps its limits by a thousandth
@@ -159,7 +160,7 @@ def worst_torque(lengths: Mapping[str, float], force: float) -> float:
 
 
 def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
-    """Makes the solids of a design and weighs them; loads the CAD kernel.
+    """Makes the solids of a design, weighs them and takes their outline; loads the CAD kernel.
 
     Args:
         design: One that closed forms pass.
@@ -171,15 +172,25 @@ def weigh(design: Design) -> tuple[Weighed, list[CheckResult]]:
     Raises:
         BuildError: A solid could not be built.
     """
-    from delta_cad.assembly.assemble import assemble
     from delta_cad.commands.pipeline import check_weighed
-    from delta_cad.dimensions import dimensions
-    from delta_cad.export.mass_properties import mass_report
 
-    d = dimensions(design)
-    assembly = assemble(d)
-    masses = mass_report(assembly)
-    return weighed_of(design, masses), [*check_weighed(d, assembly, masses), *_proofs(design, masses)]
+    machine = solid(design)
+    return weighed_of(design, machine.masses), [*check_weighed(machine), *_proofs(design, machine.masses)]
+
+
+_MADE: dict[str, BuiltMachine] = {}
+"""The machine made last, by its design's hash: what is weighed is looked at next."""
+
+
+def solid(design: Design) -> BuiltMachine:
+    """Makes the solids of a design, once for one after the other that are equal; raises as `make_machine`."""
+    from delta_cad.commands.pipeline import make_machine
+
+    key = design_hash(design)
+    if key not in _MADE:
+        _MADE.clear()
+        _MADE[key] = make_machine(design)
+    return _MADE[key]
 
 
 def rubbed(design: Design) -> tuple[float, float]:

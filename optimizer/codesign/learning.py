@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice, default_of
 from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
@@ -34,6 +37,7 @@ SIZES = (
 )
 PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
+ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, HEIGHT_STEP_MM = 0.5, 2.0
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
@@ -81,6 +85,11 @@ def from_reasons(
             choice = choice.with_entry(entry, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
         elif entry in PARTS:
             choice = _another(brief, choice, entry)
+        elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
+            over = list(lessons.overhead_mm)
+            shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
+            over[shorter] += bound - reason.value + SPARE_MM
+            lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
         elif field.startswith("requirements.") or not field:
             lessons = _stiffer(lessons, str(reason))
     if (choice, lessons) == before:
@@ -148,17 +157,13 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     Raises:
         StuckError: A check failed that teaches nothing.
     """
+    results = list(results)
     failed = [result for result in results if not result.passed]
-    before = lessons
+    before, lessons = lessons, with_outline(candidate, lessons, results)
     for result in failed:
         short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
         why = f"{result.name}: {result.value} {result.unit}, limit {result.limit}"
-        if result.name in ("envelope width", "envelope depth"):
-            k = result.name == "envelope depth"
-            over = list(lessons.overhead_mm)
-            over[k] += short + SPARE_MM
-            lessons = lessons.taught(why, overhead_mm=(over[0], over[1]))
-        elif (share := SHARES.get(result.name.removeprefix(PROOF).replace("_", " "))) is not None:
+        if (share := SHARES.get(result.name.removeprefix(PROOF).replace("_", " "))) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
             lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})
         elif result.name in ("torque with gravity", f"{PROOF}holding_torque"):
@@ -174,6 +179,27 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
+
+
+def with_outline(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
+    """Learns what a machine takes beyond eq. (1) of its outline, more or less than was thought.
+
+    Args:
+        candidate: The machine.
+        lessons: What was known.
+        results: Its checks.
+    """
+    named = {result.name: result.value for result in results}
+    width, depth = (named.get(f"envelope {way}") for way in ("width", "depth"))
+    if width is None or depth is None:
+        return lessons
+    reach = candidate.lengths_mm[0] + candidate.lengths_mm[2]
+    longer, shorter = (float(size) for size in Outline(0.0, 0.0, candidate.choice.width_mm).size_mm(np.array(reach)))
+    over = max(width, depth) + SPARE_MM - longer, min(width, depth) + SPARE_MM - shorter
+    if max(abs(a - b) for a, b in zip(over, lessons.overhead_mm, strict=True)) < SPARE_MM:
+        return lessons
+    why = f"outline {width:.2f} x {depth:.2f} mm: {over[0]:.2f} and {over[1]:.2f} mm beyond eq. (1)"
+    return lessons.taught(why, overhead_mm=over)
 
 
 def _apart(pair: Sequence[str]) -> tuple[str, float]:

@@ -31,6 +31,7 @@ WIDE_MM = {
 """Where lengths are looked for that the brief leaves open."""
 FREE_OUTLINE_MM = 2000.0
 CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
+CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a proof at it does not end
 # Left of the mechanism's limits: lengths are rounded to a micrometre, and a proof right at a limit takes long.
 ROOM, ROOM_DEG = 2e-4, 0.005
 ROUNDS = 3  # of lengths and the inertia estimated for them
@@ -83,7 +84,9 @@ def posed(
     bounds = {}
     ball = float(choice.entries.get("ball_diameter_mm", BASE_ENTRIES["ball_diameter_mm"]))
     by_parts = {
-        "platform_radius": wrist_radius_min_mm(ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm),
+        "platform_radius": wrist_radius_min_mm(
+            ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm + CUPS_APART_MM
+        ),
         "base_radius": choice.base_radius_mm,
     }
     for name in VARIABLES:

@@ -98,8 +98,16 @@ class Lessons:
         return self.taught(why, least_mm={**self.least_mm, length: max(least_mm, self.least(length))})
 
     def with_shares_of(self, other: Lessons) -> Lessons:
-        """The same with the masses, and the room left for them, of another."""
-        names = ("weighed", "mass_share", "friction_share", "step_share", "ball_friction_N", "spare_torque_N_m")
+        """The same with outline and masses, and the room left for them, of another."""
+        names = (
+            "weighed",
+            "overhead_mm",
+            "mass_share",
+            "friction_share",
+            "step_share",
+            "ball_friction_N",
+            "spare_torque_N_m",
+        )
         return replace(self, **{name: getattr(other, name) for name in names})
 
     def taught(self, reason: str, **changes: Any) -> Lessons:

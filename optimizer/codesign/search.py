@@ -14,7 +14,15 @@ from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
-from optimizer.codesign.learning import COUPLE_STEP, StuckError, from_checks, from_reasons, from_stiffness, too_soft
+from optimizer.codesign.learning import (
+    COUPLE_STEP,
+    StuckError,
+    from_checks,
+    from_reasons,
+    from_stiffness,
+    too_soft,
+    with_outline,
+)
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.problem.brief import DesignBrief
@@ -32,6 +40,7 @@ WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's wi
 GAIN = 5e-4  # share below which a change is none
 MOTORS = 3  # that are refined and built, the best estimate first
 SWEEPS = 10  # machines of one choice that are made
+ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
 
 Lengths = tuple[float, ...]
@@ -238,6 +247,7 @@ class Search:
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
         lessons = replace(built, couple_index_min=max(built.couple_index_min, held))
+        roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
             self.tried.candidates += 1
             found = best_lengths(self.brief, choice, lessons, start, self.seed, ROUNDS if weighing else 1)
@@ -269,9 +279,15 @@ class Search:
             candidate = replace(candidate, weighed=weighed)
             lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbed(design))
             if near and all(result.passed for result in results):
-                # what closed forms ask of this choice they do not ask of another
-                self.lessons[key] = built.with_shares_of(lessons)
-                return candidate
+                closer = with_outline(candidate, lessons, results)
+                spare = max(a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True))
+                lessons = closer
+                if roomy or spare < ROOMY_MM:
+                    # what closed forms ask of this choice they do not ask of another
+                    self.lessons[key] = built.with_shares_of(lessons)
+                    return candidate
+                roomy = True
+                continue
             try:
                 lessons = from_checks(candidate, lessons, results)
             except StuckError as error:

@@ -77,7 +77,8 @@ def run(given: argparse.Namespace) -> int:
 
 def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
     """Searches, builds and tells."""
-    from delta_cad.commands.pipeline import build, check_moving, make_machine
+    from delta_cad.commands.pipeline import build, check_moving
+    from optimizer.codesign.candidate import solid
     from optimizer.codesign.costs import costs
     from optimizer.codesign.output import certificate_of, facts_of, placed, report, with_provenance, write_beside
     from optimizer.codesign.reference import reference
@@ -111,7 +112,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
         search = Search(
             brief=brief,
             build=made,
-            moving=lambda design: check_moving(make_machine(design, line.show), line.show),
+            moving=lambda design: check_moving(solid(design), line.show),
             first=reference(),
             seed=given.seed,
             stop=lambda: monotonic() > ends,

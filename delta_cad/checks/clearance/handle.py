@@ -196,12 +196,23 @@ class Handle(ConfigurationSpace):
         return fall
 
     def always_apart(self) -> np.ndarray:
-        """Height of what the platform carries over what an arm or the base carries, whatever the position."""
-        gap = super().always_apart()
-        heights = [self._heights(b) for b in self.pairs.bodies]
+        """What lies between two bodies whatever the position.
+
+        The height of what the platform carries over what an arm or the base carries; and of two bodies on rods that
+        of the balls about their wrists in which they stay, for the platform does not turn the wrists.
+        """
+        bodies, gap = self.pairs.bodies, super().always_apart()
+        heights = [self._heights(b) for b in bodies]
+        length = self._placement.geometry.forearm_length * MM_PER_M
+        wrist, frames = np.array([length, 0.0, 0.0]), self.frames(self._centre[None])[0]
+        rods = {k: frames[self.links.index(b.link)] for k, b in enumerate(bodies) if b.link.startswith("rod")}
+        ball = {k: (frame[:3, :3] @ wrist + frame[:3, 3], bodies[k].lever(wrist)) for k, frame in rods.items()}
         for k, (i, j) in enumerate(zip(self.pairs.first.tolist(), self.pairs.second.tolist(), strict=True)):
             (low_i, high_i), (low_j, high_j) = heights[i], heights[j]
             gap[k] = max(low_i - high_j, low_j - high_i)
+            if i in ball and j in ball:
+                (at, reach), (other, further) = ball[i], ball[j]
+                gap[k] = float(np.linalg.norm(at - other)) - reach - further
         return gap
 
     def _heights(self, b: CollisionBody) -> tuple[float, float]:

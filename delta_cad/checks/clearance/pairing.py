@@ -33,6 +33,8 @@ from delta_cad.mechanism.placement import LinkPlacement
 
 REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this much, far more than roundings
 SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
+SOCKET_SLICE_MM = 2.0  # of sockets beside those of another chain: most slices stay within a ball about their wrist
+SOCKETS_MM = 20.0  # from the wrist on, where they are
 CELLS = 4  # halvings of a socket's ring: 16 pieces need a third of the distances of the whole, 32 save no more
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
 CHAIN = np.eye(3)  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
@@ -152,9 +154,13 @@ def spaces_of(
             Handle(
                 "handle position",
                 _cut(
-                    p,
-                    lambda b: _slices(b) if b.link.startswith("rod") else [b],
-                    lambda a, b: "base" in (a.link, b.link),
+                    _cut(
+                        p,
+                        lambda b: _slices(b) if b.link.startswith("rod") else [b],
+                        lambda a, b: "base" in (a.link, b.link),
+                    ),
+                    lambda b: _slices(b, SOCKET_SLICE_MM),
+                    lambda a, b: all(_at_wrist(x, forearm) for x in (a, b)),
                 ),
                 placement,
                 limits.centre_mm,
@@ -294,10 +300,15 @@ def _socket_in_cells(b: CollisionBody) -> list[CollisionBody]:
     return cells_of(b, CELLS) if b.link.startswith("rod") else [b]
 
 
-def _slices(b: CollisionBody) -> list[CollisionBody]:
+def _at_wrist(b: CollisionBody, forearm_mm: float) -> bool:
+    """Whether a body is on a rod, and about its wrist."""
+    return b.link.startswith("rod") and float(b.vertices[:, 0].min()) > forearm_mm - SOCKETS_MM
+
+
+def _slices(b: CollisionBody, size_mm: float = SLICE_MM) -> list[CollisionBody]:
     """A rod's body cut across into equal slices: near a fold the elbow moves much more than the wrist."""
     x, plane = b.vertices[:, 0], b.placement[0, :3]
-    levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / SLICE_MM) + 1, endpoint=False)[1:] - b.placement[0, 3]
+    levels = np.linspace(x.min(), x.max(), int(np.ptp(x) / size_mm) + 1, endpoint=False)[1:] - b.placement[0, 3]
     if not len(levels):
         return [b]
     slices = cut(b.mesh, plane, levels)

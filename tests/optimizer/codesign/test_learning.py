@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import sqrt
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ from delta_cad.design import load_design
 from delta_cad.dimensions import Reason
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.learning import COUPLE_MOST, StuckError, from_checks, from_reasons, too_soft
+from optimizer.codesign.learning import COUPLE_MOST, StuckError, from_checks, from_reasons, too_soft, with_outline
 from optimizer.codesign.lessons import Lessons
 from optimizer.codesign.reference import reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
@@ -23,6 +24,7 @@ from tests.committed import BEST
 CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
 KNOWN = Lessons(reference())
 LENGTHS = (91.0, 143.0, 31.0, 24.0, 64.0, 42.0)
+WIDTH_MM, DEPTH_MM = 54.0 / 2 + sqrt(3.0) * 122.0, 54.0 * sqrt(3.0) / 4 + 1.5 * 122.0  # eq. (1)
 
 
 def brief(**hardware: object) -> DesignBrief:
@@ -85,13 +87,31 @@ def test_loads_that_no_part_bears_ask_for_more_hold() -> None:
         from_reasons(brief(), CHOICE, held, [weak])
 
 
+def test_an_outline_smaller_than_was_thought_is_learnt_of_a_machine_that_passes() -> None:
+    sizes = [("envelope depth", 216.0), ("envelope width", 244.0)]
+    found = with_outline(candidate(), KNOWN, [CheckResult(name, True, mm, 300.0, "mm") for name, mm in sizes])
+    assert found.overhead_mm == pytest.approx((244.05 - WIDTH_MM, 216.05 - DEPTH_MM))
+    assert found.overhead_mm[1] < KNOWN.overhead_mm[1]
+    assert with_outline(candidate(), found, [CheckResult("envelope width", False, None, 300.0, "mm")]) is found
+
+
+@pytest.mark.parametrize(("field", "k"), [("envelope_width_mm", 0), ("envelope_depth_mm", 1)])
+def test_an_outline_refused_in_closed_form_leaves_more_room_and_asks_for_no_more_hold(field: str, k: int) -> None:
+    asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}[field]
+    out = Reason("assembly", "envelope", "elbows reach so far", f"requirements.{field}", asked, asked + 0.2)
+    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [out])
+    assert lessons.overhead_mm[k] == pytest.approx(KNOWN.overhead_mm[k] + 0.25)
+    assert lessons.overhead_mm[1 - k] == KNOWN.overhead_mm[1 - k]
+    assert lessons.couple_index_min == KNOWN.couple_index_min
+
+
 def test_each_failed_check_moves_what_it_is_about() -> None:
     def learnt(*results: CheckResult) -> Lessons:
         return from_checks(candidate(), KNOWN, results)
 
     assert learnt() == KNOWN
-    deep = learnt(failed("envelope depth", 221.3, 220.0, "mm"))
-    assert deep.overhead_mm == pytest.approx((KNOWN.overhead_mm[0], KNOWN.overhead_mm[1] + 1.35))
+    deep = learnt(CheckResult("envelope width", True, 245.0, 270.0, "mm"), failed("envelope depth", 221.3, 220.0, "mm"))
+    assert deep.overhead_mm == pytest.approx((245.05 - WIDTH_MM, 221.35 - DEPTH_MM))
     heavy = learnt(failed("effective mass", 0.42, 0.4, "kg"))
     assert heavy.mass_share == pytest.approx(KNOWN.mass_share * 0.998 * 0.4 / 0.42)
     assert learnt(failed(f"{PROOF}effective_mass", None, None)).mass_share < KNOWN.mass_share

@@ -22,6 +22,7 @@ from delta_cad.solids.part import Occurrence
 from tests.delta_cad.checks.machines import GEOMETRY, L_B, LIMITS, at, ball, box, machine, part, rod
 
 DOMAINS = joint_ranges(GEOMETRY, LIMITS.centre_mm, LIMITS.half_side_mm)
+END = part("end", box((L_B - 5.0, -3.0, -2.0), (L_B + 2.0, 3.0, 2.0)))
 RNG = np.random.default_rng(11)
 CUBE = LIMITS.centre_mm[None], np.full((1, 3), LIMITS.half_side_mm)
 
@@ -226,3 +227,18 @@ def test_a_bound_that_is_too_small_would_be_noticed(monkeypatch: pytest.MonkeyPa
 def test_a_travel_that_is_not_a_number_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Handle, "along", lambda *_: lambda box, *_: np.full(len(box), np.nan))
     assert not beside_a_rod(0.9)
+
+
+def test_bodies_about_two_wrists_never_come_closer_than_the_balls_that_hold_them() -> None:
+    m = machine()
+    ends = [Occurrence(f"end_{i}_{j}", END, f"rod_{i}_{j}", np.eye(4)) for i, j in product(range(3), range(2))]
+    space = handle_space(replace(m, occurrences=(*m.occurrences, *ends)))
+    pairs, always, engine = space.pairs, space.always_apart(), DistanceEngine()
+    bodies = [(pairs.bodies[a], pairs.bodies[b]) for a, b in zip(pairs.first, pairs.second, strict=True)]
+    wrists = [k for k, two in enumerate(bodies) if all(b.name.startswith("end") for b in two)]
+    assert (always[wrists] > 0.0).any()
+    for frames in space.frames(inside(*random_boxes(30))):
+        for k in wrists:
+            a, b = bodies[k]
+            placed = [frames[space.links.index(x.link)] @ x.placement for x in (a, b)]
+            assert engine.distance(a, b, *placed) >= always[k] - 1e-9
