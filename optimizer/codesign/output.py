@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +30,9 @@ FIGURES = {
     "clearance": "clearance_mm",
     "torque with gravity": "holding_torque_N_m",
     "structure first mode": "first_mode_Hz",
+    "friction": "friction_max_N",
+    "position step": "position_step_max_mm",
+    "kappa": "kappa_max",
 }
 """Name of a check -> key of its value among the facts."""
 UNITS = {
@@ -39,7 +41,7 @@ UNITS = {
     "effective_mass": "kg felt",
     "cost": "mm of R + L_A",
 }
-TOLD = ("effective_mass_max_kg", "stiffness_min_N_mm", "clearance_mm", "holding_torque_N_m", "moving_mass_kg")
+OUTLINE = ("envelope width", "envelope depth")
 
 
 def with_provenance(design: Design, brief: DesignBrief, command: str, seed: int) -> Design:
@@ -83,12 +85,12 @@ def write_beside(folder: Path, design: Design, text: str, certificate: Certifica
 
 
 def binding(results: Iterable[CheckResult]) -> list[str]:
-    """Names the checks whose value is within a hundredth of its limit."""
+    """Names the checks whose value is within a hundredth of its limit; at it stands what was stated or counted."""
     found = []
     for one in results:
         if one.value is None or not one.limit or one.name.startswith(("solid ", "running gap")):
             continue
-        if abs(one.value - one.limit) <= BINDS * abs(one.limit):
+        if 0.0 < abs(one.value - one.limit) <= BINDS * abs(one.limit):
             found.append(one.name)
     return found
 
@@ -102,8 +104,8 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, An
         tried: What the search went through.
     """
     design, values = outcome.design, {one.name: one.value for one in outcome.results}
-    figures = {key: values.get(name) for name, key in FIGURES.items()}
-    outline = figures.pop("envelope_width_mm"), figures.pop("envelope_depth_mm")
+    figures = {key: values.get(name) for name, key in FIGURES.items() if name not in OUTLINE}
+    outline = [values.get(name) for name in OUTLINE]
     drive = drive_torque(design)
     return {
         "name": brief.name,
@@ -113,8 +115,7 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, An
         "bound_mm": None,
         "gap": None,
         **figures,
-        "friction_max_N": None,
-        "outline_mm": list(outline),
+        "outline_mm": outline,
         "motor": drive.motor,
         "ratio": drive.ratio,
         "moving_mass_kg": outcome.masses["moving_mass_kg"],
@@ -127,7 +128,26 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, An
     }
 
 
-def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterable[str], costs: Iterable[Cost]) -> str:
+def figures_of(results: Iterable[CheckResult]) -> list[str]:
+    """Lists what is felt of a machine and what it leaves, beside what was asked, a line each."""
+    known = {one.name: one for one in results}
+    lines = []
+    for name in FIGURES:
+        if (one := known.get(name)) is None or one.value is None:
+            continue
+        asked = "" if one.limit is None else f", {one.limit:.4g} asked"
+        lines.append(f"- {name.removeprefix('structure ')}: {one.value:.4g} {one.unit}".rstrip() + asked)
+    return lines
+
+
+def report(
+    told: dict[str, Any],
+    results: Iterable[CheckResult],
+    tried: Tried,
+    why: Iterable[str],
+    notes: Iterable[str],
+    costs: Iterable[Cost],
+) -> str:
     """Writes `design.md`: what was reached, what binds, what each limit costs, what was tried and what it taught."""
     width, depth = told["outline_mm"]
     unit = UNITS[told["objective"]]
@@ -139,10 +159,7 @@ def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterab
         "",
         "## Figures",
         "",
-        *(
-            f"- {key}: {json.dumps(told[key])}"
-            for key in ("effective_mass_max_kg", "stiffness_min_N_mm", "clearance_mm")
-        ),
+        *figures_of(results),
         "",
         "## What binds",
         "",
@@ -156,7 +173,7 @@ def report(told: dict[str, Any], tried: Tried, why: Iterable[str], notes: Iterab
         "",
         "## What was tried",
         "",
-        f"{told['tried']} candidates, {told['built']} machines built:",
+        f"{told['tried']} candidates; machines built: {told['built']}",
         "",
         *(
             f"- {2.0 * design.cube.half_side_mm:.2f} mm with {design.hardware.motor}: "

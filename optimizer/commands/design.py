@@ -101,7 +101,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
                 known = search.lessons[standing.choice.motor, standing.choice.drive]
                 tried = replace(search.tried, built=[*search.tried.built, (stated, ())])
                 facts = facts_of(brief, outcome, tried)
-                text = report(facts, tried, known.why, brief.notes, costs(brief, standing, known))
+                text = report(facts, outcome.results, tried, known.why, brief.notes, costs(brief, standing, known))
                 line.show("certificate")
                 certificate = certificate_of(stated, folder / "mass_properties.json")
                 write_beside(folder, placed(stated, brief, given.out / brief.name), text, certificate)
