@@ -16,6 +16,7 @@ from delta_cad.solids.part import Occurrence
 
 REVOLUTION_SIDES = 48  # circumscribed polygon: 0.2 % of the radius too large, never too small
 REVOLUTION_SLABS = 64  # more steps along an axis than any pinion has
+LEVEL_MM = 2e-6  # levels are rounded to 1e-6 mm
 ROUND = 0.97  # least by most reach off an axis: 0.985 for the 18 facets of a tube, 0.5 for a socket's ring
 ROUND_DIRECTIONS = 36  # in which the reach off an axis is compared: every 10 degrees
 TURN_STEPS = 12  # a step of 5 degrees: 0.1 % of the radius too large
@@ -144,11 +145,10 @@ def bodies_of(
 def revolved_about_y(mesh: Mesh, placement: np.ndarray, sway: SpringSway | None = None) -> Mesh:
     """A solid of revolution about the y axis of the link's frame that holds a part at every angle, bores filled.
 
-    Along the axis the part is cut into slabs at its vertices; each slab gets the largest radius of a vertex of any
-    triangle that reaches into it (the distance from the axis is convex on a triangle).
+    Along the axis the part is cut into slabs, and each gets a cone that holds what of the part lies in it.
 
     Args:
-        mesh: The part's mesh, watertight.
+        mesh: The part's mesh.
         placement: (4, 4) part frame to link frame, mm.
         sway: How far it strays from the axis besides: a turn by `a` about the origin brings a point at `r` from the
             axis and `y` along it to `r + |y| sin(a)` and moves it along by `r sin(a) + |y| (1 - cos(a))`, at most.
@@ -157,23 +157,9 @@ def revolved_about_y(mesh: Mesh, placement: np.ndarray, sway: SpringSway | None 
         The mesh in the link's frame, with the part's deviation.
     """
     points = mesh.vertices @ placement[:3, :3].T + placement[:3, 3]
-    radius, y = np.hypot(points[:, 0], points[:, 2]), points[:, 1]
-    aside = np.zeros(len(y))
-    if sway is not None:
-        sine, lost = np.sin(sway.turn_rad), 1.0 - np.cos(sway.turn_rad)
-        aside = sway.along_mm + radius * sine + np.abs(y) * lost
-        radius = radius + np.abs(y) * sine + sway.across_mm
-    levels = np.unique(np.round(np.concatenate([y - aside, y + aside]), 6))
-    if len(levels) > REVOLUTION_SLABS + 1:
-        levels = np.linspace(levels[0], levels[-1], REVOLUTION_SLABS + 1)
-    levels[0], levels[-1] = (y - aside).min(), (y + aside).max()
-    low, high = (y - aside)[mesh.faces].min(axis=1), (y + aside)[mesh.faces].max(axis=1)
-    largest = radius[mesh.faces].max(axis=1)
-    tolerance = 2e-6  # the levels are rounded to 1e-6 mm
-    inside = (low[:, None] < levels[1:] - tolerance) & (high[:, None] > levels[:-1] + tolerance)
-    profile = np.where(inside, largest[:, None], 0.0).max(axis=0) / np.cos(np.pi / REVOLUTION_SIDES)
+    levels, radii = _cones(points[mesh.faces]) if sway is None else _cylinders(points, mesh.faces, sway)
     rings_y = np.repeat(levels, 2)[1:-1]
-    rings_r = np.repeat(profile, 2)
+    rings_r = radii.ravel() / np.cos(np.pi / REVOLUTION_SIDES)
     angle = np.arange(REVOLUTION_SIDES) * 2.0 * np.pi / REVOLUTION_SIDES
     n, rings = REVOLUTION_SIDES, len(rings_y)
     ring = np.stack(
@@ -190,18 +176,80 @@ def revolved_about_y(mesh: Mesh, placement: np.ndarray, sway: SpringSway | None 
     return Mesh(vertices, np.concatenate(faces), mesh.deviation_mm)
 
 
-def is_round(b: CollisionBody) -> bool:
-    """Whether a body reaches about as far from the x axis of its link's frame in every direction square to it."""
+def _cones(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Levels (n + 1,) along y and (n, 2) radii at both ends of the slabs between them, that hold triangles (m, 3, 3).
+
+    The levels are the corners', so that within a slab a triangle is cut by straight edges only. The distance from the
+    axis is convex along each, and across between two of them: its largest lies under the chord of both ends' largest.
+    With more corners than slabs each slab gets the largest of all that lies in it.
+    """
+    y = triangles[..., 1]
+    levels = _levels(y.ravel())
+    low, high = y.min(axis=1)[:, None], y.max(axis=1)[:, None]
+    inside = (low < levels[1:] - LEVEL_MM) & (high > levels[:-1] + LEVEL_MM)  # (m, n): not what lies in a level
+    of, slab = np.nonzero(inside)
+    bottom, top = levels[slab], levels[slab + 1]
+    radii = np.zeros((2, len(of)))
+    within = np.zeros(len(of))
+    for k in range(3):
+        start, way = triangles[of, k], triangles[of, k - 2] - triangles[of, k]
+        steep = np.where(np.abs(way[:, 1]) > LEVEL_MM, way[:, 1], np.inf)
+        for end, at in enumerate((bottom, top)):
+            share = (at - start[:, 1]) / steep
+            there = start + np.clip(share, 0.0, 1.0)[:, None] * way
+            on = np.abs(there[:, 1] - at) <= 2.0 * LEVEL_MM
+            radii[end] = np.where(on, np.maximum(radii[end], np.hypot(there[:, 0], there[:, 2])), radii[end])
+        between = (start[:, 1] > bottom + LEVEL_MM) & (start[:, 1] < top - LEVEL_MM)
+        within = np.maximum(within, np.where(between, np.hypot(start[:, 0], start[:, 2]), 0.0))
+    out = np.zeros((len(levels) - 1, 2))
+    for end in range(2):
+        np.maximum.at(out[:, end], slab, radii[end])
+    most = np.zeros(len(out))
+    np.maximum.at(most, slab, within)
+    whole = np.maximum(most, out.max(axis=1))[:, None]
+    return levels, np.where(most[:, None] > 0.0, whole, out) + LEVEL_MM
+
+
+def _cylinders(points: np.ndarray, faces: np.ndarray, sway: SpringSway) -> tuple[np.ndarray, np.ndarray]:
+    """Levels and radii as `_cones`, of triangles that sway: each slab has the largest radius of any in it."""
+    radius, y = np.hypot(points[:, 0], points[:, 2]), points[:, 1]
+    sine, lost = np.sin(sway.turn_rad), 1.0 - np.cos(sway.turn_rad)
+    aside = sway.along_mm + radius * sine + np.abs(y) * lost
+    radius = radius + np.abs(y) * sine + sway.across_mm
+    levels = _levels(np.concatenate([y - aside, y + aside]))
+    low, high = (y - aside)[faces].min(axis=1), (y + aside)[faces].max(axis=1)
+    inside = (low[:, None] < levels[1:] - LEVEL_MM) & (high[:, None] > levels[:-1] + LEVEL_MM)
+    largest = np.where(inside, radius[faces].max(axis=1)[:, None], 0.0).max(axis=0)
+    return levels, np.repeat(largest[:, None], 2, axis=1)
+
+
+def _levels(y: np.ndarray) -> np.ndarray:
+    """Where slabs begin and end: at each value, or even where these are too many."""
+    levels = np.unique(np.round(y, 6))
+    if len(levels) > REVOLUTION_SLABS + 1:
+        levels = np.linspace(levels[0], levels[-1], REVOLUTION_SLABS + 1)
+    levels[0], levels[-1] = y.min(), y.max()
+    return levels
+
+
+def is_round(b: CollisionBody, to_axis: np.ndarray = X_TO_Y) -> bool:
+    """Whether a body reaches about as far from an axis in every direction square to it.
+
+    Args:
+        b: The body.
+        to_axis: (4, 4) its link's frame to a frame whose y axis is meant; that of the link's x axis.
+    """
     angle = np.arange(ROUND_DIRECTIONS) * 2.0 * np.pi / ROUND_DIRECTIONS
-    reach = (b.vertices[:, 1:] @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
+    seen = b.vertices @ to_axis[:3, :3].T + to_axis[:3, 3]
+    reach = (seen[:, [0, 2]] @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
     return bool(reach.min() >= ROUND * reach.max())
 
 
-def spun(b: CollisionBody) -> CollisionBody:
-    """The body of revolution about the x axis of its link's frame that holds a body however it turns about it."""
-    mesh = revolved_about_y(b.mesh, X_TO_Y @ b.placement)
-    where = np.round(b.placement, 7).tolist()
-    return body(b.name, f"{b.key} spun in {where}", b.link, mesh, X_TO_Y.T)
+def spun(b: CollisionBody, to_axis: np.ndarray = X_TO_Y) -> CollisionBody:
+    """The body of revolution that holds a body however it turns about an axis, given as for `is_round`."""
+    mesh = revolved_about_y(b.mesh, to_axis @ b.placement)
+    where = np.round(to_axis @ b.placement, 7).tolist()
+    return body(b.name, f"{b.key} spun in {where}", b.link, mesh, np.linalg.inv(to_axis))
 
 
 def turned_hull(b: CollisionBody, turn_rad: float) -> CollisionBody:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -127,14 +127,17 @@ def spaces_of(
     lean = (float(ranges.lean[:, 0].min()), float(ranges.lean[:, 1].max()))
 
     def at_joint(name: str, p: Pairs, joint: tuple[np.ndarray, float], rasters: Sequence[Raster]) -> list[RodAtJoint]:
-        p = _in_segments(p, *joint, width, bool(tilt_rad))
-        turning = np.array([bool(tilt_rad) and not is_round(p.bodies[k]) for k in p.second.tolist()], dtype=bool)
         spaces: list[RodAtJoint] = []
-        if not turning.all():
-            spaces.append(RodAtJoint(name, p.chosen(~turning), *joint, width, rasters))
-        if turning.any():
-            turned = _cut(p.chosen(turning), _socket_in_cells, lambda a, b: True)  # noqa: ARG005
-            spaces.append(TurningRodAtJoint(f"{name}, turning", turned, *joint, width, rasters, tilt_rad))
+        for round_holders, q in _by_roundness(p, joint[0]):
+            cut_up = _in_segments(q, *joint, width, bool(tilt_rad))
+            told = f"{name}, what is round" if round_holders else name
+            turning = np.array([bool(tilt_rad) and not is_round(cut_up.bodies[k]) for k in cut_up.second], dtype=bool)
+            if not turning.all():
+                spaces.append(RodAtJoint(told, cut_up.chosen(~turning), *joint, width, rasters, round_holders))
+            if turning.any():
+                turned = _cut(cut_up.chosen(turning), _socket_in_cells, lambda a, b: True)  # noqa: ARG005
+                told = f"{told}, turning"
+                spaces.append(TurningRodAtJoint(told, turned, *joint, width, rasters, tilt_rad, round_holders))
         return spaces
 
     made: dict[str, Callable[[Pairs], Sequence[ConfigurationSpace]]] = {
@@ -248,6 +251,24 @@ def _unique(triples: Sequence[tuple[CollisionBody, CollisionBody, float]]) -> Pa
         names.setdefault(pair, (a.name, b.name))
     first, second = np.array(list(limit)).T
     return Pairs(bodies, first, second, np.array(list(limit.values())), list(names.values()))
+
+
+def _by_roundness(pairs: Pairs, centre_mm: np.ndarray) -> Iterator[tuple[bool, Pairs]]:
+    """The pairs at a ball joint whose holders are not round about the line through the balls, and those that are.
+
+    The round ones count as the bodies of revolution that hold them.
+    """
+    to_axis = np.eye(4)
+    to_axis[:3, 3] = -centre_mm
+    bodies = list(pairs.bodies)
+    are_round = np.zeros(len(bodies), dtype=bool)
+    for k in np.unique(pairs.first).tolist():
+        if is_round(bodies[k], to_axis):
+            are_round[k], bodies[k] = True, spun(bodies[k], to_axis)
+    for wanted in (False, True):
+        chosen = are_round[pairs.first] == wanted
+        if chosen.any():
+            yield wanted, replace(pairs, bodies=bodies).chosen(chosen)
 
 
 def _in_segments(pairs: Pairs, centre_mm: np.ndarray, ball_mm: float, width_mm: float, turning: bool) -> Pairs:

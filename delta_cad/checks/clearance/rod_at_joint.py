@@ -38,6 +38,8 @@ class RodAtJoint(ConfigurationSpace):
         ball_mm: x of the held ball in the rod's frame: 0 for the elbow, L_B for the wrist.
         width_mm: Distance of the two rods.
         rasters: The directions that occur.
+        is_round: Whether the holders are bodies of revolution about the line through both balls: then the forearm's
+            angle changes no distance, and is no variable.
     """
 
     def __init__(
@@ -48,15 +50,18 @@ class RodAtJoint(ConfigurationSpace):
         ball_mm: float,
         width_mm: float,
         rasters: Sequence[Raster],
+        is_round: bool = False,
     ) -> None:
         super().__init__(name, pairs, ("holder", "rod_0", "rod_1"))
+        self._is_round = is_round
         self._balls = [centre_mm + side * width_mm * Y for side in (-0.5, 0.5)]
         self._ball, self._rasters = ball_mm, rasters
         self._lever = np.array([0.0 if b.link == "holder" else b.lever(ball_mm * X) for b in pairs.bodies])
 
     def root(self) -> tuple[np.ndarray, np.ndarray]:
         """The whole range as one box."""
-        return bounds_of(self._rasters)
+        centre, half = bounds_of(self._rasters)
+        return centre, half * [not self._is_round, True]
 
     def frames(self, centres: np.ndarray) -> np.ndarray:
         """Frames of the links at the variables."""
@@ -140,7 +145,11 @@ class RodAtJoint(ConfigurationSpace):
         )
 
     def reachable(self, centres: np.ndarray, halves: np.ndarray) -> np.ndarray:
-        """Whether the rasters have angles in the boxes."""
+        """Whether the rasters have angles in the boxes; at any angle of the forearm where that changes nothing."""
+        if self._is_round:
+            centre, half = bounds_of(self._rasters)
+            centres = np.column_stack([np.full(len(centres), centre[0, 0]), centres[:, 1]])
+            halves = np.column_stack([np.full(len(halves), half[0, 0]), halves[:, 1]])
         return np.any([r.touched(centres, halves) for r in self._rasters], axis=0)
 
 
@@ -151,7 +160,7 @@ class TurningRodAtJoint(RodAtJoint):
     axes of socket and stud has the cosine `cos(lean) cos(turn)`: it ends where the free tilt does.
 
     Args:
-        name, pairs, centre_mm, ball_mm, width_mm, rasters: As `RodAtJoint` has them.
+        name, pairs, centre_mm, ball_mm, width_mm, rasters, is_round: As `RodAtJoint` has them.
         tilt_rad: Free tilt of the sockets.
     """
 
@@ -164,8 +173,9 @@ class TurningRodAtJoint(RodAtJoint):
         width_mm: float,
         rasters: Sequence[Raster],
         tilt_rad: float,
+        is_round: bool = False,
     ) -> None:
-        super().__init__(name, pairs, centre_mm, ball_mm, width_mm, rasters)
+        super().__init__(name, pairs, centre_mm, ball_mm, width_mm, rasters, is_round)
         self._tilt = tilt_rad
         self._off_axis = np.array([0.0 if b.link == "holder" else b.lever_about_x() for b in pairs.bodies])
 
