@@ -9,14 +9,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
-from delta_cad.checks.clearance.clearance import (
-    PROVING,
-    MeshClearance,
-    ProvenClearance,
-    joined,
-    proven_clearance,
-    running_gaps,
-)
+from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, mesh_clearance
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
@@ -28,10 +21,10 @@ Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
 def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
-    """Computes the results of `check_envelope`, then those of `proven_clearance`."""
+    """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
     progress("outline")
     yield check_envelope(*order)
-    yield proven_clearance(*order, progress)
+    yield mesh_clearance(*order, progress)
 
 
 class Sweep:
@@ -47,13 +40,12 @@ class Sweep:
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
         self._outline: Outlined | None = None
-        self._machine: tuple[Assembly, CheckLimits, MeshLibrary] | None = None
 
     def begin(
         self, assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None]
     ) -> None:
         """Begins with a machine."""
-        self._progress, self._machine = progress, (assembly, limits, meshes)
+        self._progress = progress
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
             self._beside.give((assembly.without_solids(), limits, made))
@@ -79,16 +71,15 @@ class Sweep:
         return outline
 
     def clearance(self) -> MeshClearance:
-        """Gives the results of `mesh_clearance`, after the outline; the running gaps are sampled in this process.
+        """Gives the results of `mesh_clearance`, after the outline.
 
         Raises:
             RuntimeError: No sweep was begun.
         """
-        if not self._machine or not self._progress:
+        if not self._progress:
             raise RuntimeError("no sweep goes on")
         self._outlined()
         if self._beside:
             self._progress(PROVING)
-        gaps = running_gaps(*self._machine)
-        proven: ProvenClearance = self._beside.take() if self._beside else next(self._here)
-        return joined(*self._machine[:2], proven, gaps)
+        clearance: MeshClearance = self._beside.take() if self._beside else next(self._here)
+        return clearance

@@ -50,40 +50,6 @@ class CloseSample:
 
 
 @dataclass(frozen=True)
-class ProvenClearance:
-    """What the proof over the cube came to, and the closest of all pairs that have no limit of their own.
-
-    Attributes:
-        proofs: Of each space of variables.
-        refusal: Why there are none; empty where there are.
-        closest: The smallest sample of each pair that was measured, ascending.
-        inside: The pairs of which one body holds the other.
-        pairs: How many pairs there are.
-        calls: Distance calls for the samples.
-    """
-
-    proofs: list[ClearanceProof]
-    refusal: str
-    closest: list[PairSample]
-    inside: list[HeldApart]
-    pairs: int
-    calls: int
-
-
-@dataclass(frozen=True)
-class RunningGaps:
-    """The smallest sample of each running gap.
-
-    Attributes:
-        samples: In the order of the pairs.
-        calls: Distance calls for them.
-    """
-
-    samples: list[PairSample]
-    calls: int
-
-
-@dataclass(frozen=True)
 class MeshClearance:
     """What the meshes alone tell of the clearance over the cube.
 
@@ -130,18 +96,6 @@ def mesh_clearance(
     calls_max: int = CALLS_MAX,
 ) -> MeshClearance:
     """Computes what of `check_clearance` needs no solids; arguments as there."""
-    proven = proven_clearance(assembly, limits, meshes, progress, calls_max)
-    return joined(assembly, limits, proven, running_gaps(assembly, limits, meshes))
-
-
-def proven_clearance(
-    assembly: Assembly,
-    limits: CheckLimits,
-    meshes: Meshes,
-    progress: Callable[[str], None] = lambda _: None,
-    calls_max: int = CALLS_MAX,
-) -> ProvenClearance:
-    """Proves all pairs and samples those without a limit of their own; arguments as `check_clearance`."""
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
     progress(PROVING)
     engine = DistanceEngine()
@@ -152,34 +106,17 @@ def proven_clearance(
     ordinary = [p for p in pairs if not p.running_gap]
     progress("clearance: closest pairs" if proven else "clearance: sampling")
     closest = sampler.closest(_nearest(ordinary, proofs) if proven else ordinary)
-    return ProvenClearance(proofs, refusal, closest, _contained(pairs, sampler), len(pairs), engine.calls - before)
-
-
-def running_gaps(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> RunningGaps:
-    """Samples the running gaps, which have limits of their own; arguments as `check_clearance`."""
-    engine = DistanceEngine()
-    sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), engine, free_tilt(assembly))
-    pairs = [p for p in held_apart(assembly, limits, meshes) if p.running_gap]
-    samples = [s for p in pairs for s in sampler.closest([p])]
-    return RunningGaps(samples, engine.calls)
-
-
-def joined(assembly: Assembly, limits: CheckLimits, proven: ProvenClearance, running: RunningGaps) -> MeshClearance:
-    """Puts together what was found of both kinds of pairs."""
-    tilt = free_tilt(assembly)
-    sampler = Sampler(assembly.placement, limits.clearance_poses_mm(), DistanceEngine(), tilt)
-    closest, gaps, proofs = proven.closest, running.samples, proven.proofs
-    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, proven.calls + running.calls)]
+    progress("clearance: running gaps")
+    gaps = [s for p in pairs if p.running_gap for s in sampler.closest([p])]
+    results = [_sampled("clearance", closest, limits.clearance_min_mm, sampler, engine.calls - before)]
     results += [
         _sampled(f"running gap {s.pair.a.name} / {s.pair.b.name}", [s], s.pair.limit_mm, sampler, 0) for s in gaps
     ]
-    results.append(_containment(proven.inside))
+    results.append(_containment(_contained(pairs, sampler)))
     refuted = [s for s in (*closest, *gaps) if s.certain_mm < s.pair.limit_mm]
-    counts = (
-        f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {proven.pairs} pairs"
-    )
-    if proven.refusal:
-        refused = CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=proven.refusal)
+    counts = f"{sum(p.boxes for p in proofs)} boxes, {sum(p.calls for p in proofs)} distance calls, {len(pairs)} pairs"
+    if refusal:
+        refused = CheckResult("clearance proof", False, None, limits.clearance_min_mm, "mm", detail=refusal)
         results.append(refused)
     else:
         results.append(_proof(limits.clearance_min_mm, proofs, refuted, closest, counts))
