@@ -10,21 +10,24 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
 from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, mesh_clearance
+from delta_cad.checks.clearance.continuum import CALLS_MAX
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.beside import Beside
 
 LOADS = ("fcl", "scipy.spatial")
-Order = tuple[Assembly, CheckLimits, Meshes]
+CALLS_FEW = 12_000  # distance calls of a space: twice what those of a machine take that passes
+Order = tuple[Assembly, CheckLimits, Meshes, bool]
 Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
 def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
     """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
+    assembly, limits, meshes, thorough = order
     progress("outline")
-    yield check_envelope(*order)
-    yield mesh_clearance(*order, progress)
+    yield check_envelope(assembly, limits, meshes)
+    yield mesh_clearance(assembly, limits, meshes, progress, CALLS_MAX if thorough else CALLS_FEW, thorough)
 
 
 class Sweep:
@@ -33,10 +36,11 @@ class Sweep:
     Args:
         beside: Process that computes it while this one goes on, started from this module; without it everything is
             computed where it is asked for.
+        thorough: As `mesh_clearance` takes it.
     """
 
-    def __init__(self, beside: Beside | None = None) -> None:
-        self._beside = beside
+    def __init__(self, beside: Beside | None = None, thorough: bool = True) -> None:
+        self._beside, self._thorough = beside, thorough
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
         self._outline: Outlined | None = None
@@ -48,9 +52,9 @@ class Sweep:
         self._progress = progress
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.give((assembly.without_solids(), limits, made))
+            self._beside.give((assembly.without_solids(), limits, made, self._thorough))
         else:
-            self._here = results((assembly, limits, meshes), progress)
+            self._here = results((assembly, limits, meshes, self._thorough), progress)
 
     def give_up(self) -> None:
         """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""

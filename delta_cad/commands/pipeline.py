@@ -178,9 +178,12 @@ def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
 
 
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """Runs the checks of a machine that look at what moves, outline and clearance, on both cores."""
+    """Runs the checks of a machine that look at what moves, outline and clearance, on both cores.
+
+    What fails is told as soon as it is known, not where it is worst of all positions.
+    """
     with Beside(swept.__name__) as sweeper:
-        sweep = Sweep(sweeper)
+        sweep = Sweep(sweeper, thorough=False)
         sweep.begin(machine.assembly, check_limits(machine.dimensions, machine.masses), machine.meshes, progress)
         return [*sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
 

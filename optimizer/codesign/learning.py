@@ -39,7 +39,9 @@ PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
-RADIUS_STEP_MM, HEIGHT_STEP_MM = 0.5, 2.0
+RADIUS_STEP_MM, HEIGHT_STEP_MM, ARM_STEP_MM = 0.5, 2.0, 2.0
+DOUBLINGS = 3  # of the step of a length that was not enough the last time
+ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
 SPARE_MM = 0.05  # of an outline, over what the last machine took too much
@@ -175,6 +177,8 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
             length, step = _apart(result.worst_pair or ())
             if result.unit == "mm" and result.value is not None:
                 step = max(step, short)
+            again = sum(line.startswith(f"{result.name}:") for line in lessons.why)
+            step *= 2.0 ** min(again, DOUBLINGS)
             lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step, why)
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
@@ -207,6 +211,8 @@ def _apart(pair: Sequence[str]) -> tuple[str, float]:
     if any("wrist" in name for name in pair):
         return "platform_radius", RADIUS_STEP_MM
     chains = {next((word for word in name.split("_") if word.isdigit()), "") for name in pair}
+    if len(chains) == 1 and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
+        return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
     if len(chains) == 1 and any(name.startswith("rod") for name in pair):
         return "bottom_height", HEIGHT_STEP_MM  # rods beside what holds their own arm: higher, they stand steeper
     return "base_radius", RADIUS_STEP_MM

@@ -29,6 +29,7 @@ WIDE_MM = {
     "half_side": (0.0, 300.0),
 }
 """Where lengths are looked for that the brief leaves open."""
+PLATFORM_SHARE = 0.3  # of the shorter side of an outline, in a platform's radius: beyond, no elbow is outside its wrist
 FREE_OUTLINE_MM = 2000.0
 CUP_MM = 1.9  # of a cup beyond its ball, with what a rod that leans and turns brings it closer to the next
 CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a proof at it does not end
@@ -36,7 +37,7 @@ CUPS_APART_MM = 0.1  # of cups of neighbouring chains, beyond the clearance: a p
 ROOM, ROOM_DEG = 2e-4, 0.005
 ROUNDS = 3  # of lengths and the inertia estimated for them
 SETTLED = 2e-3  # share of the side that the last round changed
-STARTS = 2  # of SQP beside the lengths that are known
+STARTS, MORE_STARTS = 3, 2  # of SQP, where no lengths are known, and where those that are lead nowhere
 FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
 KNOBS = 12  # values that are tried of what is to be least
 ENOUGH = 2e-3  # share of the cube by which that may be larger than asked, or of the value
@@ -67,7 +68,12 @@ class Found:
 
 
 def posed(
-    brief: DesignBrief, choice: Choice, lessons: Lessons, inertia: HandleInertia, knob: float | None = None
+    brief: DesignBrief,
+    choice: Choice,
+    lessons: Lessons,
+    inertia: HandleInertia,
+    knob: float | None = None,
+    far: Choice | None = None,
 ) -> Requirements:
     """Poses the lengths of a candidate as requirements of the first edition, whose second step finds the largest cube.
 
@@ -77,8 +83,11 @@ def posed(
         lessons: What is known of it.
         inertia: Of the machine, estimated.
         knob: What is to be least, at this value; None where the cube is to be largest.
+        far: The same hardware at a larger ratio, where all between stand for one: torque and encoder are then its, and
+            no room is left of any limit.
     """
     task, limits = brief.requirements, brief.limits
+    best, room, room_deg = far or choice, 0.0 if far else ROOM, 0.0 if far else ROOM_DEG
     outline = brief.outline_mm or (FREE_OUTLINE_MM, FREE_OUTLINE_MM)
     overhead = lessons.overhead_mm if brief.outline_mm else (0.0, 0.0)
     bounds = {}
@@ -91,6 +100,8 @@ def posed(
     }
     for name in VARIABLES:
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]
+        if name == "platform_radius" and getattr(brief.bounds_mm, name) is None and brief.outline_mm:
+            high = max(low, min(high, PLATFORM_SHARE * min(brief.outline_mm)))
         least = max(lessons.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
     if knob is None and task.cube_side_mm is not None:
@@ -99,10 +110,10 @@ def posed(
     asked: dict[str, Any] = {
         "parallelogram_width_mm": choice.width_mm,
         "outline_overhead_mm": list(overhead),
-        "kappa_max": min(brief.feel.kappa_max or lessons.kappa_max, lessons.kappa_max) * (1.0 - ROOM),
-        "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min) * (1.0 + ROOM),
-        "lean_max_deg": (limits.lean_max_deg or LEAN_DEG) - ROOM_DEG,
-        "shoulder_deg": [low_deg + ROOM_DEG, high_deg - ROOM_DEG],
+        "kappa_max": min(brief.feel.kappa_max or lessons.kappa_max, lessons.kappa_max) * (1.0 - room),
+        "couple_index_min": max(brief.feel.couple_index_min or 0.0, lessons.couple_index_min) * (1.0 + room),
+        "lean_max_deg": (limits.lean_max_deg or LEAN_DEG) - room_deg,
+        "shoulder_deg": [low_deg + room_deg, high_deg - room_deg],
         "gravity_torque_N_m": lessons.held_torque_N_m,
     }
     if limits.outline_radius_max_mm is not None:
@@ -125,7 +136,7 @@ def posed(
             "envelope_width_mm": outline[0],
             "envelope_depth_mm": outline[1],
             "force_N": task.force_N,
-            "joint_torque_N_m": choice.torque_N_m(motor),
+            "joint_torque_N_m": best.torque_N_m(motor),
         },
         "bounds_mm": bounds,
         "limits": asked,
@@ -140,7 +151,7 @@ def posed(
         "friction_N_m": coulomb_N_m(motor, choice.ratio)[1],
         "ball_upright_N": upright,
         "ball_level_N": level,
-        "encoder_count_deg": choice.count_deg(brief),
+        "encoder_count_deg": best.count_deg(brief),
     }
     return requirements_from_dict(data, f"{brief.name} with {choice.motor}")
 
@@ -245,7 +256,7 @@ def _largest(
             if best is None and result is None and near.endings[0].level < -FAR:
                 return None
         if best is None:
-            best = sqp.search(problem, sqp.start_points(problem, seed)[: STARTS if start is None else 1]).best
+            best = sqp.search(problem, sqp.start_points(problem, seed)[: STARTS if start is None else MORE_STARTS]).best
         if best is None:
             return result  # of the inertia before, if there was one
         result = Result(problem, "sqp", problem.lengths_mm(best.x), "converged")

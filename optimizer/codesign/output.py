@@ -20,6 +20,7 @@ from optimizer.problem.brief import DesignBrief, brief_hash
 if TYPE_CHECKING:
     from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import Outcome
+    from optimizer.codesign.bound import Bound
 
 BINDS = 0.01  # share of a limit within which it binds
 FIGURES = {
@@ -95,13 +96,14 @@ def binding(results: Iterable[CheckResult]) -> list[str]:
     return found
 
 
-def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, Any]:
+def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | None) -> dict[str, Any]:
     """Gives what came of a run as JSON types.
 
     Args:
         brief: What was asked.
         outcome: The machine that passed.
         tried: What the search went through.
+        bound: What is proved of the machine's family; None where the cube is not what is sought.
     """
     design, values = outcome.design, {one.name: one.value for one in outcome.results}
     figures = {key: values.get(name) for name, key in FIGURES.items() if name not in OUTLINE}
@@ -112,8 +114,8 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried) -> dict[str, An
         "passed": outcome.passed,
         "objective": brief.objective,
         "cube_side_mm": 2.0 * design.cube.half_side_mm,
-        "bound_mm": None,
-        "gap": None,
+        "bound_mm": None if bound is None else bound.side_mm,
+        "gap": None if bound is None else bound.gap,
         **figures,
         "outline_mm": outline,
         "motor": drive.motor,
@@ -140,6 +142,20 @@ def figures_of(results: Iterable[CheckResult]) -> list[str]:
     return lines
 
 
+def _of_bound(bound: Bound) -> list[str]:
+    """Tells what is proved of a machine's family."""
+    return [
+        "## What none exceeds",
+        "",
+        f"No machine of this family has a cube of more than {bound.side_mm:.2f} mm, {100.0 * bound.gap:.2g} % more. "
+        "That is proved for every motor, ratio and length that the requirements allow, "
+        f"in {bound.intervals} intervals. Its machines have",
+        "",
+        *(f"- {line}" for line in bound.family),
+        "",
+    ]
+
+
 def report(
     told: dict[str, Any],
     results: Iterable[CheckResult],
@@ -147,6 +163,7 @@ def report(
     why: Iterable[str],
     notes: Iterable[str],
     costs: Iterable[Cost],
+    bound: Bound | None,
 ) -> str:
     """Writes `design.md`: what was reached, what binds, what each limit costs, what was tried and what it taught."""
     width, depth = told["outline_mm"]
@@ -161,6 +178,7 @@ def report(
         "",
         *figures_of(results),
         "",
+        *(_of_bound(bound) if bound else ()),
         "## What binds",
         "",
         *(f"- {name}" for name in told["binding"]),

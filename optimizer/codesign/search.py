@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from delta_cad.design import Design, DesignError
+from delta_cad.design import Design, DesignError, design_hash
 from delta_cad.dimensions import DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
+from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
     StuckError,
@@ -76,6 +77,7 @@ class Search:
         report: Told what is being done.
         tell: Told what was found.
         standing: The candidate that the last `build` is of.
+        once: Keeps what lengths and weights came to, as `Journal.once` does.
     """
 
     brief: DesignBrief
@@ -89,6 +91,7 @@ class Search:
     tried: Tried = field(default_factory=Tried)
     lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
     standing: Candidate | None = None
+    once: Callable[..., Any] = at_once
 
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
@@ -100,10 +103,10 @@ class Search:
         for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:MOTORS]:
             if self.stop() or (best is not None and score + HOPE * abs(score) <= best[0].score):
                 break
-            refined = self._refined(choice)
+            refined = self.refined(choice)
             if refined is None or (best is not None and refined.score <= best[0].score):
                 continue
-            best = self._built(refined.choice, -np.inf if best is None else best[0].score) or best
+            best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
 
     def _rough(self) -> list[tuple[float, Choice]]:
@@ -150,7 +153,16 @@ class Search:
         self.tried.candidates += 1
         self.report(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
         lessons = self.lessons.get((choice.motor, choice.drive)) or Lessons(self._first(choice))
-        return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds=1)
+        return self._lengths(choice, lessons, start_mm, 1)
+
+    def _lengths(self, choice: Choice, lessons: Lessons, start_mm: Lengths | None, rounds: int) -> Found | None:
+        """The best lengths of a choice with what is known of it; None where there are none."""
+
+        def compute() -> Found | None:
+            return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds)
+
+        of = self.brief, choice, replace(lessons, why=()), start_mm, rounds
+        return self.once("lengths", of, compute, found_told, found_read)
 
     def _first(self, choice: Choice) -> Weighed:
         """The masses to begin from, with the rotor of another motor."""
@@ -162,7 +174,7 @@ class Search:
             ratio=choice.ratio,
         )
 
-    def _refined(self, choice: Choice) -> Candidate | None:
+    def refined(self, choice: Choice) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell."""
         best = self.settled(choice)
         if best is None:
@@ -190,14 +202,15 @@ class Search:
                 step, wide = step / 2.0, wide / 2.0
         return best
 
-    def _built(self, choice: Choice, least: float) -> tuple[Candidate, Outcome] | None:
+    def built(self, choice: Choice, least: float) -> tuple[Candidate, Outcome] | None:
         """Builds a choice, and again with what its checks taught, until it passes or is no better than `least`.
 
         What moves is looked at before the rest: most that fails fails there, in a quarter of the time.
         """
         key = choice.motor, choice.drive
+        candidate: Candidate | None = None
         for _ in range(SWEEPS):
-            candidate = self.settled(choice)
+            candidate = self.settled(choice, candidate.lengths_mm if candidate else None)
             if candidate is None or candidate.score <= least or self.stop():
                 return None
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
@@ -250,7 +263,7 @@ class Search:
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
             self.tried.candidates += 1
-            found = best_lengths(self.brief, choice, lessons, start, self.seed, ROUNDS if weighing else 1)
+            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1)
             if found is None:
                 self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
                 return None
@@ -272,12 +285,12 @@ class Search:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
             try:
-                weighed, results = weigh(design)
+                weighed, results, rubbing = self._weighed(design)
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
             candidate = replace(candidate, weighed=weighed)
-            lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbed(design))
+            lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbing)
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
                 spare = max(a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True))
@@ -295,6 +308,12 @@ class Search:
                 return None
         self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
         return None
+
+    def _weighed(self, design: Design) -> tuple[Weighed, list[CheckResult], tuple[float, float]]:
+        """Weighs a design, and what its ball joints rub with; raises as `weigh`."""
+        return self.once(
+            "weighed", design_hash(design), lambda: (*weigh(design), rubbed(design)), weighed_told, weighed_read
+        )
 
     @staticmethod
     def _known(weighed: Weighed, lengths: tuple[float, ...], choice: Choice) -> bool:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -24,11 +26,16 @@ from delta_cad.common.console import (
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design
+    from optimizer.codesign.journal import Journal
+    from optimizer.codesign.search import Search
     from optimizer.problem.brief import DesignBrief
 
 NAME = "design"
 TEXT = "from requirements to a built machine that passes every check; writes OUT/NAME"
 MINUTES = 10.0
+BOUND_S = 90.0  # for the bound of a machine that passed
+NEAREST, NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
+EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
 
 
 def _minutes(text: str) -> float:
@@ -53,13 +60,14 @@ def arguments(command: argparse.ArgumentParser) -> None:
         metavar="M",
         help=f"no new machine is begun later; default: {MINUTES:g}",
     )
+    command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
     catalogue_option(command, "the requirements file")
     command.add_argument("--json", action="store_true", help="the result as JSON on stdout")
 
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    from optimizer.problem.brief import load_brief
+    from optimizer.problem.brief import brief_hash, load_brief
     from optimizer.problem.validation import RequirementsError
 
     try:
@@ -72,74 +80,164 @@ def run(given: argparse.Namespace) -> int:
         require_room(given.out / brief.name, folder=True)
     except OSError as error:
         return refuse(f"--out {given.out}: {error.strerror or error}; must be a folder that can be written", BAD_INPUT)
-    return _designed(given, brief)
+    from optimizer.codesign.journal import Journal
+    from optimizer.synthesis.checkpoint import CheckpointError
+
+    key = {"design": 1, "requirements": brief_hash(brief), "seed": given.seed, "version": version("delta-haptics")}
+    try:
+        journal = Journal(given.out / f"{brief.name}.design.jsonl", key, given.resume)
+    except CheckpointError as error:
+        return refuse(str(error), BAD_INPUT)
+    try:
+        ended = _designed(given, brief, journal)
+        if ended in (DONE, NOT_MET):
+            journal.remove()
+        return ended
+    finally:
+        journal.close()
 
 
-def _designed(given: argparse.Namespace, brief: DesignBrief) -> int:
+def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -> int:
     """Searches, builds and tells."""
-    from delta_cad.commands.pipeline import build, check_moving
-    from optimizer.codesign.candidate import solid
-    from optimizer.codesign.costs import costs
-    from optimizer.codesign.output import certificate_of, facts_of, placed, report, with_provenance, write_beside
-    from optimizer.codesign.reference import reference
-    from optimizer.codesign.search import Search
-
     ends = monotonic() + 60.0 * given.minutes
     told: dict[str, Any] = {}
+    nearest: dict[str, Any] = {}
+    contradiction: list[str] = []
     interrupted = False
     with Line() as line:
         line.show("loading the CAD kernel")
-
-        def made(design: Design) -> Outcome:
-            stated = with_provenance(design, brief, _again(given), given.seed)
-
-            def beside(folder: Path, outcome: Outcome) -> None:
-                standing = search.standing
-                if not outcome.passed or standing is None:
-                    return
-                line.show("what each limit costs")
-                known = search.lessons[standing.choice.motor, standing.choice.drive]
-                tried = replace(search.tried, built=[*search.tried.built, (stated, ())])
-                facts = facts_of(brief, outcome, tried)
-                text = report(facts, outcome.results, tried, known.why, brief.notes, costs(brief, standing, known))
-                line.show("certificate")
-                certificate = certificate_of(stated, folder / "mass_properties.json")
-                write_beside(folder, placed(stated, brief, given.out / brief.name), text, certificate)
-                told.update(facts)
-
-            return build(stated, given.out, line.show, beside=beside)
-
-        search = Search(
-            brief=brief,
-            build=made,
-            moving=lambda design: check_moving(solid(design), line.show),
-            first=reference(),
-            seed=given.seed,
-            stop=lambda: monotonic() > ends,
-            report=line.show,
-            tell=line.keep,
-        )
+        search = _search(given, brief, journal, line, ends, told)
         try:
             search.best()
+            if not told and monotonic() < ends:
+                contradiction = _eased(given, search, journal, line, ends, nearest)
         except KeyboardInterrupt:
             interrupted = True
+    late = monotonic() > ends
+    again = "; run again with --resume to go on"
     if not told:
         if interrupted:
-            return refuse("interrupted; no machine was finished", INTERRUPTED)
+            return refuse(f"interrupted; no machine was finished{again}", INTERRUPTED)
         reasons = [f"{hardware}: {reason}" for hardware, reason in search.tried.stuck.items()]
         if given.json:
-            empty = {"name": brief.name, "passed": False, "contradiction": reasons, "nearest": None}
-            print(json.dumps(empty | {"tried": search.tried.candidates}, indent=1))
-        late = [f"the time was over after {given.minutes:g} min: raise --minutes"] if monotonic() > ends else []
-        return refuse_all([f"{given.requirements.name}: {reason}" for reason in (*late, *reasons)], NOT_MET)
+            empty = {"name": brief.name, "passed": False, "contradiction": contradiction or reasons}
+            print(json.dumps(empty | {"nearest": nearest or None, "tried": search.tried.candidates}, indent=1))
+        lines = [f"enough would be {one}" for one in contradiction] or reasons
+        lines += [f"the nearest machine stands in {nearest['folder']}"] if nearest else []
+        lines += [f"the time was over after {given.minutes:g} min: raise --minutes"] if late else []
+        return refuse_all(
+            [f"{given.requirements.name}: {one}" for one in ("no machine does all that is asked", *lines)], NOT_MET
+        )
     if given.json:
         print(json.dumps(told, indent=1))
     else:
         print((Path(told["folder"]) / "design.md").read_text(encoding="utf-8"), end="")
         print(f"files in {told['folder']}")
     if interrupted:
-        return refuse(f"interrupted; the best machine so far stands in {told['folder']}", INTERRUPTED)
+        return refuse(f"interrupted; the best machine so far stands in {told['folder']}{again}", INTERRUPTED)
     return DONE
+
+
+def _search(
+    given: argparse.Namespace, brief: DesignBrief, journal: Journal, line: Line, ends: float, told: dict[str, Any]
+) -> Search:
+    """Makes the search of a task, whose machines are built into their folder; `told` gets the facts of what passes."""
+    from delta_cad.commands.pipeline import Outcome, build, check_moving
+    from delta_cad.design import design_hash
+    from optimizer.codesign.bound import Family, bounded
+    from optimizer.codesign.candidate import solid
+    from optimizer.codesign.costs import costs
+    from optimizer.codesign.journal import results_read, results_told
+    from optimizer.codesign.output import certificate_of, facts_of, placed, report, with_provenance, write_beside
+    from optimizer.codesign.reference import reference
+    from optimizer.codesign.search import Search
+
+    def moving(design: Design) -> list[Any]:
+        of = design_hash(design)
+        return journal.once("moving", of, lambda: check_moving(solid(design), line.show), results_told, results_read)
+
+    def made(design: Design) -> Outcome:
+        stated = with_provenance(design, brief, _again(given), given.seed)
+        facts: dict[str, Any] = {}
+
+        def beside(folder: Path, outcome: Outcome) -> None:
+            standing = search.standing
+            if not outcome.passed or standing is None:
+                return
+            line.show("what each limit costs")
+            known = search.lessons[standing.choice.motor, standing.choice.drive]
+            tried = replace(search.tried, built=[*search.tried.built, (stated, ())])
+            over = min(ends, monotonic() + BOUND_S)
+            bound = None
+            if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
+                family = Family(brief, standing, search.lessons)
+                bound = bounded(family, standing.side_mm, lambda: monotonic() > over, line.show)
+            facts.update(facts_of(brief, outcome, tried, bound))
+            cost = costs(brief, standing, known)
+            text = report(facts, outcome.results, tried, known.why, brief.notes, cost, bound)
+            line.show("certificate")
+            certificate = certificate_of(stated, folder / "mass_properties.json")
+            write_beside(folder, placed(stated, brief, given.out / brief.name), text, certificate)
+
+        def compute() -> Outcome:
+            return build(stated, given.out, line.show, beside=beside)
+
+        def kept(outcome: Outcome) -> dict[str, Any]:
+            return {"results": results_told(outcome.results), "facts": facts}
+
+        def read(data: dict[str, Any]) -> Outcome:
+            folder = given.out / brief.name
+            if data["facts"] and not _stands(folder / "design.json", stated):
+                return compute()
+            facts.update(data["facts"])
+            return Outcome(stated, results_read(data["results"]), {}, folder, ())
+
+        outcome = journal.once("built", design_hash(stated), compute, kept, read)
+        told.update(facts)
+        return outcome
+
+    search = Search(
+        brief=brief,
+        build=made,
+        moving=moving,
+        first=reference(),
+        seed=given.seed,
+        stop=lambda: monotonic() > ends,
+        report=line.show,
+        tell=line.keep,
+        once=journal.once,
+    )
+    return search
+
+
+def _stands(path: Path, design: Design) -> bool:
+    """Decides whether a folder holds the machine of a design."""
+    from delta_cad.design import DesignError, design_hash, load_design
+
+    try:
+        return design_hash(load_design(path)) == design_hash(design)
+    except DesignError:
+        return False
+
+
+def _eased(
+    given: argparse.Namespace, search: Search, journal: Journal, line: Line, ends: float, told: dict[str, Any]
+) -> list[str]:
+    """Finds the limits of which each would be enough to give, and builds the machine of the least change."""
+    from optimizer.codesign.nearest import reliefs
+
+    found = reliefs(search)
+    for one in found:
+        line.keep(f"enough would be {one}")
+    tries = [(one, factor) for factor in EASIER for one in found[:NEAREST]]
+    for one, factor in tries if monotonic() < ends else []:
+        brief = one.further(factor).model_copy(update={"name": f"{search.brief.name}{NEAREST_NAME}"})
+        near = _search(given, brief, journal, line, ends, told)
+        if (refined := near.refined(one.choice)) is not None:
+            near.built(refined.choice, -math.inf)
+        if told:
+            break
+    return [str(one) for one in found]
 
 
 def _again(given: argparse.Namespace) -> str:

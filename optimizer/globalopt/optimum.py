@@ -144,6 +144,23 @@ def prove_optimum(
     return _Proof(problem, gap, max_boxes, seed, monotonic() + seconds, report, stop).run(incumbent_mm, before_mm)
 
 
+def none_feasible(problem: Problem, max_boxes: int = BOXES, stop: Callable[[], bool] = bool) -> bool:
+    """Tries to prove that no design within the bounds of a step is feasible; nothing is sought, and none certified.
+
+    Args:
+        problem: The step; as a cube that is feasible contains every smaller one on its bottom, its least half side
+            is the one that is looked at.
+        max_boxes: Boxes of designs after which it ends.
+        stop: Called each `CHUNK` boxes; True ends it.
+
+    Returns:
+        Whether that is proved; else nothing is known.
+    """
+    proof = _Proof(problem, GAP, max_boxes, 0, math.inf, None, stop)
+    proof.ends_at_one = True
+    return proof.space is None or proof._exclude(proof.space, None) == "excluded"
+
+
 class _Proof:
     """One proof under way."""
 
@@ -172,6 +189,7 @@ class _Proof:
         self.hits = np.zeros(POINTS, dtype=np.int64)
         self.vain = self.idle = 0
         self.certifying, self.certified, self.late = CERTIFYING, True, False
+        self.ends_at_one = False  # where it is enough to know that a design looks feasible
 
     def run(
         self, incumbent_mm: tuple[float, ...] | np.ndarray | None, before_mm: tuple[float, ...] | np.ndarray | None
@@ -396,6 +414,8 @@ class _Proof:
         margins = self.problem.design_margins(design[None] / MM_PER_M)
         if points or min((float(margin[0]) for margin in margins.values()), default=0.0) < -ROUNDING:
             return "known"
+        if self.ends_at_one:
+            return "better"
         if self.vain >= VAIN:
             return "known"
         before = self._objective()

@@ -55,6 +55,13 @@ def test_a_bound_that_a_refusal_names_is_kept(field: str, bound: float, length: 
     assert lessons.why[-1] == "part, feature: why"
 
 
+def test_a_short_arm_that_turns_down_onto_its_cheek_gets_longer_and_by_more_each_time() -> None:
+    close = failed("clearance", 1.0, 2.0, "mm", "motor_cheek_0", "upper_arm_0")
+    once = from_checks(candidate(), KNOWN, [close])
+    assert once.least("upper_arm_length") == LENGTHS[0] + 2.0
+    assert from_checks(candidate(), once, [close]).least("upper_arm_length") == LENGTHS[0] + 4.0
+
+
 def test_a_size_grows_and_one_that_is_stated_does_not() -> None:
     reason = Reason("upper_arm", "bore", "why", "hardware.arm_thickness_mm", 6.0, 7.55)
     choice, _ = from_reasons(brief(), CHOICE, KNOWN, [reason])

@@ -15,12 +15,15 @@ from delta_cad.commands.pipeline import Outcome
 from delta_cad.design import Design, design_hash, load_design
 from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
+from optimizer.codesign import nearest
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.nearest import Relief
 from optimizer.codesign.reference import reference
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
+from optimizer.commands import design as command
 from tests.committed import BEST, Built
 
 BRIEF = """
@@ -70,6 +73,7 @@ def paper_build(built: Built, monkeypatch: pytest.MonkeyPatch) -> None:
         return outcome
 
     monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr(command, "BOUND_S", 0.0)
 
 
 def finds(monkeypatch: pytest.MonkeyPatch, then: Callable[[], None] = lambda: None) -> None:
@@ -133,8 +137,10 @@ def test_stopped_before_a_machine_there_is_none(
 
     monkeypatch.setattr(Search, "best", best)
     assert call(file, "--out", tmp_path / "out") == 130
-    assert "no machine was finished" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    said = capsys.readouterr().err
+    assert "no machine was finished" in said
+    assert "--resume" in said
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["dashboard-joystick.design.jsonl"]
 
 
 def test_what_cannot_be_is_told_with_every_reason(
@@ -144,10 +150,73 @@ def test_what_cannot_be_is_told_with_every_reason(
         search.tried.stuck |= {"a capstan": "too weak", "b direct": "too wide"}
 
     monkeypatch.setattr(Search, "best", best)
+    monkeypatch.setattr(nearest, "reliefs", lambda _: [])
     assert call(file, "--out", tmp_path / "out", "--json") == 1
     said = capsys.readouterr()
     assert json.loads(said.out)["contradiction"] == ["a capstan: too weak", "b direct: too wide"]
     assert said.err.count("too ") == 2
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    """A first change that is not enough is followed by a larger one."""
+    asked: list[float] = []
+
+    def reliefs(search: Search) -> list[Relief]:
+        wide = search.brief.requirements.model_copy(update={"force_N": 2.0})
+        return [
+            Relief(
+                ("requirements.force_N",),
+                (3.0,),
+                (2.0,),
+                search.brief.model_copy(update={"requirements": wide}),
+                CHOICE,
+            )
+        ]
+
+    def built(search: Search, choice: Choice, _: float) -> None:
+        asked.append(search.brief.requirements.force_N)
+        assert choice == CHOICE
+        if len(asked) > 1:
+            search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference())
+            search.standing = Candidate(load_design(BEST), CHOICE, LENGTHS, reference(), 86.33)
+            search.build(search.standing.design.model_copy(update={"name": search.brief.name}))
+
+    monkeypatch.setattr(Search, "best", lambda _: None)
+    monkeypatch.setattr(
+        Search, "refined", lambda _, choice: Candidate(load_design(BEST), choice, LENGTHS, reference(), 0.0)
+    )
+    monkeypatch.setattr(Search, "built", built)
+    monkeypatch.setattr(nearest, "reliefs", reliefs)
+    assert call(file, "--out", tmp_path / "out", "--json") == 1
+    said = capsys.readouterr()
+    told = json.loads(said.out)
+    assert told["contradiction"] == ["requirements.force_N = 2 instead of 3"]
+    assert told["nearest"]["folder"] == str(tmp_path / "out/dashboard-joystick-nearest")
+    assert "the nearest machine stands in" in said.err
+    assert asked == [2.0, pytest.approx(2.0 / 1.12)]
+    assert not list((tmp_path / "out").glob("*.jsonl"))
+
+
+@pytest.mark.usefixtures("paper_build")
+def test_an_interrupted_run_goes_on_from_its_journal(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    finds(monkeypatch, interrupt)
+    assert call(file, "--out", tmp_path / "out") == 130
+    kept = (tmp_path / "out/dashboard-joystick/design.md").read_text(encoding="utf-8")
+    capsys.readouterr()
+    finds(monkeypatch)
+    monkeypatch.setattr(pipeline, "build", lambda *_: pytest.fail("it stands already"))
+    assert call(file, "--out", tmp_path / "out", "--resume", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["cube_side_mm"] == pytest.approx(86.33, abs=0.01)
+    assert (tmp_path / "out/dashboard-joystick/design.md").read_text(encoding="utf-8") == kept
+    assert not list((tmp_path / "out").glob("*.jsonl"))
 
 
 def test_bad_input_is_told_before_anything_begins(tmp_path: Path, capsys) -> None:

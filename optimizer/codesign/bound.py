@@ -1,0 +1,247 @@
+"""A bound that no machine of a family exceeds: motors, drives, ratios and arms in intervals, each of them proved.
+
+In an interval all that helps is taken at its best: the torque and the encoder's step of the largest ratio, the rotor
+and the friction of the least, the inertia of the shortest arm, rods without tubes. What no machine of the family has
+beside the rest, none of the interval has; the optimum of the lengths is then proved by `optimizer.globalopt`.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from delta_cad.mechanism.limits import HandleInertia
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice, drives, motor_of, ratios_of
+from optimizer.codesign.lengths import WIDE_MM, posed
+from optimizer.codesign.lessons import ROD_SHARE, Lessons, Weighed
+from optimizer.globalopt.optimum import none_feasible
+from optimizer.problem.brief import DesignBrief
+from optimizer.problem.evaluator import VARIABLES
+from optimizer.problem.step import SIDE, Problem, step_problem
+from optimizer.search import sqp
+
+GAP = 5e-3  # share of the cube beyond the machine at which the bound is close enough
+LEAF_BOXES = 20_000  # of designs, in which a cube is shown to be too large for an interval, or its halves have to
+LEAF_GAP = 3e-3  # to which that cube is found for a narrow one
+WIDE_GAP = 0.03  # of one that is wide, whose halves follow anyway, for a factor e between its ends
+LIGHT = 0.97  # share of the parts' masses and of gravity's torque below which no machine of the family comes
+SPARE_MM = 0.5  # of the outline beyond eq. (1), likewise
+RATIOS = 3  # intervals of the ratio to begin with
+STARTS = 1  # of SQP in one interval
+OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
+NARROW = 1.01  # factor between the ends of an interval
+ARM = VARIABLES.index("upper_arm_length")
+
+
+@dataclass(frozen=True, order=True)
+class Interval:
+    """Machines of one motor and drive, between two ratios and two lengths of the upper arm.
+
+    Attributes:
+        motor: Id in the catalogue.
+        drive: "capstan" or "direct".
+        ratios: Least and largest.
+        arms_mm: Shortest and longest.
+    """
+
+    motor: str
+    drive: str
+    ratios: tuple[float, float]
+    arms_mm: tuple[float, float]
+
+    @property
+    def width(self) -> float:
+        """The larger factor between its ends."""
+        return max(self.ratios[1] / self.ratios[0], self.arms_mm[1] / self.arms_mm[0])
+
+    @property
+    def narrow(self) -> bool:
+        """Whether halves would have nearly the same bound."""
+        return self.width <= NARROW
+
+    def halves(self) -> tuple[Interval, Interval]:
+        """Cuts it in two, across what is wider."""
+        (low, high), (short, long) = self.ratios, self.arms_mm
+        if high / low > long / short:
+            middle = math.sqrt(low * high)
+            return replace(self, ratios=(low, middle)), replace(self, ratios=(middle, high))
+        middle = math.sqrt(short * long)
+        return replace(self, arms_mm=(short, middle)), replace(self, arms_mm=(middle, long))
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What is proved of a family.
+
+    Attributes:
+        side_mm: No cube is larger.
+        gap: Share by which that exceeds the cube of the machine.
+        intervals: How many were looked at.
+        family: What the machines have in common, a line each.
+    """
+
+    side_mm: float
+    gap: float
+    intervals: int
+    family: tuple[str, ...]
+
+
+class Family:
+    """Machines like one that was made: bounds that hold for all of them, in an interval of hardware.
+
+    Args:
+        brief: What the customer asks.
+        machine: One that was made.
+        lessons: Of each motor and drive that was looked at: its base and platform radius are no smaller.
+    """
+
+    def __init__(self, brief: DesignBrief, machine: Candidate, lessons: dict[tuple[str, str], Lessons]) -> None:
+        self._brief, self._machine, self._lessons = brief, machine, lessons
+        own = lessons[machine.choice.motor, machine.choice.drive]
+        self._overhead = tuple(max(over - SPARE_MM, 0.0) for over in own.overhead_mm)
+        self._least = {
+            length: min(one.least(length) for one in lessons.values()) for length in ("base_radius", "platform_radius")
+        }
+        self._proved: dict[tuple[object, ...], float] = {}
+        self._balls = tuple(LIGHT * force for force in own.ball_friction_N)
+
+    def described(self) -> tuple[str, ...]:
+        """Says what the machines have in common."""
+        along, across = self._overhead
+        return (
+            f"parallelograms {self._machine.choice.width_mm:g} mm wide",
+            f"parts and gravity's torque at least {100 * LIGHT:g} % of this machine's, rotors those of the motors",
+            f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)",
+            "base and platform radius as their hardware was found to need them; where nothing was found, "
+            + " and ".join(f"{least:.1f}" for least in self._least.values())
+            + " mm, the least of those that were looked at",
+        )
+
+    def intervals(self) -> Iterator[Interval]:
+        """Gives one for each motor and drive."""
+        low, high = self._brief.bounds_mm.upper_arm_length or WIDE_MM["upper_arm_length"]
+        if self._brief.outline_mm:
+            high = min(high, min(self._brief.outline_mm) / OUTLINE_SHARE)
+        least, most = ratios_of(self._brief)
+        steps = np.geomspace(least, most, RATIOS + 1).tolist() if most > least else [least, most]
+        for motor, drive in drives(self._brief):
+            for ratios in pairwise(steps if drive == "capstan" else (1.0, 1.0)):
+                yield Interval(motor, drive, ratios, (low, high))
+
+    def best_of(self, one: Interval, least_mm: float, most_mm: float, stop: Callable[[], bool]) -> float:
+        """Bounds the side of the cubes of an interval.
+
+        Args:
+            one: The interval.
+            least_mm: Cubes that are no larger are not looked for.
+            most_mm: No cube is larger, as is known.
+            stop: True ends it with what is proved.
+
+        Returns:
+            What none exceeds, mm: between both.
+        """
+        choice = Choice(
+            one.motor, one.drive, one.ratios[0], self._machine.choice.width_mm, self._machine.choice.entries
+        )
+        far = choice.with_(ratio=one.ratios[1])
+        known = self._lessons.get((one.motor, one.drive))
+        weighed = self._lightest(one)
+        lessons = Lessons(
+            replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
+            known.least_mm if known else self._least,
+            (self._overhead[0], self._overhead[1]),
+            mass_share=1.0,
+            friction_share=1.0,
+            step_share=1.0,
+            ball_friction_N=(self._balls[0], self._balls[1]),
+            spare_torque_N_m=0.0,
+        )
+        inertia = self._inertia(weighed, one)
+        problem = step_problem(posed(self._brief, choice, lessons, inertia, far=far), 2)
+        lower, upper = list(problem.lower), list(problem.upper)
+        lower[ARM], upper[ARM] = one.arms_mm
+        problem = replace(problem, lower=tuple(lower), upper=tuple(upper))
+        key = problem.requirements.model_dump_json(exclude={"name"}), problem.lower, problem.upper, least_mm
+        if key not in self._proved:  # windings and encoders of one motor may pose the same
+            self._proved[key] = self._largest(problem, one, least_mm, most_mm, stop)
+        return min(self._proved[key], most_mm)
+
+    @staticmethod
+    def _largest(problem: Problem, one: Interval, least_mm: float, most_mm: float, stop: Callable[[], bool]) -> float:
+        """What no cube of a problem exceeds, between both."""
+        lower, upper = list(problem.lower), list(problem.upper)
+
+        def none_above(side_mm: float) -> bool:
+            lower[SIDE] = max(problem.lower[SIDE], side_mm / 2.0)
+            larger = replace(problem, lower=tuple(lower))
+            return lower[SIDE] >= upper[SIDE] or none_feasible(larger, LEAF_BOXES, stop)
+
+        if none_above(least_mm):
+            return least_mm
+        found = sqp.search(problem, sqp.start_points(problem, 0, STARTS)).best
+        side = 0.0 if found is None else 2.0 * problem.lengths_mm(found.x)[SIDE]
+        gap = max(LEAF_GAP, WIDE_GAP * math.log(one.width))
+        while side < most_mm and not stop():
+            side = max(least_mm, side) * (1.0 + gap)
+            if none_above(side):
+                return min(side, most_mm)
+        return most_mm
+
+    def _lightest(self, one: Interval) -> Weighed:
+        """The machine's own weights, with the rotor of another motor at the least ratio of an interval."""
+        weighed, row = self._machine.weighed, motor_of(self._brief, one.motor)
+        rotor = row.rotor_inertia_kg_m2 * one.ratios[0] ** 2
+        return replace(weighed, masses=replace(weighed.masses, rotor_inertia=rotor), ratio=one.ratios[0])
+
+    @staticmethod
+    def _inertia(weighed: Weighed, one: Interval) -> HandleInertia:
+        """The least inertia at the handle of an interval: of its shortest arm, and of rods that have no length."""
+        m = replace(weighed.masses, rotor_inertia=0.0)
+        bare = replace(weighed, masses=m).inertia(one.arms_mm[0], weighed.forearm_mm, one.ratios[0])
+        ends = 1.0 - ROD_SHARE
+        return HandleInertia(
+            LIGHT * (m.platform + 3.0 * m.rod_wrist * ends),
+            LIGHT * m.rod_elbow * ends,
+            LIGHT * m.rod_cross * ends,
+            LIGHT * bare.joint_inertia + weighed.masses.rotor_inertia,
+        )
+
+
+def bounded(
+    family: Family, side_mm: float, stop: Callable[[], bool], report: Callable[[str], None] = lambda _: None
+) -> Bound:
+    """Proves how much larger than a machine's cube that of any of its family can be.
+
+    The interval with the largest bound is halved, until none is left above `GAP`, it is narrow, or the time is over.
+
+    Args:
+        family: The family.
+        side_mm: Cube of the machine, mm.
+        stop: True ends it with what is proved.
+        report: Told what is being done.
+    """
+    target = side_mm * (1.0 + GAP)
+    open_: list[tuple[float, Interval]] = []
+    count = 0
+
+    def look_at(intervals: Iterable[Interval], above: float) -> None:
+        nonlocal count
+        for one in intervals:
+            count += 1
+            value = above if stop() else family.best_of(one, target, above, stop)
+            report(f"bound: {one.motor}, {count} intervals, {max([value, *(-v for v, _ in open_)]):.2f} mm")
+            if value > target:
+                heapq.heappush(open_, (-value, one))
+
+    look_at(family.intervals(), 2.0 * WIDE_MM["half_side"][1])
+    while open_ and not stop() and not open_[0][1].narrow:
+        value, one = heapq.heappop(open_)
+        look_at(one.halves(), -value)
+    side = max([target, *(-value for value, _ in open_)])
+    return Bound(side, side / side_mm - 1.0, count, family.described())

@@ -1,0 +1,135 @@
+"""Why there is no machine: the limits that are in one another's way, and how far one of them would have to give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from math import sqrt
+
+from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
+from optimizer.codesign.search import Search, Tried
+from optimizer.problem.brief import DesignBrief
+
+EASED: Mapping[tuple[str, ...], bool] = {
+    ("requirements.envelope_width_mm", "requirements.envelope_depth_mm"): True,
+    ("requirements.force_N",): False,
+    ("requirements.peak_force_N",): False,
+    ("requirements.cube_side_mm",): False,
+    ("feel.kappa_max",): True,
+    ("feel.couple_index_min",): False,
+    ("feel.effective_mass_max_kg",): True,
+    ("feel.friction_max_N",): True,
+    ("feel.position_step_max_mm",): True,
+    ("feel.stiffness_min_N_mm",): False,
+    ("limits.lean_max_deg",): True,
+    ("limits.outline_radius_max_mm",): True,
+}
+"""Fields that give together -> whether a larger value is easier to keep."""
+MOST = 4.0  # times a limit is eased at most
+FINE = 1.05  # factor to which it is found how much is enough
+LEAST_SIDE_MM = 10.0  # of a cube, where none is asked: a smaller one is no answer
+
+
+@dataclass(frozen=True)
+class Relief:
+    """One limit, or those of one outline, that would be enough to give.
+
+    Attributes:
+        fields: Table and field of each.
+        asked: Values asked for.
+        enough: Values at which closed forms have a machine.
+        brief: The task with these.
+        choice: Hardware of that machine.
+    """
+
+    fields: tuple[str, ...]
+    asked: tuple[float, ...]
+    enough: tuple[float, ...]
+    brief: DesignBrief
+    choice: Choice
+
+    def __str__(self) -> str:
+        return ", ".join(
+            f"{name} = {enough:.4g} instead of {asked:g}"
+            for name, enough, asked in zip(self.fields, self.enough, self.asked, strict=True)
+        )
+
+    def further(self, factor: float) -> DesignBrief:
+        """The task with what gives easier by another factor: closed forms do not see all."""
+        grows = EASED[self.fields]
+        return _eased(self.brief, self.fields, self.enough, factor, grows)
+
+    @property
+    def share(self) -> float:
+        """By which factor it gives."""
+        return max(max(a / b, b / a) for a, b in zip(self.enough, self.asked, strict=True))
+
+
+def reliefs(search: Search) -> list[Relief]:
+    """Finds the limits of which each alone would be enough to give, with how much, the least change first.
+
+    These are what contradicts: without any one of them there is a machine, with all of them there is none.
+
+    Args:
+        search: One that found no machine; its time and its reports are used.
+    """
+    found = []
+    hardware = list(strongest(search.brief))
+    for fields, grows in EASED.items():
+        asked = tuple(_value(search.brief, name) for name in fields)
+        if search.stop() or any(value is None for value in asked):
+            continue
+        search.report(f"what {' and '.join(fields)} cost")
+        given = tuple(float(value) for value in asked if value is not None)
+        wide = _eased(search.brief, fields, given, MOST, grows)
+        best = next((able for choice in hardware if (able := _possible(search, wide, choice))), None)
+        if best is None:
+            continue
+        low, high = 1.0, MOST
+        while high / low > FINE and not search.stop():
+            middle = sqrt(low * high)
+            there = _possible(search, _eased(search.brief, fields, given, middle, grows), best)
+            low, high, best = (low, middle, there) if there else (middle, high, best)
+        brief = _eased(search.brief, fields, given, high, grows)
+        enough = tuple(float(_value(brief, name) or 0.0) for name in fields)
+        found.append(Relief(fields, given, enough, brief, best))
+    return sorted(found, key=lambda one: one.share)
+
+
+def strongest(brief: DesignBrief) -> Iterator[Choice]:
+    """Gives the hardware that stands for all that is allowed: with the most torque, and with the lightest rotor."""
+    low, high = ratios_of(brief)
+    width = brief.limits.parallelogram_width_mm or WIDTHS[0]
+    middle = round(sqrt(low * high), 2)
+    for drive, ratio in (("direct", 1.0), ("capstan", middle)):
+        motors = [motor for motor, able in drives(brief) if able == drive]
+        if motors:
+            most = max(motors, key=lambda name: motor_of(brief, name).nominal_torque_N_m)
+            lightest = min(motors, key=lambda name: motor_of(brief, name).rotor_inertia_kg_m2)
+            yield from (Choice(motor, drive, ratio, width) for motor in dict.fromkeys((most, lightest)))
+
+
+def _value(brief: DesignBrief, name: str) -> float | None:
+    table, field = name.split(".")
+    value: float | None = getattr(getattr(brief, table), field)
+    return value
+
+
+def _eased(
+    brief: DesignBrief, fields: tuple[str, ...], asked: tuple[float, ...], factor: float, grows: bool
+) -> DesignBrief:
+    """The same task with a limit that gives by a factor."""
+    for name, value in zip(fields, asked, strict=True):
+        table, field = name.split(".")
+        changed = getattr(brief, table).model_copy(update={field: value * factor if grows else value / factor})
+        brief = brief.model_copy(update={table: changed})
+    return brief
+
+
+def _possible(search: Search, brief: DesignBrief, choice: Choice) -> Choice | None:
+    """The hardware, as closed forms change it, with which a task has a machine; None where it has none."""
+    trial = replace(search, brief=brief, tried=Tried(), lessons={}, standing=None)
+    found = trial.settled(choice, weighing=False)
+    if found is None or (brief.requirements.cube_side_mm is None and found.side_mm < LEAST_SIDE_MM):
+        return None
+    return found.choice

@@ -1,0 +1,123 @@
+"""The bound on all machines of a family, against machines of the family that are drawn at random."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from time import monotonic
+from typing import cast
+
+import numpy as np
+import pytest
+
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design
+from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.lengths import best_lengths, posed
+from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.reference import reference
+from optimizer.problem.brief import brief_from_dict
+from optimizer.problem.evaluator import figures_numpy, half_surface
+from optimizer.problem.step import SIDE, step_problem
+
+MOTOR = "maxon-re30-310007"
+BRIEF = brief_from_dict(
+    {
+        "name": "b",
+        "requirements": {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0, "force_N": 3.0},
+        "feel": {"kappa_max": 2.27, "effective_mass_max_kg": 0.4},
+        "hardware": {"motor": MOTOR, "drive": "capstan"},
+    }
+)
+KNOWN = Lessons(replace(reference(), own=True), least_mm={"base_radius": 31.0, "platform_radius": 24.0})
+DESIGNS, GROUPS = 100_000, 50
+SECONDS = 30.0  # in which a bound is some 4 % above the machine; on a slow day twice that
+
+
+def machine(ratio: float) -> Candidate:
+    """The best machine of one ratio, of parts as heavy as the reference's."""
+    choice = Choice(MOTOR, "capstan", ratio, 50.0)
+    found = best_lengths(BRIEF, choice, KNOWN)
+    assert found is not None
+    return Candidate(cast(Design, None), choice, found.lengths_mm, KNOWN.weighed, found.score)
+
+
+def bound_of(one: Candidate) -> Bound:
+    ends = monotonic() + SECONDS
+    return bounded(Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN}), one.side_mm, lambda: monotonic() > ends)
+
+
+def as_large(bound_mm: float, share: float, near: Candidate) -> int:
+    """How many of machines drawn at random, as heavy as the reference, have a cube of a share of a bound."""
+    rng, able = np.random.default_rng(3), 0
+    for group in range(GROUPS):
+        close = group % 2 == 0
+        ratio = float(
+            np.clip(near.choice.ratio * rng.normal(1.0, 0.05), 3.0, 12.0) if close else rng.uniform(3.0, 12.0)
+        )
+        arm = float(near.lengths_mm[0] * rng.normal(1.0, 0.01) if close else rng.uniform(60.0, 110.0))
+        choice = Choice(MOTOR, "capstan", ratio, 50.0)
+        rotor = motor_of(BRIEF, MOTOR).rotor_inertia_kg_m2 * ratio**2
+        weighed = replace(reference(), masses=replace(reference().masses, rotor_inertia=rotor), ratio=ratio)
+        lessons = replace(KNOWN, weighed=weighed)
+        problem = step_problem(posed(BRIEF, choice, lessons, weighed.inertia(arm, near.lengths_mm[1], ratio)), 2)
+        lower, upper = np.array(problem.lower), np.minimum(problem.upper, [arm, 220.0, 80.0, 60.0, 200.0, 300.0])
+        designs = rng.uniform(lower, upper, (DESIGNS // GROUPS, 6))
+        if close:
+            width = 10.0 ** rng.uniform(-4.0, -1.0, (len(designs), 1))
+            designs = np.clip(near.lengths_mm * (1.0 + width * rng.normal(size=designs.shape)), lower, upper)
+        designs[:, 0] = arm
+        designs[:, SIDE] = share * bound_mm / 2.0
+        designs /= MM_PER_M
+        designs = designs[np.min(list(problem.design_margins(designs).values()), axis=0) >= 0.0]
+        for grid in (2, 5, 9):
+            if len(designs):
+                margins = problem.point_margins(figures_numpy(designs, half_surface(grid)))
+                designs = designs[np.min(list(margins.values()), axis=0).min(axis=1) >= 0.0]
+        able += len(designs)
+    return able
+
+
+@pytest.mark.slow
+def test_none_of_a_hundred_thousand_machines_beats_the_bound() -> None:
+    """A cube that is feasible contains every smaller one on its bottom: that of the bound is enough."""
+    best = max((machine(ratio) for ratio in (4.2, 4.6, 5.0, 5.5)), key=lambda one: one.side_mm)
+    found = bound_of(best)
+    assert GAP <= found.gap < 0.1
+    assert found.side_mm == pytest.approx(best.side_mm * (1.0 + found.gap))
+    assert as_large(found.side_mm, 1.0, best) == 0
+    assert as_large(best.side_mm, 0.99, best) > 10  # those that are drawn would show a bound that is too low
+
+
+@pytest.mark.slow
+def test_halves_of_an_interval_have_no_larger_bounds() -> None:
+    one = machine(4.8)
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
+    whole = Interval(MOTOR, "capstan", (4.0, 6.0), (80.0, 100.0))
+    values = [family.best_of(part, 60.0, 600.0, bool) for part in (whole, *whole.halves())]
+    assert max(values[1:]) <= values[0]
+    assert values[0] > one.side_mm
+    assert family.best_of(whole, 400.0, 600.0, bool) == 400.0  # nothing is larger than what is given
+    assert family.best_of(replace(whole, ratios=(4.0, 6.1)), 60.0, 85.0, bool) <= 85.0
+
+
+def test_an_interval_is_halved_across_what_is_wider() -> None:
+    wide = Interval("m", "capstan", (3.0, 12.0), (80.0, 100.0))
+    low, high = wide.halves()
+    assert (low.ratios, high.ratios) == ((3.0, 6.0), (6.0, 12.0))
+    assert low.arms_mm == high.arms_mm == (80.0, 100.0)
+    direct = Interval("m", "direct", (1.0, 1.0), (50.0, 200.0))
+    assert [part.arms_mm for part in direct.halves()] == [(50.0, 100.0), (100.0, 200.0)]
+    assert not direct.narrow
+    assert replace(direct, arms_mm=(100.0, 100.5)).narrow
+
+
+def test_what_is_stopped_tells_what_is_proved() -> None:
+    one = machine(4.8)
+    family = Family(BRIEF, one, {(MOTOR, "capstan"): KNOWN})
+    found = bounded(family, one.side_mm, lambda: True)
+    assert math.isfinite(found.side_mm)
+    assert found.side_mm > 2.0 * one.side_mm  # nothing was
+    assert any("parallelograms 50 mm" in line for line in found.family)

@@ -1,0 +1,89 @@
+"""The journal of a search: what was computed is taken up to the last digit, and nothing of another run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.journal import (
+    Journal,
+    found_read,
+    found_told,
+    results_read,
+    results_told,
+    weighed_read,
+    weighed_told,
+)
+from optimizer.codesign.lengths import Found
+from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.reference import reference
+from optimizer.codesign.search import Search
+from optimizer.problem.brief import brief_from_dict
+from optimizer.synthesis.checkpoint import CheckpointError
+
+KEY = {"requirements": "a"}
+FOUND = Found((91.0 / 3.0, 2.0, 3.0, 4.0, 5.0, pi), 2.0 * pi)
+RESULTS = [
+    CheckResult("clearance", False, 2.0 / 3.0, 2.0, "mm", (1.0, 2.0, pi), ("rod_0_0", "motor_1"), "too close"),
+    CheckResult("parts present", True, None, None, ""),
+]
+
+
+def test_what_was_computed_comes_back_to_the_last_digit(tmp_path: Path) -> None:
+    calls: list[str] = []
+
+    def once(journal: Journal, of: str) -> Found | None:
+        def compute() -> Found | None:
+            calls.append(of)
+            return FOUND if of == "a" else None
+
+        return journal.once("lengths", of, compute, found_told, found_read)
+
+    first = Journal(tmp_path / "j.jsonl", KEY, False)
+    assert [once(first, of) for of in ("a", "b", "a")] == [FOUND, None, FOUND]
+    first.close()
+    second = Journal(tmp_path / "j.jsonl", KEY, True)
+    assert [once(second, of) for of in ("b", "a", "c")] == [None, FOUND, None]
+    assert calls == ["a", "b", "c"]
+
+
+def test_checks_and_weights_come_back(tmp_path: Path) -> None:
+    assert results_read(results_told(RESULTS)) == RESULTS
+    made = replace(reference(), gravity_torque_N_m=0.1 / 3.0, own=True), RESULTS, (0.1, 1.0 / 7.0)
+    journal = Journal(tmp_path / "j.jsonl", KEY, False)
+    journal.once("weighed", "x", lambda: made, weighed_told, weighed_read)
+    journal.close()
+    again = Journal(tmp_path / "j.jsonl", KEY, True)
+
+    def fails() -> Any:
+        raise AssertionError
+
+    assert again.once("weighed", "x", fails, weighed_told, weighed_read) == made
+
+
+def test_a_journal_of_another_run_is_refused(tmp_path: Path) -> None:
+    Journal(tmp_path / "j.jsonl", KEY, False).close()
+    with pytest.raises(CheckpointError, match="requirements or seed differ"):
+        Journal(tmp_path / "j.jsonl", {"requirements": "b"}, True)
+
+
+def test_a_search_asks_for_no_lengths_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from optimizer.codesign import search as module
+
+    calls: list[Any] = []
+    monkeypatch.setattr(module, "best_lengths", lambda *given: calls.append(given) or FOUND)
+    brief = brief_from_dict({"name": "b", "requirements": {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}})
+    choice, lessons = Choice("maxon-re30-310007", "capstan", 4.8, 50.0), Lessons(reference())
+    for resume in (False, True):
+        journal = Journal(tmp_path / "j.jsonl", KEY, resume)
+        search = Search(brief, lambda _: cast(Any, None), lambda _: [], reference(), once=journal.once)
+        assert search._lengths(choice, lessons, None, 1) == FOUND
+        assert search._lengths(choice, lessons.taught("why, which changes nothing"), None, 1) == FOUND
+        journal.close()
+    assert len(calls) == 1

@@ -1,0 +1,82 @@
+"""Which limits are in one another's way, of tasks whose machines are told beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, cast
+
+import pytest
+
+from delta_cad.design import Design
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.nearest import FINE, LEAST_SIDE_MM, MOST, Relief, reliefs, strongest
+from optimizer.codesign.reference import reference
+from optimizer.codesign.search import Search
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+
+MOTORS = ["maxon-re30-310007", "maxon-ec60flat-625858"]
+
+
+def brief(felt: dict[str, float] | None = None, **requirements: float) -> DesignBrief:
+    room = {"envelope_width_mm": 120.0, "envelope_depth_mm": 110.0, "force_N": 3.0}
+    data = {"name": "b", "requirements": room | requirements, "feel": felt or {}, "hardware": {"motor": MOTORS}}
+    return brief_from_dict(data)
+
+
+def told(
+    monkeypatch: pytest.MonkeyPatch, task: DesignBrief, able: Callable[[DesignBrief], bool], side_mm: float = 50.0
+) -> list[Relief]:
+    """What is found where a task has a machine exactly if `able` says so."""
+
+    def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
+        if choice.motor != MOTORS[0] or not able(search.brief):
+            return None
+        lengths = (90.0, 140.0, 30.0, 20.0, 70.0, side_mm / 2.0)
+        return Candidate(cast(Design, None), choice, lengths, reference(), side_mm)
+
+    monkeypatch.setattr(Search, "settled", settled)
+    return reliefs(Search(task, lambda _: cast(Any, None), lambda _: [], reference()))
+
+
+def test_each_limit_that_would_be_enough_is_told_with_how_much_the_least_change_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def able(task: DesignBrief) -> bool:
+        asked = task.requirements
+        return (asked.envelope_width_mm or 0.0) >= 151.0 or asked.force_N <= 1.2
+
+    found = told(monkeypatch, brief({"kappa_max": 2.27}), able)
+    assert [one.fields[0] for one in found] == ["requirements.envelope_width_mm", "requirements.force_N"]
+    outline, force = found
+    width, depth = outline.enough
+    assert 151.0 <= width < 151.0 * FINE
+    assert width / depth == pytest.approx(120.0 / 110.0)
+    assert 1.2 / FINE < force.enough[0] <= 1.2
+    assert str(force) == f"requirements.force_N = {force.enough[0]:.4g} instead of 3"
+    assert able(outline.brief)
+    assert able(force.brief)
+    assert outline.brief.feel.kappa_max == 2.27  # all else is as asked
+    assert outline.choice.motor == MOTORS[0]
+
+
+def test_a_limit_that_is_in_nobodys_way_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = told(
+        monkeypatch, brief({"effective_mass_max_kg": 0.1}), lambda task: task.feel.effective_mass_max_kg > 0.25
+    )
+    assert [one.fields for one in found] == [("feel.effective_mass_max_kg",)]
+    assert told(monkeypatch, brief(), lambda task: task.requirements.force_N < 3.0 / MOST / 2.0) == []
+
+
+def test_a_tiny_cube_is_no_answer_unless_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    small = LEAST_SIDE_MM / 2.0
+    assert told(monkeypatch, brief(), lambda _: True, small) == []
+    assert told(monkeypatch, brief(cube_side_mm=small), lambda _: True, small) != []
+
+
+def test_hardware_is_tried_that_is_the_strongest_or_the_lightest_of_what_is_allowed() -> None:
+    found = [(choice.motor, choice.drive) for choice in strongest(brief())]
+    assert found == [(MOTORS[1], "direct"), (MOTORS[0], "capstan")]
+    wide = list(strongest(brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 50.0}})))
+    assert {choice.drive for choice in wide} == {"direct", "capstan"}
+    assert 3 <= len(wide) <= 4
