@@ -118,9 +118,7 @@ class Family:
             f"parallelograms {self._machine.choice.width_mm:g} mm wide",
             f"parts and gravity's torque at least {100 * LIGHT:g} % of this machine's, rotors those of the motors",
             f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)",
-            "base and platform radius as their hardware was found to need them; where nothing was found, "
-            + " and ".join(f"{least:.1f}" for least in self._least.values())
-            + " mm, the least of those that were looked at",
+            "base and platform radius no smaller than their hardware was found to need, or closed forms ask for it",
         )
 
     def intervals(self) -> Iterator[Interval]:
