@@ -19,7 +19,7 @@ from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, drives, motor_of, ratios_of
 from optimizer.codesign.lengths import WIDE_MM, posed
-from optimizer.codesign.lessons import ROD_SHARE, Lessons, Weighed
+from optimizer.codesign.lessons import COUPLE_INDEX, KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -113,11 +113,13 @@ class Family:
 
     def described(self) -> tuple[str, ...]:
         """Says what the machines have in common."""
-        along, across = self._overhead
+        (along, across), (low, high) = self._overhead, SHOULDER_DEG
         return (
             f"parallelograms {self._machine.choice.width_mm:g} mm wide",
             f"parts and gravity's torque at least {100 * LIGHT:g} % of this machine's, rotors those of the motors",
             f"at least {along:.1f} and {across:.1f} mm of outline beyond eq. (1)",
+            f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
+            f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
             "base and platform radius no smaller than their hardware was found to need, or closed forms ask for it",
         )
 

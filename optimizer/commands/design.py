@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 from dataclasses import replace
+from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from time import monotonic
@@ -83,16 +84,15 @@ def run(given: argparse.Namespace) -> int:
     from optimizer.codesign.journal import Journal
     from optimizer.synthesis.checkpoint import CheckpointError
 
-    key = {"design": 1, "requirements": brief_hash(brief), "seed": given.seed, "version": version("delta-haptics")}
+    own_parts = sha256(repr(brief.own_parts).encode()).hexdigest()  # the file names their folder, not their rows
+    key = {"design": 1, "requirements": brief_hash(brief), "own_parts": own_parts, "seed": given.seed}
+    key["version"] = version("delta-haptics")
     try:
         journal = Journal(given.out / f"{brief.name}.design.jsonl", key, given.resume)
     except CheckpointError as error:
         return refuse(str(error), BAD_INPUT)
     try:
-        ended = _designed(given, brief, journal)
-        if ended in (DONE, NOT_MET):
-            journal.remove()
-        return ended
+        return _designed(given, brief, journal)
     finally:
         journal.close()
 
@@ -115,6 +115,8 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
             interrupted = True
     late = monotonic() > ends
     again = "; run again with --resume to go on"
+    if not interrupted and not late:
+        journal.remove()
     if not told:
         if interrupted:
             return refuse(f"interrupted; no machine was finished{again}", INTERRUPTED)
@@ -124,7 +126,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
             print(json.dumps(empty | {"nearest": nearest or None, "tried": search.tried.candidates}, indent=1))
         lines = [f"enough would be {one}" for one in contradiction] or reasons
         lines += [f"the nearest machine stands in {nearest['folder']}"] if nearest else []
-        lines += [f"the time was over after {given.minutes:g} min: raise --minutes"] if late else []
+        lines += [f"the time was over after {given.minutes:g} min{again}"] if late else []
         return refuse_all(
             [f"{given.requirements.name}: {one}" for one in ("no machine does all that is asked", *lines)], NOT_MET
         )

@@ -219,6 +219,16 @@ def test_an_interrupted_run_goes_on_from_its_journal(
     assert not list((tmp_path / "out").glob("*.jsonl"))
 
 
+@pytest.mark.usefixtures("paper_build")
+def test_a_run_whose_time_is_over_can_be_gone_on_with(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    finds(monkeypatch)
+    assert call(file, "--out", tmp_path / "out", "--minutes", "1e-9", "--json") == 0
+    assert list((tmp_path / "out").glob("*.jsonl"))
+    capsys.readouterr()
+
+
 def test_bad_input_is_told_before_anything_begins(tmp_path: Path, capsys) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text('name = "x"\n[requirements]\nforce_N = -1\n[hardware]\nmotor = "none"\n', encoding="utf-8")

@@ -152,7 +152,7 @@ def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as
     pairs = held_apart(assembly, LIMITS, MeshLibrary(assembly.parts, 0.2, 0.6))
     spaces = spaces_of(pairs, assembly.placement, DOMAINS, LIMITS, free_tilt(assembly))
     for space in (s for s in spaces if type(s) is kind):
-        bounds, (middle, half), count = BoxBounds(space), space.root(), 60
+        bounds, (middle, half), count = BoxBounds(space), space.root(), 240
         halves = half * RNG.uniform(0.02, 0.15, (count, 1)) * RNG.uniform(0.3, 1.0, (count, half.shape[1]))
         centres = middle + RNG.uniform(-1, 1, halves.shape) * (half - halves)
         normal = RNG.normal(size=(count, 3))
@@ -176,7 +176,7 @@ def test_no_corner_comes_forward_farther_than_it_is_told_and_one_comes_nearly_as
             assert (gone <= told + 1e-9).all()
             if gone.max() > 0.1:
                 moving = gone > 0.05
-                assert np.median(gone[moving] / told[moving]) > 0.5  # 0.54-0.72 with the boxes drawn
+                assert np.median(gone[moving] / told[moving]) > 0.6
 
 
 def straying(b: CollisionBody, deviation_mm: float) -> CollisionBody:
