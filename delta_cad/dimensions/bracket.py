@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, asin, atan2, cos, hypot, inf, pi, remainder, sin, sqrt, tau
+from itertools import pairwise
+from math import acos, asin, atan2, cos, degrees, hypot, inf, pi, remainder, sin, sqrt, tau
 
 from delta_cad import catalogue
 from delta_cad.dimensions.arm import ArmDimensions
@@ -26,6 +27,7 @@ HEIGHTS = 33  # of a motor at which the room beside it is looked at
 HALVINGS = 50  # of the range in which the base lies: to rounding
 ROUNDING_MM = 1e-9
 KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
+PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
 LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 
 
@@ -133,28 +135,46 @@ def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: f
     return elbow[0] * cos(normal) + elbow[1] * sin(normal) - radius - arm.boss_radius_mm
 
 
-def motor_pattern_rad(count: int, direction_rad: float | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Turns a motor's mounting holes so that a key reaches its screws past a sector.
+def motor_pattern_rad(
+    count: int, direction_rad: float | None, pins_rad: tuple[float, ...] = (), off_rad: float = 0.0
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Turns a motor's mounting holes so that a key reaches its screws past a sector, or that stop pins pass them.
 
     Of four holes or more one lies towards the shoulder, on the line of centres, where the sector's rim is in front of
     it at every angle of the arm: it gets no screw. Of three one lies away from the shoulder, of two both lie
-    aside, and all get theirs.
+    aside, and all get theirs. Without a sector they lie square to the chain, or else as far off the pins as they can.
 
     Args:
         count: Number of the motor's holes, equally spaced.
         direction_rad: From the shoulder to the motor's axis in the chain's plane; None where there is no sector.
+        pins_rad: Angles about the motor's axis of stop pins, where there is no sector.
+        off_rad: Least angle between one of them and a screw.
 
     Returns:
         Angles about the motor's axis of all holes, and of those that get a screw.
     """
     step = tau / count
     if direction_rad is None:
-        holes = tuple(pi / 2 + step * (k + 0.5) for k in range(count))
+        first = pi / 2 + step / 2
+        if any(abs(remainder(pin - first, step)) < off_rad for pin in pins_rad):
+            ways = sorted((pin - first) % step for pin in pins_rad)
+            gaps = [(after - way, way) for way, after in pairwise([*ways, ways[0] + step])]
+            widest, way = max(gaps)
+            first += way + widest / 2
+        holes = tuple(first + step * k for k in range(count))
         return holes, holes
     hidden = count > LEAST_MOTOR_SCREWS
     first = pi if hidden else pi / 2 if count == 2 else 0.0
     holes = tuple(direction_rad + first + step * k for k in range(count))
     return holes, holes[1:] if hidden else holes
+
+
+def _pin_off_rad(pin_circle_mm: float, motor: catalogue.Motor) -> float:
+    """Gives the least angle about the motor's axis between a stop pin and a screw in its counterbore; 0: any."""
+    a, b = motor.mount_circle_mm / 2, pin_circle_mm
+    apart = (STOP_PIN_MM + catalogue.screw(motor.mount_thread).counterbore_diameter_mm) / 2 + PIN_WALL_MM
+    share = (a**2 + b**2 - apart**2) / (2 * a * b)
+    return acos(max(share, -1.0)) if share < 1.0 else 0.0
 
 
 def key_slot_floor_mm(c: CapstanDimensions, inside_mm: float) -> float:
@@ -298,7 +318,20 @@ def bracket_dimensions(
             u,
             wider,
         )
-    holes, screws = motor_pattern_rad(motor.mount_count, None if capstan is None else capstan.direction_rad)
+    pins_rad, off_rad = (), 0.0
+    if capstan is None:
+        pins_rad, off_rad = angles, _pin_off_rad(hypot(pins[0][0] - u, pins[0][1]), motor)
+    direction_rad = None if capstan is None else capstan.direction_rad
+    holes, screws = motor_pattern_rad(motor.mount_count, direction_rad, pins_rad, off_rad)
+    nearest = min((abs(remainder(a - pin, tau)) for a in screws for pin in pins_rad), default=pi)
+    require(
+        nearest >= off_rad,
+        "motor_cheek",
+        "stop pins",
+        f"a screw of the motor is {degrees(nearest):.1f} deg from a stop pin about the shoulder, at least "
+        f"{degrees(off_rad):.1f}: another hardware.motor",
+        "hardware.motor",
+    )
     return BracketDimensions(
         shoulder_u_mm=u,
         head_radius_mm=head,

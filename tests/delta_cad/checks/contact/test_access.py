@@ -94,3 +94,16 @@ def test_at_least_three_screws_hold_a_motor_and_none_lies_towards_the_shoulder(c
     nearest = min(abs((a - (-2.0 + pi) + pi) % tau - pi) for a in used)
     assert nearest >= pi / 3 - 1e-9
     assert motor_pattern_rad(count, None)[1] == motor_pattern_rad(count, None)[0]
+
+
+def test_screws_of_a_direct_drive_turn_out_of_the_way_of_stop_pins_as_far_as_they_can() -> None:
+    square, _ = motor_pattern_rad(4, None)
+    assert motor_pattern_rad(4, None, (0.0, pi), 0.4)[0] == square  # nothing is in the way
+    pins = (pi / 4 + 0.1, -pi / 4 - 0.3)
+    holes, used = motor_pattern_rad(4, None, pins, 0.4)
+    off = [min(abs((a - pin + pi) % tau - pi) for a in used) for pin in pins]
+    assert holes == used
+    np.testing.assert_allclose(off, [(pi / 2 - 0.4) / 2, (pi / 2 - 0.4) / 2], atol=1e-12)
+    turns = np.linspace(0.0, tau / 4, 1001)
+    best = max(min(abs((phase - pin + pi / 4) % (pi / 2) - pi / 4) for pin in pins) for phase in turns)
+    assert off[0] == pytest.approx(best, abs=2e-3)
