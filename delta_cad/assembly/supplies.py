@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
-from delta_cad.dimensions.keys import CUT, KEYS_MM
+from delta_cad.dimensions.keys import CUT, KEYS_MM, LONG_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought.spring import CORD_MM, CORD_SLACK_MM, cord_mm
+from delta_cad.solids.brackets import key_slot_length_mm
 from delta_cad.solids.making import ordered
 from delta_cad.solids.part import Supply
 
 BAR_ADHESIVE = "loctite-638"
+KEY_OUT_MM = 3.0  # of a key's bend beyond the end of its slot, at least
 UNVERIFIED = "verified: no, from memory, check before ordering"
 
 
@@ -58,14 +61,24 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             "silicone or PAO grease with PTFE",
             f"as makers of plastic bearings advise; {UNVERIFIED}",
         ),
-        *_motor_key(d),
+        *_keys(d),
     )
 
 
-def _motor_key(d: Dimensions) -> tuple[Supply, ...]:
-    """The key that turns between the cheeks, where the motor's screws are; a direct drive's are reached otherwise."""
-    flats = catalogue.screw(d.motor.mount_thread).socket_mm
-    if d.capstan is None or flats not in KEYS_MM:
+def _keys(d: Dimensions) -> tuple[Supply, ...]:
+    """Keys that a common set has not: of motors' screws between the cheeks, of set screws deep in their slot."""
+    if d.capstan is None:
         return ()
-    text = f"hexagon key {flats:g}, short leg cut to {CUT * KEYS_MM[flats][1]:.0f} mm, for the motors' screws"
-    return (Supply("motor_key", text, 1, "", 0.0, "ISO 2936", f"hexagon key {flats:g}", "cut from a stock key"),)
+    found = []
+    flats = catalogue.screw(d.motor.mount_thread).socket_mm
+    if flats in KEYS_MM:
+        text = f"hexagon key {flats:g}, short leg cut to {CUT * KEYS_MM[flats][1]:.0f} mm, for the motors' screws"
+        found.append(
+            Supply("motor_key", text, 1, "", 0.0, "ISO 2936", f"hexagon key {flats:g}", "cut from a stock key")
+        )
+    flats = catalogue.set_screw(SET_SCREW).socket_mm
+    if key_slot_length_mm(d) - d.capstan.collar_radius_mm > KEYS_MM[flats][0] - KEY_OUT_MM:
+        text = f"hexagon key {flats:g}, long type of {LONG_MM[flats]:g} mm, for the pinions' set screws"
+        order = f"hexagon key {flats:g}, long type"
+        found.append(Supply("pinion_key", text, 1, "", 0.0, "ISO 2936", order, "stock key"))
+    return tuple(found)

@@ -318,9 +318,8 @@ def bracket_dimensions(
             u,
             wider,
         )
-    pins_rad, off_rad = (), 0.0
-    if capstan is None:
-        pins_rad, off_rad = angles, _pin_off_rad(hypot(pins[0][0] - u, pins[0][1]), motor)
+    off_rad = _pin_off_rad(hypot(pins[0][0] - u, pins[0][1]), motor) if capstan is None else 0.0
+    pins_rad = tuple(atan2(z, x - u) for x, z in pins) if capstan is None else ()
     direction_rad = None if capstan is None else capstan.direction_rad
     holes, screws = motor_pattern_rad(motor.mount_count, direction_rad, pins_rad, off_rad)
     nearest = min((abs(remainder(a - pin, tau)) for a in screws for pin in pins_rad), default=pi)

@@ -20,6 +20,8 @@ KEYS_MM = {  # width across flats: long and short leg
     6.0: (96.0, 38.0),
 }
 """Hexagon keys, standard type, mm. Source: ISO 2936, as JIS B 4648:2008 gives it (mikipulley.co.jp, tech13)."""
+LONG_MM = {1.3: 81.0, 1.5: 91.5, 2.0: 102.0, 2.5: 114.5, 3.0: 129.0, 4.0: 144.0, 5.0: 165.0, 6.0: 186.0}
+"""Long leg of the long type (L) by width across flats, mm; its short leg is as above. Source: the same table."""
 CORNERS = 1.13  # largest width across corners by that across flats: 1.68 / 1.5, 2.82 / 2.5 in the same table
 CUT = 0.8  # share of its short leg to which a key is cut that must turn between the two cheeks
 OFF_CHEEK_MM = 0.2  # of that key's handle from the encoder's cheek

@@ -15,6 +15,7 @@ BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 
 
+BAR_BEYOND_MM = 1.0  # of a cross-bar from its boss, at least: its cones are not bonded
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
 PLATE_MM = 5.0  # the least; it grows with loads and lengths
@@ -102,7 +103,9 @@ def platform_dimensions(
     return PlatformDimensions(
         radius_mm=radius_mm,
         boss_diameter_mm=thickness_mm,
-        boss_length_mm=min(forearm.bar_length_mm - 2.0, forearm.width_mm - 2 * beside),
+        boss_length_mm=min(
+            forearm.bar_length_mm - 2 * max(BAR_BEYOND_MM, forearm.cone_mm), forearm.width_mm - 2 * beside
+        ),
         bar_bore_mm=forearm.bar_diameter_mm + 2 * BAR_GLUE_MM,
         plate_mm=plate_mm(PLATE_MM, grown),
         hub_radius_mm=hub,

@@ -6,9 +6,10 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, degrees, sin
+from math import cos, degrees, pi, sin
 
 import cadquery as cq
+import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
@@ -43,6 +44,7 @@ STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
 ROUNDING_MM = 1e-9
+DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -152,13 +154,30 @@ def _to_the_block(
     return tools, holes
 
 
+def motor_cheek_outline(d: Dimensions) -> list[Circle]:
+    """Circles (x, z, radius) in the shoulder's frame whose hull a motor's cheek is."""
+    b = d.bracket
+    x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
+    return [(0.0, 0.0, b.head_radius_mm), (x, z, b.motor_pad_radius_mm), *_foot(d)]
+
+
+def key_slot_length_mm(d: Dimensions) -> float:
+    """How far the slot of the set screws' key reaches from the motor's axis: to the edge of its cheek."""
+    circles = np.array(motor_cheek_outline(d))
+    angle, (x, z, _) = key_slot_rad(d.bracket, d.motor), circles[1]
+    turns = angle + np.linspace(-pi / 2, pi / 2, DIRECTIONS)[1:-1]
+    normals = np.stack([np.cos(turns), np.sin(turns)])
+    support = (circles[:, :2] @ normals + circles[:, 2:]).max(axis=0)
+    return float(((support - np.array([x, z]) @ normals) / np.cos(turns - angle)).min())
+
+
 def make_motor_cheek(d: Dimensions) -> Part:
     """Cheek with the motor's seat, the stop pins and (capstan) the shoulder bearing's seat, open towards the arm."""
     number, b = "motor_cheek", d.bracket
     inside, outside = d.layers.motor_cheek_mm
     through = (inside - THROUGH_MM, outside + THROUGH_MM)
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
-    outline = [(0.0, 0.0, b.head_radius_mm), (x, z, b.motor_pad_radius_mm), *_foot(d)]
+    outline = motor_cheek_outline(d)
     what = "motor diameter, base_radius_mm"
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)

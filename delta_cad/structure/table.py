@@ -7,6 +7,7 @@ plate and its feet, the preloaded faces of screw joints, the slit of a direct dr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -188,12 +189,14 @@ def _arm(d: Dimensions) -> Beam:
     """The upper arm, a tapering plate; a clamp's slit counts as closed, its hub as no wider than the beam."""
     a, (y0, y1), (b0, b1) = d.arm, d.layers.arm_mm, d.layers.elbow_boss_mm
 
+    begins = a.length_mm - a.boss_radius_mm
+
     def section(x: float) -> Section:
         half = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * x / a.length_mm
-        boss = x > a.length_mm - a.boss_radius_mm
-        return rectangle(b1 - b0 if boss else y1 - y0, 2 * half)
+        return rectangle(b1 - b0 if x > begins else y1 - y0, 2 * half)
 
-    return Beam(tapered(a.shaft_bore_mm / 2, a.length_mm, section, *moduli_N_mm2("aluminium-7075")))
+    places, moduli = (a.shaft_bore_mm / 2, begins, a.length_mm), moduli_N_mm2("aluminium-7075")
+    return Beam(tuple(piece for ends in pairwise(places) for piece in tapered(*ends, section, *moduli)))
 
 
 def _shoulder(d: Dimensions) -> ShoulderBearings:

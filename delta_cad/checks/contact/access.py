@@ -1,9 +1,9 @@
 """A machine can be mended: a key reaches what must be loosened, and what is exchanged comes off in a straight line.
 
 A key is an L of two round legs as wide as its corners. One leg stands in the screw's socket, on its axis, the other is
-the handle, which must be free to swing by what turns a hexagon on to its next corner; the short leg may be cut.
-Sockets, heads and all obstacles are read off the solids; a position of the machine counts as free where nothing of any
-body is met.
+the handle, which must be free to swing by what turns a hexagon on to its next corner. The short leg may be cut, the
+long one of the long type. Sockets, heads and all obstacles are read off the solids; a position of the machine counts as
+free where nothing of any body is met.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -24,11 +24,11 @@ from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
-from delta_cad.dimensions.keys import CORNERS, CUT, KEYS_MM
+from delta_cad.dimensions.keys import CORNERS, CUT, KEYS_MM, LONG_MM
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
-DIRECTIONS = 36  # of the handle: every 10 degrees
+DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis: 0.4 degrees of an arm, 2 of its pinion
 SAME_MM = 0.05  # of a socket as it is drawn and of its key
 OFF_MM = 0.1  # a tool begins so far before the face that it stands on
@@ -168,13 +168,14 @@ def _swing(reach: Reach, scene: _Scene, library: FeatureLibrary) -> float:
         return 0.0
     k = scene.index[reach.screw]
     socket = _socket(scene.occurrences[k].part, library)
-    legs = next((key for flats, key in KEYS_MM.items() if socket and abs(socket.flats_mm - flats) < SAME_MM), None)
+    legs = next((one for one in KEYS_MM.items() if socket and abs(socket.flats_mm - one[0]) < SAME_MM), None)
     if socket is None or legs is None:
         return 0.0
-    long, short = legs
+    long, short = legs[1]
+    longest = LONG_MM.get(legs[0], long)
     best = 0.0
     for pose in range(scene.count):
-        for inside, handle in ((short, long), (long, short), (CUT * short, long)):
+        for inside, handle in ((short, long), (long, short), (CUT * short, long), (longest, short)):
             best = max(best, _swing_at(pose, k, socket, reach.way_mm, inside, handle, scene))
             if best >= SWING_RAD:
                 return best
@@ -192,11 +193,16 @@ def _swing_at(
         return 0.0
     if scene.is_met(pose, socket.head_mm, np.stack([mouth + OFF_MM * z, mouth + way_mm * z]), k):
         return 0.0
-    angles = np.arange(DIRECTIONS) * 2.0 * np.pi / DIRECTIONS
-    out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
     bends = mouth + (inside_mm - socket.depth_mm) * z, mouth + inside_mm * z
-    free = [not any(scene.is_met(pose, radius, np.stack([b, b + one]), k) for b in bends) for one in out]
-    return _longest_run(free) * 2.0 * np.pi / DIRECTIONS
+    swing = 0.0
+    for count in (DIRECTIONS, FINE_DIRECTIONS):
+        angles = np.arange(count) * 2.0 * np.pi / count
+        out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
+        free = [not any(scene.is_met(pose, radius, np.stack([b, b + one]), k) for b in bends) for one in out]
+        swing = _longest_run(free) * 2.0 * np.pi / count
+        if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
+            break
+    return swing
 
 
 def _longest_run(free: list[bool]) -> int:
