@@ -50,7 +50,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{CERTIFY}/tiling.py", "a box beside the cube is a tile", "not 0 <= i < 2**k", "not 0 <= i <= 2**k"),
         (f"{ENCLOSURE}/slope_pose.py", "a chain takes its neighbour's forearms",
          "[i - 2], self.forearm[i - 1]", "[i - 1], self.forearm[i]"),
-        ("delta_cad/mechanism/limits/lean.py", "rods lean to one side only",
+        ("delta_cad/mechanism/limits/angles/lean.py", "rods lean to one side only",
          "for side in (1.0, -1.0)", "for side in (-1.0,)"),
         (f"{CERTIFY}/gravity.py", "a rod's centre lies on its line",
          "off = mass * math.hypot(y, z) / rods[0]", "off = 0.0"),

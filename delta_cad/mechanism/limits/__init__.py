@@ -10,19 +10,19 @@ from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
 from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.limits.angles.lean import Lean
+from delta_cad.mechanism.limits.angles.shoulder import Shoulder
 from delta_cad.mechanism.limits.assembly_mode import AssemblyMode
 from delta_cad.mechanism.limits.couple_index import CoupleIndex
 from delta_cad.mechanism.limits.effective_mass import EffectiveMass, HandleInertia
 from delta_cad.mechanism.limits.friction import Friction, HandleFriction
 from delta_cad.mechanism.limits.holding_torque import HeldMasses, HoldingTorque
 from delta_cad.mechanism.limits.kappa import Kappa
-from delta_cad.mechanism.limits.lean import Lean
 from delta_cad.mechanism.limits.lengths.outline import Outline
 from delta_cad.mechanism.limits.lengths.wrist_clearance import WristClearance
 from delta_cad.mechanism.limits.limit import DesignBounds, Field, FigureOfMerit, Limit, PoseLimit, Values
 from delta_cad.mechanism.limits.position_step import PositionStep
 from delta_cad.mechanism.limits.reach import Reach
-from delta_cad.mechanism.limits.shoulder import Shoulder
 from delta_cad.mechanism.limits.torque import Torque
 
 Kind = TypeVar("Kind", bound=PoseLimit)

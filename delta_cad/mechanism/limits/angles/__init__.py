@@ -1,0 +1,1 @@
+"""Limits of the angles at which a chain stands."""
