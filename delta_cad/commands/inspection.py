@@ -122,7 +122,6 @@ def _others(e: CubeExtremes) -> list[InspectionRow]:
     """Figures over the cube that no limit bounds."""
     table = (
         ("smallest arm to forearm angle", "deg", e.forearm_angle_min),
-        ("largest arm to forearm angle", "deg", e.forearm_angle_max),
         ("lowest elbow", "mm", e.elbow_z_min),
         ("highest elbow", "mm", e.elbow_z_max),
         ("smallest singular value of J", "mm/rad", e.singular_value_min),

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
 from delta_cad.mechanism.errors import GeometryError
+from delta_cad.mechanism.limits.angles.elbow_angle import ElbowAngle
 from delta_cad.mechanism.limits.angles.lean import Lean
 from delta_cad.mechanism.limits.angles.shoulder import Shoulder
 from delta_cad.mechanism.limits.assembly_mode import AssemblyMode
@@ -36,6 +37,7 @@ LIMITS: tuple[type[Limit], ...] = (
     Kappa,
     Lean,
     Shoulder,
+    ElbowAngle,
     EffectiveMass,
     Friction,
     PositionStep,
@@ -152,6 +154,7 @@ __all__ = [
     "CoupleIndex",
     "DesignBounds",
     "EffectiveMass",
+    "ElbowAngle",
     "Field",
     "FigureOfMerit",
     "Friction",

@@ -6,6 +6,7 @@ from delta_cad.mechanism.limits import (
     AssemblyMode,
     CoupleIndex,
     EffectiveMass,
+    ElbowAngle,
     Friction,
     HandleFriction,
     HandleInertia,
@@ -35,6 +36,7 @@ def limits(
     held: tuple[float, float, HeldMasses] | None = None,
     friction: tuple[float, HandleFriction] | None = None,
     step: tuple[float, float] | None = None,
+    elbow_angle_min: float | None = None,
 ) -> Limits:
     """Limits with these thresholds in SI units; None leaves one out."""
     return Limits.of(
@@ -49,4 +51,5 @@ def limits(
         None if held is None else HoldingTorque(*held),
         None if friction is None else Friction(friction[0], *friction[1]),
         None if step is None else PositionStep(*step),
+        None if elbow_angle_min is None else ElbowAngle(elbow_angle_min),
     )

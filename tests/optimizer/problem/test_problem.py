@@ -43,6 +43,7 @@ def test_steps_ask_what_the_paper_asks_and_the_limits_join_from_step_2() -> None
         "outline_radius_max_mm": 122,
         "kappa_max": 3,
         "lean_max_deg": 28,
+        "elbow_angle_min_deg": 40,
         "shoulder_deg": [-45, 80],
         "clearance_min_mm": 2,
         "effective_mass_max_kg": 0.4,
@@ -97,6 +98,7 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
         "kappa_max": e.kappa_max.value,
         "lean_max_deg": math.degrees(e.lean_max.value),
         "shoulder_deg": [math.degrees(e.shoulder_min.value), math.degrees(e.shoulder_max.value)],
+        "elbow_angle_min_deg": 180.0 - math.degrees(e.forearm_angle_max.value),
         "clearance_min_mm": math.sqrt(3.0) * 30.0 - 24.0 - 8.0,
         "gravity_torque_N_m": 0.1,
     }
@@ -111,6 +113,7 @@ def test_margins_vanish_where_the_figures_of_the_mechanism_meet_their_limits() -
     found = margins_at(problem, PUBLISHED)
     # the grid misses an extreme between its points by (step / 2)^2 of the curvature: 0.1 %
     searched = ("torque", "kappa", "shoulder", "effective_mass", "friction", "position_step", "couple_index")
+    searched += ("elbow_angle",)
     for name in (*searched, "lean", "clearance", "outline"):
         assert abs(found[name]) < 1e-3, name
     found = design_worst(problem, PUBLISHED / 1000.0, 9)
@@ -196,6 +199,7 @@ def test_every_constraint_is_described_with_its_field() -> None:
         "friction_max_N": 0.7,
         "position_step_max_mm": 0.1,
         "couple_index_min": 0.35,
+        "elbow_angle_min_deg": 35,
     }
     problem = step_problem(task(limits=limits, half_side=(10, 100), inertia=INERTIA, joints=JOINTS), 2)
     words = {name: problem.describe(name) for name in problem.constraints}
@@ -206,6 +210,7 @@ def test_every_constraint_is_described_with_its_field() -> None:
     assert words["friction"] == "limits.friction_max_N = 0.7"
     assert words["position_step"] == "limits.position_step_max_mm = 0.1"
     assert words["couple_index"] == "limits.couple_index_min = 0.35"
+    assert words["elbow_angle"] == "limits.elbow_angle_min_deg = 35.0"
     assert words["shoulder"] == "limits.shoulder_deg = [-45, 80]"
     assert words["half_side"] == "bounds_mm.half_side >= 10 mm"
     assert step_problem(task(half_side_mm=35), 3).describe("half_side") == "step_3.half_side_mm = 35 mm"

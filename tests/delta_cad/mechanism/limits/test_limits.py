@@ -12,6 +12,7 @@ from delta_cad.mechanism.limits import (
     POSE_LIMITS,
     CoupleIndex,
     EffectiveMass,
+    ElbowAngle,
     Friction,
     HandleFriction,
     HandleInertia,
@@ -45,6 +46,9 @@ INERTIA = HandleInertia(0.06, 0.01, 0.004, 2e-4)
         (Shoulder, (0.0, math.nan), "it must be rising"),
         (Lean, (0.0,), "lean_max is 0.0; it must be within 0 and pi/2 rad"),
         (Lean, (1.6,), "lean_max is 1.6"),
+        (ElbowAngle, (-1e-9,), "angle_min is -1e-09; it must be at least 0, less than pi rad"),
+        (ElbowAngle, (math.nan,), "angle_min is nan"),
+        (ElbowAngle, (math.pi,), "it must be at least 0, less than pi rad"),
         (EffectiveMass, (0.0, INERTIA), "mass_max is 0.0; it must be within 1e-6 and 1e6 kg"),
         (EffectiveMass, (1.1e6, INERTIA), "mass_max is 1100000.0"),
         (EffectiveMass, (math.nan, INERTIA), "mass_max is nan"),
@@ -123,6 +127,7 @@ def test_what_is_asked():
         held=(3.0, 0.8, HeldMasses(0.0, 0.0, -9.81, 0.1, 0.0, 0.0, 0.0, 0.0)),
         friction=(0.5, HandleFriction(0.01, 0.02, 0.03)),
         step=(5e-5, 1e-3),
+        elbow_angle_min=0.5,
     )
     assert every.asked == tuple(kind.name for kind in POSE_LIMITS)
     assert every["lean"] == Lean(0.5)

@@ -195,7 +195,7 @@ def test_the_value_of_what_is_broken_is_that_of_the_figure_farthest_beyond(kind)
 @EACH
 def test_what_is_told_of_it_names_its_field(kind):
     stated = {"lean_max_deg": 30.0, "kappa_max": 3.0, "shoulder_min_deg": -30.0, "shoulder_max_deg": 60.0}
-    stated["position_step_max_mm"] = 0.05
+    stated |= {"position_step_max_mm": 0.05, "elbow_angle_min_deg": 40.0}
     assert ordinary(kind).describe(VALUES | stated)
 
 

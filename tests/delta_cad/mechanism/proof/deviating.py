@@ -22,6 +22,7 @@ class Figures(NamedTuple):
     holding_torque: np.ndarray
     friction: np.ndarray
     position_step: np.ndarray
+    elbow_angle: np.ndarray
 
 
 def _singular(m: np.ndarray) -> np.ndarray:
@@ -107,4 +108,5 @@ def figures(
         known(sized.max(-1)),
         known(felt),
         known(steps),
+        known(np.arctan2(np.linalg.norm(np.cross(arm, s), axis=-1), -np.einsum("mpca,mpca->mpc", arm, s)).min(-1)),
     )

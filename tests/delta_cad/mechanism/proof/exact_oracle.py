@@ -11,6 +11,7 @@ from delta_cad.mechanism.limits import (
     AssemblyMode,
     CoupleIndex,
     EffectiveMass,
+    ElbowAngle,
     Friction,
     HandleInertia,
     HoldingTorque,
@@ -191,6 +192,11 @@ def exact_margins(
             middle, half = (low + high) / 2, (high - low) / 2
             out[Shoulder] = [
                 la * (cos * cosine(middle) + sin * cosine(half_pi - middle) - cosine(half)) for _, cos, sin, _ in arms
+            ]
+        if elbow := limits.get(ElbowAngle):
+            out[ElbowAngle] = [
+                2 * la * (_dot(s, [cos * c, cos * e, sin]) + lb * cosine(D(elbow.angle_min)))
+                for s, (_, cos, sin, _), (c, e) in zip(forearms, arms, turns, strict=True)
             ]
         if kappa := limits.get(Kappa):
             rows = [[v / (la * arm[0]) for v in forearm] for forearm, arm in zip(forearms, arms, strict=True)]

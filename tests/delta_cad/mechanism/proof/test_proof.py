@@ -80,6 +80,7 @@ def around(found, factor, *names):
         "kappa": {"kappa_max": max(1.0, e.kappa_max.value * factor)},
         "shoulder": {"shoulder": (low, high)},
         "lean": {"lean_max": min(e.lean_max.value * factor, 1.57)},
+        "elbow_angle": {"elbow_angle_min": (np.pi - e.forearm_angle_max.value) / factor},
         "effective_mass": {"mass_max": mass * factor, "inertia": INERTIA},
         "couple_index": {"couple_index_min": index / factor},
         "friction": {"friction": (rubbed * factor, RUBS)},
@@ -127,6 +128,9 @@ def test_value_and_limit_say_by_how_much():
     for name, extreme in largest.items():
         assert found[name].limit == pytest.approx(0.99 * extreme)
         assert found[name].limit < found[name].value <= extreme * (1 + 1e-9)
+    fold = np.pi - e.forearm_angle_max.value
+    assert found["elbow_angle"].limit == pytest.approx(fold / 0.99)
+    assert fold * (1 - 1e-9) <= found["elbow_angle"].value < found["elbow_angle"].limit
     assert found["couple_index"].limit == pytest.approx(index / 0.99)
     assert index * (1 - 1e-9) <= found["couple_index"].value < found["couple_index"].limit
     low, high = found["shoulder"].limit
