@@ -31,7 +31,12 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
 from delta_cad.dimensions.layers import Layers, layers
-from delta_cad.dimensions.neighbours import require_room_for_board
+from delta_cad.dimensions.neighbours import (
+    BOARD_EDGE_MM,
+    require_room_for_board,
+    require_room_for_boss,
+    require_room_for_rods,
+)
 from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
@@ -195,6 +200,7 @@ def _dimensions(design: Design) -> Dimensions:
         capstan,
         bearing,
         motor,
+        design.requirements.clearance_min_mm,
     )
     if hardware.encoder_at != "motor":
         require_room_for_board(mechanism.base_radius_mm, bracket.motor_axis_mm, stack, motor, encoder)
@@ -214,6 +220,14 @@ def _dimensions(design: Design) -> Dimensions:
         bar,
         largest_force_N(required),
     )
+    fold = pi - extremes.forearm_angle_max.value
+    if capstan is None:
+        clear, beside = required.clearance_min_mm, mechanism.parallelogram_width_mm / 2
+        require_room_for_rods(arm.length_mm, fold, beside, forearm.tube_outer_mm, clear, stack, motor)
+        at_shoulder = hardware.encoder_at != "motor"
+        halves = encoder.hole_spacing_width_mm / 2, encoder.hole_spacing_length_mm / 2
+        board = (*halves, BOARD_EDGE_MM) if at_shoulder else (0.0, 0.0, 0.0)
+        require_room_for_boss(arm, bracket, shoulder, stack, board)
     return Dimensions(
         design=design,
         extremes=extremes,

@@ -18,6 +18,7 @@ FOOT_HEIGHT_MM = 14.0
 HEAD_WALL_MM = 5.0  # around the bearing seat
 PAD_MARGIN_MM = 2.0  # cheek beyond the motor's body
 CLEAR_MM = 2.0  # between parts that nothing brings closer
+MESHES_MM = 0.1  # beyond the clearance: what is proved is proved of meshes, which are up to 0.05 mm off on either side
 FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
 LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
 FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
@@ -28,7 +29,11 @@ HALVINGS = 50  # of the range in which the base lies: to rounding
 ROUNDING_MM = 1e-9
 KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
 PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
+FOOT_CORNER_MM = 3.0
 LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
+
+Circle = tuple[float, float, float]
+"""(x, z, radius) in the shoulder's frame, mm."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,20 @@ class BracketDimensions:
     stop_pins_mm: tuple[tuple[float, float], ...]
 
     @property
+    def foot_circles_mm(self) -> list[Circle]:
+        """Circles of a cheek's foot, round above."""
+        low, high = (u - self.shoulder_u_mm for u in self.foot_u_mm)
+        top = self.base_top_mm + self.foot_height_mm - FOOT_CORNER_MM
+        corners = (low + FOOT_CORNER_MM, top, FOOT_CORNER_MM), (high - FOOT_CORNER_MM, top, FOOT_CORNER_MM)
+        return [(low, self.base_top_mm, 0.0), (high, self.base_top_mm, 0.0), *corners]
+
+    @property
+    def motor_cheek_circles_mm(self) -> list[Circle]:
+        """Circles whose hull a motor's cheek is: head, pad, foot."""
+        x, z = self.motor_axis_mm[0] - self.shoulder_u_mm, self.motor_axis_mm[1]
+        return [(0.0, 0.0, self.head_radius_mm), (x, z, self.motor_pad_radius_mm), *self.foot_circles_mm]
+
+    @property
     def leg_circle_mm(self) -> tuple[float, float, float]:
         """(x, z, radius) in the shoulder's frame of the circle at which a capstan's encoder leg hangs on its head."""
         return LEG_ASIDE_MM, 0.0, self.head_radius_mm - LEG_ASIDE_MM
@@ -68,20 +87,20 @@ def beam_stop_angle_rad(arm: ArmDimensions, pin_mm: float, distance_mm: float) -
     return normal - acos((arm.beam_root_radius_mm + pin_mm / 2) / distance_mm)
 
 
-def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float) -> float:
+def foot_outer_end_mm(arm: ArmDimensions, stop_rad: float, top_mm: float, clear_mm: float) -> float:
     """Gives how far a foot may reach out from the shoulder below an arm at its lower stop, mm; inf above its edge.
 
     The foot's upper outer corner, at `top_mm` over the shoulder plane (negative), keeps clear of the beam's lower edge,
     the tangent of root circle and boss circle, at the shoulder angle `stop_rad`.
     """
     normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
-    away = arm.beam_root_radius_mm + CLEAR_MM
+    away = arm.beam_root_radius_mm + clear_mm
     if not -pi < normal < -pi / 2:  # the edge does not lean over the foot
         return inf
     return (away - top_mm * sin(normal)) / cos(normal)
 
 
-def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float) -> float:
+def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float, clear_mm: float) -> float:
     """Gives the height below the shoulder plane at which a foot that ends there keeps clear of the arm; else inf.
 
     The arm's lower edge is the tangent of root circle and boss circle; beyond it the boss itself is what is nearest.
@@ -89,12 +108,12 @@ def _under_arm_mm(arm: ArmDimensions, stop_rad: float, end_mm: float) -> float:
     normal = stop_rad - acos((arm.beam_root_radius_mm - arm.boss_radius_mm) / arm.length_mm)
     if not -pi < normal < -pi / 2 or end_mm <= 0.0:
         return inf
-    edge = (arm.beam_root_radius_mm + CLEAR_MM - end_mm * cos(normal)) / sin(normal)
+    edge = (arm.beam_root_radius_mm + clear_mm - end_mm * cos(normal)) / sin(normal)
     elbow = arm.length_mm * cos(stop_rad), arm.length_mm * sin(stop_rad)
     along = -sin(normal), cos(normal)  # of the edge, outwards
     if end_mm * along[0] + edge * along[1] <= elbow[0] * along[0] + elbow[1] * along[1]:
         return edge
-    radius, aside = arm.boss_radius_mm + CLEAR_MM, end_mm - elbow[0]
+    radius, aside = arm.boss_radius_mm + clear_mm, end_mm - elbow[0]
     return elbow[1] - sqrt(radius**2 - aside**2) if abs(aside) < radius else inf
 
 
@@ -217,6 +236,7 @@ def bracket_dimensions(
     capstan: CapstanDimensions | None,
     bearing: catalogue.Bearing,
     motor: catalogue.Motor,
+    clearance_mm: float,
 ) -> BracketDimensions:
     """Dimensions the bracket of a chain; the base lies as low as motor, sector and elbows ask for.
 
@@ -234,6 +254,7 @@ def bracket_dimensions(
         capstan: None for a direct drive.
         bearing: At the shoulder.
         motor: Whose body must stay over the base.
+        clearance_mm: That is asked between what moves and what stands.
 
     Raises:
         DimensionError: The arms swing in so far that no room is left for the feet.
@@ -255,18 +276,19 @@ def bracket_dimensions(
         pins = tuple((u + distance * cos(a), distance * sin(a)) for a in angles)
     body = motor.diameter_mm / 2
     stop = shoulder_rad[0] - STOP_MARGIN_RAD
-    boss = arm.boss_radius_mm + CLEAR_MM
+    off = max(CLEAR_MM, clearance_mm + MESHES_MM)
+    boss = arm.boss_radius_mm + off
     head = bearing.outer_mm / 2 + HEAD_WALL_MM
     under = 0.0 if capstan is None else FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
     key = 0.0 if capstan is None else handle_room_mm(motor) - dz
     base_top = -max(
-        body - dz + CLEAR_MM + under, swept + CLEAR_MM + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm, key
+        body - dz + CLEAR_MM + under, swept + off + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm, key
     )
     long = FOOT_MM[1] - FOOT_MM[0]
 
     def foot_on(top: float, u: float = u) -> tuple[float, float]:
         """Both ends of a foot on a base there: where the arm leaves it room, and beside the neighbour's motor."""
-        end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM))
+        end = min(u + FOOT_MM[1], u + foot_outer_end_mm(arm, stop, top + FOOT_HEIGHT_MM, off))
         inner = u + 2 * LEG_ASIDE_MM - head  # the leg's inner edge at the shoulder's height
         beside = -inf if capstan is None else _beside_mm(inner, top, (u + du, dz), body, leg_mm)
         low = max(end - long, beside)
@@ -275,7 +297,7 @@ def bracket_dimensions(
     def clear(top: float) -> bool:
         """Whether the arm at its stop passes foot and plate on a base there."""
         low, end = foot_on(top)
-        if low < FOOT_INSIDE_MM or top + FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u) + ROUNDING_MM:
+        if low < FOOT_INSIDE_MM or top + FOOT_HEIGHT_MM > _under_arm_mm(arm, stop, end - u, off) + ROUNDING_MM:
             return False
         over = u + arm.length_mm * cos(stop) - boss < hypot(end, half_width_mm) + PLATE_RIM_MM
         return not over or top <= -boss - arm.length_mm * abs(sin(stop))

@@ -1,20 +1,25 @@
-"""A motor beside the encoder's board of the next chain, in closed form: rectangles at the motor's widest height."""
+"""What runs or stands beside a motor, in closed form: the next chain's encoder board, own rods, the own arm's end."""
 
 from __future__ import annotations
 
-from math import sqrt
+from itertools import combinations
+from math import acos, asin, atan2, degrees, hypot, sin, sqrt
 
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.dimensions.arm import ArmDimensions
+from delta_cad.dimensions.bracket import BracketDimensions, Circle
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 
 BESIDE_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
 BOARD_SCREW = "M2.5"
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
 HALVINGS = 30  # of the range in which the base's radius lies
+BOARD_EDGE_MM = 4.0  # of a direct drive's leg around its board's screws
+DIRECTIONS, ANGLES = 1440, 181  # in which a hull's distance is looked for, to 1e-4 mm; of an arm between its stops
 
 
 def require_room_for_board(
@@ -63,6 +68,105 @@ def require_room_for_board(
         base_radius_mm,
         high,
     )
+
+
+def require_room_for_rods(
+    upper_arm_mm: float,
+    fold_rad: float,
+    beside_mm: float,
+    rod_mm: float,
+    clear_mm: float,
+    stack: Layers,
+    motor: catalogue.Motor,
+) -> None:
+    """Refuses a direct drive whose rods fold onto its own motor, which is round about the shoulder's axis.
+
+    Args:
+        upper_arm_mm: L_A.
+        fold_rad: Least angle between upper arm and rods.
+        beside_mm: Of a rod's middle from the chain's plane.
+        rod_mm: Diameter of a rod.
+        clear_mm: Clearance.
+        stack: Stack of a chain along the shoulder axis.
+        motor: Row of the catalogue.
+
+    Raises:
+        DimensionError: They do; the message names the angle at which they do not.
+    """
+    face = stack.motor_cheek_mm[1]
+    if not face - rod_mm / 2 < beside_mm < face + motor.length_mm + rod_mm / 2:
+        return
+    off, needed = upper_arm_mm * sin(fold_rad), (motor.diameter_mm + rod_mm) / 2 + clear_mm
+    bound = degrees(asin(min(needed / upper_arm_mm, 1.0)))
+    require(
+        off >= needed,
+        "rod_tube",
+        "beside the motor",
+        f"rods that fold to {degrees(fold_rad):.1f} deg come within {off:.2f} mm of their shoulder's axis, at least "
+        f"{needed:.2f} beside {motor.id}: cube.bottom_height_mm larger, or hardware.motor smaller, or with "
+        f"requirements.elbow_angle_min_deg = {bound:.1f} other lengths",
+        "requirements.elbow_angle_min_deg",
+        degrees(fold_rad),
+        bound,
+    )
+
+
+def require_room_for_boss(
+    arm: ArmDimensions, bracket: BracketDimensions, shoulder_rad: tuple[float, float], stack: Layers, board_mm: Circle
+) -> None:
+    """Refuses a direct drive whose arm's end, wider than the way between the cheeks, runs into one between its stops.
+
+    Args:
+        arm: Upper arm.
+        bracket: Its chain's.
+        shoulder_rad: Smallest and largest shoulder angle over the cube.
+        stack: Stack of a chain along the shoulder axis.
+        board_mm: Half distances (x, z) of the encoder board's screws, and their radius; 0 where there is no board.
+
+    Raises:
+        DimensionError: It does; the message names the length at which it does not.
+    """
+    x, z, edge = board_mm
+    corners = [(sx * x, sz * z, edge) for sx in (-1, 1) for sz in (-1, 1)]
+    encoder_cheek = [(0.0, 0.0, bracket.head_radius_mm), *corners, *bracket.foot_circles_mm]
+    cheeks = []
+    if stack.elbow_boss_mm[1] > stack.motor_cheek_mm[0] - RUNNING_GAP_MM:
+        cheeks.append(bracket.motor_cheek_circles_mm)
+    if stack.elbow_boss_mm[0] < stack.encoder_cheek_mm[1] + RUNNING_GAP_MM:
+        cheeks.append(encoder_cheek)
+    angles = np.linspace(shoulder_rad[0] - STOP_MARGIN_RAD, shoulder_rad[1] + STOP_MARGIN_RAD, ANGLES)
+
+    def room(length_mm: float) -> float:
+        elbows = length_mm * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return min((_off_hull_mm(elbows, circles).min() for circles in cheeks), default=np.inf) - arm.boss_radius_mm
+
+    found = room(arm.length_mm)
+    low, high = arm.length_mm, 3.0 * arm.length_mm
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if room(middle) >= RUNNING_GAP_MM else (middle, high)
+    require(
+        found >= RUNNING_GAP_MM,
+        "upper_arm",
+        "beside its cheeks",
+        f"the elbow's boss comes within {found:.2f} mm of a cheek, at least {RUNNING_GAP_MM:g}: upper_arm_length_mm = "
+        f"{arm.length_mm:g} must be at least {high:.2f} mm, or hardware.motor smaller",
+        "mechanism.upper_arm_length_mm",
+        arm.length_mm,
+        high,
+    )
+
+
+def _off_hull_mm(points: np.ndarray, circles: list[Circle]) -> np.ndarray:
+    """Distances of points (n, 2) from the hull of circles, (n,) mm; inside it they are negative."""
+    turns = [*np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)]
+    for (ax, az, a), (bx, bz, b) in combinations(circles, 2):  # and square to every edge
+        apart = hypot(bx - ax, bz - az)
+        if apart > abs(a - b):
+            lean, along = acos((a - b) / apart), atan2(bz - az, bx - ax)
+            turns += [along - lean, along + lean]
+    normals, known = np.stack([np.cos(turns), np.sin(turns)]), np.array(circles)
+    return (points @ normals - (known[:, :2] @ normals + known[:, 2:]).max(axis=0)).max(axis=1)
 
 
 def _board_boxes(

@@ -16,6 +16,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import motor_screw_mm
+from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
 from delta_cad.dimensions.tolerances import LENGTH_MM, minutes, seat_tilt_rad
@@ -42,7 +43,6 @@ BOARD_SCREW = "M2.5"
 BOARD_THREAD_MM, BOARD_DRILL_MM = 8.0, 2.0  # thread, and the drill's way beyond it
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
-FOOT_CORNER_MM = 3.0
 ROUNDING_MM = 1e-9
 DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
@@ -122,18 +122,6 @@ def board_thread_mm(d: Dimensions) -> tuple[float, float | None]:
     return (BOARD_THREAD_MM, deep) if deep < inside - BOARD_DRILL_MM else (inside - face, None)
 
 
-def _foot(d: Dimensions) -> list[Circle]:
-    b = d.bracket
-    low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
-    top = b.base_top_mm + b.foot_height_mm - FOOT_CORNER_MM
-    return [
-        (low, b.base_top_mm, 0.0),
-        (high, b.base_top_mm, 0.0),
-        (low + FOOT_CORNER_MM, top, FOOT_CORNER_MM),
-        (high - FOOT_CORNER_MM, top, FOOT_CORNER_MM),
-    ]
-
-
 def _to_the_block(
     d: Dimensions, through: tuple[float, float], outside: float, outwards: float
 ) -> tuple[list[cq.Shape], list[Hole]]:
@@ -154,16 +142,9 @@ def _to_the_block(
     return tools, holes
 
 
-def motor_cheek_outline(d: Dimensions) -> list[Circle]:
-    """Circles (x, z, radius) in the shoulder's frame whose hull a motor's cheek is."""
-    b = d.bracket
-    x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
-    return [(0.0, 0.0, b.head_radius_mm), (x, z, b.motor_pad_radius_mm), *_foot(d)]
-
-
 def key_slot_length_mm(d: Dimensions) -> float:
     """How far the slot of the set screws' key reaches from the motor's axis: to the edge of its cheek."""
-    circles = np.array(motor_cheek_outline(d))
+    circles = np.array(d.bracket.motor_cheek_circles_mm)
     angle, (x, z, _) = key_slot_rad(d.bracket, d.motor), circles[1]
     turns = angle + np.linspace(-pi / 2, pi / 2, DIRECTIONS)[1:-1]
     normals = np.stack([np.cos(turns), np.sin(turns)])
@@ -177,7 +158,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     inside, outside = d.layers.motor_cheek_mm
     through = (inside - THROUGH_MM, outside + THROUGH_MM)
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
-    outline = motor_cheek_outline(d)
+    outline = b.motor_cheek_circles_mm
     what = "motor diameter, base_radius_mm"
     body = feature(number, "outline", what, lambda: hull_along_y(outline, (inside, outside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
@@ -233,8 +214,8 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     face = d.layers.encoder_head_mm[0]
     through = (face - THROUGH_MM, inside + THROUGH_MM)
     board = board_screw_positions(d) if d.sensed_at_shoulder else []
-    head = [(0.0, 0.0, b.head_radius_mm), *((x, z, 4.0) for x, z in board)]
-    leg = [b.leg_circle_mm, *_foot(d)] if d.capstan is not None else [*head, *_foot(d)]
+    head = [(0.0, 0.0, b.head_radius_mm), *((x, z, BOARD_EDGE_MM) for x, z in board)]
+    leg = [b.leg_circle_mm, *b.foot_circles_mm] if d.capstan is not None else [*head, *b.foot_circles_mm]
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
     body = edge_break(number, body, ">Y or <Y", 0.5)
     if d.capstan is not None:

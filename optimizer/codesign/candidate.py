@@ -121,6 +121,7 @@ ASKED = (
     "friction_max_N",
     "position_step_max_mm",
     "lean_max_deg",
+    "elbow_angle_min_deg",
     "stiffness_min_N_mm",
     "clearance_min_mm",
     "gravity_m_s2",

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from delta_cad.common.units import MM_PER_M
+from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice, default_of
@@ -39,7 +41,7 @@ PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
-RADIUS_STEP_MM, HEIGHT_STEP_MM, ARM_STEP_MM = 0.5, 2.0, 2.0
+RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
@@ -92,6 +94,8 @@ def from_reasons(
             shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
             over[shorter] += bound - reason.value + SPARE_MM
             lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
+        elif field == "requirements.elbow_angle_min_deg" and isinstance(bound, float):
+            lessons = lessons.taught(str(reason), elbow_angle_deg=math.ceil(bound * SIZE_STEP) / SIZE_STEP)
         elif field.startswith("requirements.") or not field:
             lessons = _stiffer(lessons, str(reason))
     if (choice, lessons) == before:
@@ -174,12 +178,15 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
+            again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
+            if _folded(result.worst_pair or ()):
+                least = _elbow_deg(candidate) + ELBOW_STEP_DEG * again
+                lessons = lessons.taught(why, elbow_angle_deg=max(least, lessons.elbow_angle_deg))
+                continue
             length, step = _apart(result.worst_pair or ())
             if result.unit == "mm" and result.value is not None:
                 step = max(step, short)
-            again = sum(line.startswith(f"{result.name}:") for line in lessons.why)
-            step *= 2.0 ** min(again, DOUBLINGS)
-            lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step, why)
+            lessons = lessons.raised(length, candidate.lengths_mm[VARIABLES.index(length)] + step * again, why)
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
@@ -206,13 +213,27 @@ def with_outline(candidate: Candidate, lessons: Lessons, results: Iterable[Check
     return lessons.taught(why, overhead_mm=over)
 
 
+def _one_chain(pair: Sequence[str]) -> bool:
+    return len({next((word for word in name.split("_") if word.isdigit()), "") for name in pair}) == 1
+
+
+def _folded(pair: Sequence[str]) -> bool:
+    """Whether rods came too close to their own arm, its motor or what holds it."""
+    return _one_chain(pair) and any(name.startswith("rod") for name in pair) and not any("wrist" in n for n in pair)
+
+
+def _elbow_deg(candidate: Candidate) -> float:
+    """Smallest angle between upper arm and rods over the cube of a candidate."""
+    cube = candidate.design.cube
+    place = Cube(cube.bottom_height_mm / MM_PER_M, cube.half_side_mm / MM_PER_M)
+    fold = cube_extremes(candidate.design.geometry, place, candidate.design.requirements.force_N).forearm_angle_max
+    return 180.0 - math.degrees(fold.value)
+
+
 def _apart(pair: Sequence[str]) -> tuple[str, float]:
     """The length that brings two parts of a machine farther apart, and a step of it, mm."""
     if any("wrist" in name for name in pair):
         return "platform_radius", RADIUS_STEP_MM
-    chains = {next((word for word in name.split("_") if word.isdigit()), "") for name in pair}
-    if len(chains) == 1 and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
+    if _one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
         return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it
-    if len(chains) == 1 and any(name.startswith("rod") for name in pair):
-        return "bottom_height", HEIGHT_STEP_MM  # rods beside what holds their own arm: higher, they stand steeper
     return "base_radius", RADIUS_STEP_MM

@@ -116,6 +116,8 @@ def posed(
         "shoulder_deg": [low_deg + room_deg, high_deg - room_deg],
         "gravity_torque_N_m": lessons.held_torque_N_m,
     }
+    if elbow_deg := max(limits.elbow_angle_min_deg or 0.0, lessons.elbow_angle_deg):
+        asked["elbow_angle_min_deg"] = elbow_deg + room_deg
     if limits.outline_radius_max_mm is not None:
         asked["outline_radius_max_mm"] = limits.outline_radius_max_mm
     most = brief.feel.effective_mass_max_kg

@@ -64,6 +64,7 @@ class Lessons:
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
+        elbow_angle_deg: Least angle between upper arm and rods to ask for.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
         friction_share: The same of the friction.
         step_share: The same of the position step.
@@ -77,6 +78,7 @@ class Lessons:
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
+    elbow_angle_deg: float = 0.0
     mass_share: float = 0.998
     friction_share: float = 0.998
     step_share: float = 0.998

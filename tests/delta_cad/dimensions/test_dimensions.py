@@ -243,7 +243,7 @@ def test_the_deeper_arms_swing_the_lower_lies_the_base(lowest: float) -> None:
     def arm_down(degrees: float) -> BracketDimensions:
         shoulder = (radians(degrees), d.extremes.shoulder_max.value)
         elbow = d.arm.length_mm * sin(radians(degrees))
-        return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, 11.0, d.arm, None, d.bearing, d.motor)
+        return bracket_dimensions(40.0, shoulder, elbow, 8.0, 17.0, 11.0, d.arm, None, d.bearing, d.motor, 1.0)
 
     made = arm_down(lowest)
     assert made.foot_u_mm[0] >= 12.0 - 1e-9
@@ -253,7 +253,7 @@ def test_the_deeper_arms_swing_the_lower_lies_the_base(lowest: float) -> None:
 def test_arms_that_swing_straight_down_leave_no_room_for_the_feet() -> None:
     d = edited()
     with pytest.raises(DimensionError, match=r"^foot_block, place: .* -86\.9 deg "):
-        bracket_dimensions(40.0, (radians(-86.9), 1.0), -82.0, 8.0, 17.0, 11.0, d.arm, None, d.bearing, d.motor)
+        bracket_dimensions(40.0, (radians(-86.9), 1.0), -82.0, 8.0, 17.0, 11.0, d.arm, None, d.bearing, d.motor, 1.0)
 
 
 @pytest.mark.parametrize("drive", ["capstan", "direct"])

@@ -13,6 +13,9 @@ import pytest
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import load_design
 from delta_cad.dimensions import Reason
+from delta_cad.mechanism import Cube, DeltaGeometry
+from delta_cad.mechanism.limits import ElbowAngle
+from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import COUPLE_MOST, StuckError, from_checks, from_reasons, too_soft, with_outline
@@ -34,6 +37,11 @@ def brief(**hardware: object) -> DesignBrief:
 
 def candidate() -> Candidate:
     return Candidate(load_design(Path(BEST)), CHOICE, LENGTHS, reference(), 84.0)
+
+
+def elbow_deg(g: DeltaGeometry, cube: Cube) -> float:
+    least = CubeSearch(cube)(lambda p: ElbowAngle.figures[0].worst(ElbowAngle(0.0), g, p), 1.0)
+    return float(np.degrees(least.value))
 
 
 def failed(name: str, value: float | None, limit: float | None, unit: str = "", *pair: str) -> CheckResult:
@@ -128,10 +136,20 @@ def test_each_failed_check_moves_what_it_is_about() -> None:
     assert wrists.least("platform_radius") == 24.5
     board = learnt(failed("clearance", 1.0, 2.0, "mm", "motor_0", "encoder_board_1"))
     assert board.least("base_radius") == 32.0
-    steep = learnt(failed("clearance proof", None, 2.0, "mm", "motor_cheek_0", "rod_tube_0_1"))
-    assert steep.least("bottom_height") == 66.0
+    unfolded = learnt(failed("clearance proof", None, 2.0, "mm", "motor_cheek_0", "rod_tube_0_1"))
+    d = candidate().design
+    place = Cube(d.cube.bottom_height_mm / 1000.0, d.cube.half_side_mm / 1000.0)
+    assert unfolded.elbow_angle_deg == pytest.approx(elbow_deg(d.geometry, place) + 2.0, abs=1e-6)
+    assert unfolded.least_mm == KNOWN.least_mm
     solid = learnt(failed("overlap on one link", 156.0, 0.01, "mm^3", "motor_0", "encoder_board_1"))
     assert solid.least("base_radius") == 31.5
+
+
+def test_rods_that_fold_onto_a_motor_are_asked_to_unfold() -> None:
+    reason = Reason("rod_tube", "beside the motor", "why", "requirements.elbow_angle_min_deg", 27.0, 33.31)
+    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [reason])
+    assert lessons.elbow_angle_deg == pytest.approx(33.4)
+    assert lessons.couple_index_min == KNOWN.couple_index_min
 
 
 def test_a_check_that_teaches_nothing_ends_the_choice() -> None:
