@@ -66,9 +66,7 @@ def told(value: float | None, unit: str = "", digits: int = FIGURES) -> str:
     """Gives a number with its unit; "" for None."""
     if value is None:
         return ""
-    unit = unit.replace("^2", "²").replace("^3", "³")
-    number = f"{value:.{digits}g}" if 1e-3 <= abs(value) < 1e5 or not value else f"{value:.2g}"
-    return f"{number} {unit}".strip()
+    return f"{value:.{digits}g} {unit.replace('^2', '²').replace('^3', '³')}".strip()
 
 
 def line(result: CheckResult, words: str = "") -> Line:

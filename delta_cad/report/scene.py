@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from delta_cad.common.units import G_PER_KG, MM_PER_M
+from delta_cad.mechanism.limits import HandleFriction, HandleInertia
+from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.report.explode import exploded
 from delta_cad.report.fields import Handle
 from delta_cad.report.subject import Subject, plain
@@ -12,41 +14,61 @@ from delta_cad.report.subject import Subject, plain
 DIGITS = 5  # of what is only looked at
 
 
+def mechanism(
+    placement: LinkPlacement,
+    force_N: float,
+    inertia: HandleInertia,
+    friction: HandleFriction | None,
+    encoder_count_rad: float | None,
+) -> dict[str, Any]:
+    """Gathers what `assets/kinematics.js` takes, as JSON types: all doubles, so that its frames are the placement's.
+
+    Args:
+        placement: Of the links.
+        force_N: The force of which the torque is told.
+        inertia: What moves.
+        friction: What rubs; None where it is not known.
+        encoder_count_rad: Turn of a joint for one count of its encoder; None where it is not known.
+    """
+    g = placement.geometry
+    rubs = None
+    if friction is not None:
+        rubs = {"drive_N_m": friction.drive, "upright_N": friction.upright, "level_N": friction.level}
+    return plain(
+        {
+            "base_radius_mm": g.base_radius * MM_PER_M,
+            "platform_radius_mm": g.platform_radius * MM_PER_M,
+            "upper_arm_mm": g.upper_arm_length * MM_PER_M,
+            "forearm_mm": g.forearm_length * MM_PER_M,
+            "width_mm": placement.parallelogram_width_mm,
+            "pinion_mm": placement.pinion_centre_mm,
+            "ratio": placement.drive_ratio,
+            "springs_mm": placement.springs_mm,
+            "eye_inside_mm": placement.eye_inside_mm,
+            "force_N": force_N,
+            "inertia": {
+                "carried_kg": inertia.carried_mass,
+                "elbow_kg": inertia.elbow_mass,
+                "cross_kg": inertia.cross_mass,
+                "joint_kg_m2": inertia.joint_inertia,
+            },
+            "friction": rubs,
+            "encoder_count_rad": encoder_count_rad,
+        }
+    )
+
+
 def scene(s: Subject, handle: Handle) -> dict[str, Any]:
-    """Gathers the machine as JSON types; lengths in mm as all doubles, that positions are those of the assembly.
+    """Gathers the machine as JSON types, lengths in mm.
 
     Returns:
-        `mechanism`, what `assets/kinematics.js` takes; `parts`, what a person reads of each; `occurrences`, link, part
-        and (3,) way in the exploded view of each; `home_mm`, `cube`, `outline`.
+        `mechanism`; `parts`, what a person reads of each; `occurrences`, link, part and (3,) way in the exploded view
+        of each; `home_mm`, `cube`, `outline`.
     """
-    placement, asked = s.assembly.placement, s.design.requirements
-    g, rubs, moves = placement.geometry, handle.friction, exploded(s)
-    numbers = {part.number: k for k, part in enumerate(s.assembly.parts)}
+    moves, numbers = exploded(s), {part.number: k for k, part in enumerate(s.assembly.parts)}
+    force_N, count = s.design.requirements.force_N, handle.encoder_count_rad
     return {
-        "mechanism": plain(
-            {
-                "base_radius_mm": g.base_radius * MM_PER_M,
-                "platform_radius_mm": g.platform_radius * MM_PER_M,
-                "upper_arm_mm": g.upper_arm_length * MM_PER_M,
-                "forearm_mm": g.forearm_length * MM_PER_M,
-                "width_mm": placement.parallelogram_width_mm,
-                "pinion_mm": placement.pinion_centre_mm,
-                "ratio": placement.drive_ratio,
-                "springs_mm": placement.springs_mm,
-                "eye_inside_mm": placement.eye_inside_mm,
-                "force_N": asked.force_N,
-                "inertia": {
-                    "carried_kg": handle.inertia.carried_mass,
-                    "elbow_kg": handle.inertia.elbow_mass,
-                    "cross_kg": handle.inertia.cross_mass,
-                    "joint_kg_m2": handle.inertia.joint_inertia,
-                },
-                "friction": None
-                if rubs is None
-                else {"drive_N_m": rubs.drive, "upright_N": rubs.upright, "level_N": rubs.level},
-                "encoder_count_rad": handle.encoder_count_rad,
-            }
-        ),
+        "mechanism": mechanism(s.assembly.placement, force_N, handle.inertia, handle.friction, count),
         "parts": [
             {
                 "number": part.piece_of or part.number,

@@ -20,7 +20,7 @@ class Viewer {
     this.renderer.toneMappingExposure = 1.15;
     this.scene = new THREE.Scene();
     const room = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = room.fromScene(new THREE.RoomEnvironment(), 0.04).texture;
+    this.scene.environment = room.fromScene(new THREE.RoomEnvironment(), 0, 0.1, 100, { size: 64 }).texture;
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(300, -500, 800);
     this.scene.add(sun);
