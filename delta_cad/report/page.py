@@ -26,11 +26,13 @@ FILE_NAME = "report.html"
 ASSETS = Path(__file__).parent / "assets"
 VENDOR = Path(__file__).parent / "vendor"
 SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
-# Columns of the bill of materials that come first; others that a build may write follow.
+# Columns of the bill of materials that come first; others that a build may write follow. Sources stand with what is
+# described.
 COLUMNS = (
     "item", "part_number", "description", "quantity", "make_or_buy", "material", "unit_mass_g", "total_mass_g",
-    "standard", "order_code", "source",
+    "standard", "order_code",
 )  # fmt: skip
+SOURCE = "source"
 
 
 def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
@@ -114,7 +116,7 @@ def _policy(scripts: Sequence[str], style: str) -> str:
 
 def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     found = {key for row in rows for key, value in row.items() if value not in ("", None)}
-    return [key for key in COLUMNS if key in found] + sorted(found - set(COLUMNS))
+    return [key for key in COLUMNS if key in found] + sorted(found - {*COLUMNS, SOURCE})
 
 
 def _files(folder: Path) -> list[tuple[str, list[tuple[str, int]]]]:

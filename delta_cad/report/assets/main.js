@@ -103,7 +103,8 @@
   get("view").addEventListener("pointerleave", (event) => tell(event, ""));
 
   for (const line of document.querySelectorAll("#bom tr[data-part]")) {
-    line.addEventListener("click", () => {
+    line.addEventListener("click", (event) => {
+      if (event.target.closest("details")) return;
       const was = line.classList.contains("chosen");
       document.querySelectorAll("#bom tr.chosen").forEach((one) => one.classList.remove("chosen"));
       line.classList.toggle("chosen", !was);

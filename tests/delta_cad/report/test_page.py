@@ -33,7 +33,7 @@ def test_names_and_texts_of_others_do_no_harm(subject: Subject, folder: Path) ->
     parts["upper_arm"] = replace(
         parts["upper_arm"], description=BAD, material=replace(parts["upper_arm"].material, name=BAD)
     )
-    row = {"item": 1, "part_number": BAD, "description": BAD, "quantity": 3, "cost_EUR": 1.25, BAD: BAD}
+    row = {"item": 1, "part_number": BAD, "description": BAD, "quantity": 3, "cost_EUR": 1.25, "source": BAD, BAD: BAD}
     (folder / "bom.json").write_text(json.dumps({"items": [row]}), encoding="utf-8")
     (folder / "drawings").mkdir()
     (folder / "drawings" / '"onclick="x<b>.pdf').write_text("")
@@ -46,7 +46,7 @@ def test_names_and_texts_of_others_do_no_harm(subject: Subject, folder: Path) ->
     assert len(found.all("script")) == len(found.scripts()) + 2
     assert not any(name.startswith("on") for e in found.elements for name in e.attributes)
     assert BAD in [part["description"] for part in found.data()["parts"]]
-    assert found.rows("parts")[1][1:3] == [BAD, BAD]
+    assert found.rows("parts")[1][1:3] == [BAD, f"{BAD}source{BAD}"]
     assert "1.25" in found.rows("parts")[1]
     assert found.rows("checks")[1][0] == BAD
     assert f"verified: {BAD}." in next(e.text for e in found.all("section", id="proof"))
