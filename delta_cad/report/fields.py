@@ -57,8 +57,9 @@ class Field:
     sampled_mm: np.ndarray
 
     def worst(self) -> tuple[float, np.ndarray]:
-        """Computes the worst of the sampled values, and finds its position, mm."""
+        """Computes the worst of the sampled values, and finds its position, mm; what has no value is worst."""
         values = self.values(self.sampled_mm)
+        values = np.where(np.isnan(values), np.inf if self.upper else -np.inf, values)
         k = int(np.argmax(values) if self.upper else np.argmin(values))
         return float(values[k]), self.sampled_mm[k]
 

@@ -98,7 +98,7 @@ def provenance(s: Subject, versions: dict[str, str]) -> dict[str, Any]:
     return {
         "input_sha256": design_hash(s.design),
         "command": f"python -m delta_cad build --design {name}.json",
-        "certify": f"python -m optimizer certify --design {name}.json",
+        "certify": f"python -m optimizer certify --design {name}.json --mass-properties mass_properties.json",
         "lengths": {key: value for key, value in s.design.provenance.items() if isinstance(value, str | int | float)},
         "versions": versions,
     }

@@ -27,12 +27,13 @@ class MapRow {
     element(key, "i", "");
     this.bad = element(key, "span", "");
     const slices = element(row, "div", "slices");
-    const flat = map.values.flat(2).filter((v) => v !== null);
+    const known = map.values.map((slice) => slice.map((line) => line.map((v) => v ?? NaN))); // none at a singularity
+    const flat = known.flat(2).filter(Number.isFinite);
     this.range = [Math.min(...flat), Math.max(...flat)];
     this.worst = map.upper ? this.range[1] : this.range[0];
-    const spans = map.values.map((slice) => Math.max(...slice.flat()) - Math.min(...slice.flat()));
+    const spans = known.map((slice) => Math.max(...slice.flat()) - Math.min(...slice.flat()));
     this.skewed = spans.filter((span) => span < (this.range[1] - this.range[0]) / 4).length > spans.length / 2;
-    this.slices = map.values.map((values, k) => {
+    this.slices = known.map((values, k) => {
       const figure = element(slices, "figure", "");
       const frame = element(figure, "div", "slice");
       const canvas = element(frame, "canvas", "");
@@ -44,7 +45,8 @@ class MapRow {
       const words = (event) => {
         const [i, j] = at(event);
         const where = `${this.x[i].toFixed(1)}, ${this.x[j].toFixed(1)}, ${data.z_mm[k].toFixed(1)} mm`;
-        told(event, `${map.words} ${values[j][i]} ${map.unit}`, where);
+        const value = Number.isFinite(values[j][i]) ? values[j][i] : "without bound";
+        told(event, `${map.words} ${value} ${map.unit}`, where);
       };
       canvas.addEventListener("pointermove", words);
       canvas.addEventListener("pointerleave", (event) => told(event, ""));
@@ -69,7 +71,7 @@ class MapRow {
     const ends = this.map.upper ? this.range : [this.range[1], this.range[0]];
     [this.good.textContent, this.bad.textContent] = ownScales ? ["best of a slice", "worst of it"] : ends.map((v) => told(v));
     for (const { values, canvas, scale, z } of this.slices) {
-      const own = values.flat().filter((v) => v !== null);
+      const own = values.flat().filter(Number.isFinite);
       const found = [Math.min(...own), Math.max(...own)];
       const [low, high] = ownScales ? found : this.range;
       const context = canvas.getContext("2d");
