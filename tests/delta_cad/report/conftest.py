@@ -57,9 +57,9 @@ def page(built: Built) -> Page:
     return Page((built.folder / "report.html").read_text(encoding="utf-8"))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """A headless browser; skips with the reason where there is none."""
+    """A headless browser; skips with the reason where there is none. Its loop must not outlive the module."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: extra `test`")
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:

@@ -1,4 +1,4 @@
-"""The live page on its server: what follows the handle and the sliders, without a browser."""
+"""The live page on its server: what follows the handle and the sliders, and by a mouse."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from delta_cad.mechanism.placement import chain_frame
 from delta_cad.report.live.page import LivePage, quaternion
 from delta_cad.report.subject import Subject
 
+DRAWN_MS, PICTURE_MS, TRIES = 120_000, 500, 20  # a processor draws a picture in a second or so
 INERTIA = HandleInertia(0.071, 0.0043, 0.0011, 3.1e-4)
 
 
@@ -78,6 +79,32 @@ def test_solids_move_with_the_handle_and_are_the_designs_alone(page: LivePage, s
     assert not any(handle.visible for handle in page._frames.values())
     assert drawn(page)["arms"]
     assert "masses as designed" in page._told.content
+
+
+@pytest.mark.slow
+def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, chromium: Any) -> None:
+    viewer = chromium.new_page(viewport={"width": 1000, "height": 700})
+    asked: list[str] = []
+    viewer.on("request", lambda request: asked.append(request.url))
+    host = f"http://127.0.0.1:{page._server.get_port()}/"
+    viewer.goto(host)
+    viewer.get_by_text("conditioning").wait_for(timeout=DRAWN_MS)
+    start = page.handle_mm
+    for _ in range(TRIES):  # until the picture is drawn there is nothing to take hold of
+        viewer.mouse.move(500, 245)  # the arrow along z, above the handle
+        viewer.wait_for_timeout(PICTURE_MS)
+        viewer.mouse.down()
+        for k in range(1, 6):
+            viewer.mouse.move(500, 245 + 8 * k)
+            viewer.wait_for_timeout(PICTURE_MS)
+        viewer.mouse.up()
+        if (page.handle_mm != start).any():
+            break
+    assert page.handle_mm[:2] == pytest.approx(start[:2], abs=1e-6)
+    assert page.lengths.bottom_height_mm - 1e-6 <= page.handle_mm[2] < start[2] - 5.0
+    assert viewer.get_by_text(f"{page.handle_mm[2]:.1f} mm").count() == 1
+    assert {url for url in asked if not url.startswith((host, "blob:" + host, "data:"))} == set()
+    viewer.close()
 
 
 def turned(wxyz: Any) -> np.ndarray:
