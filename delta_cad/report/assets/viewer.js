@@ -53,10 +53,10 @@ class Viewer {
       node.removeFromParent();
       node.matrixAutoUpdate = false;
       if (!materials.has(node.material)) materials.set(node.material, this.surfaces(node.material));
-      const [outer, marked] = materials.get(node.material);
-      node.material = outer;
+      const surfaces = materials.get(node.material);
+      node.material = surfaces.outer;
       const name = node.userData.name ?? node.name;
-      this.parts.push({ node, name, link, part, placement, outer, marked, move: new THREE.Vector3(...move) });
+      this.parts.push({ node, name, link, part, placement, surfaces, move: new THREE.Vector3(...move) });
       this.model.add(node);
     }
     this.place();
@@ -73,9 +73,11 @@ class Viewer {
     outer.envMapIntensity = 1.0;
     outer.clippingPlanes = [];
     const marked = outer.clone();
-    marked.emissive.set(0xd05a10);
-    marked.emissiveIntensity = 0.75;
-    return [outer, marked];
+    marked.color.set(0xff7a1a);
+    marked.emissive.set(0xb03a00);
+    const faint = outer.clone();
+    Object.assign(faint, { transparent: true, opacity: 0.14, depthWrite: false });
+    return { outer, marked, faint };
   }
 
   lines(geometry, color, loop = false) {
@@ -126,7 +128,7 @@ class Viewer {
     this.cutting = [axis, share];
     if (axis !== was) {
       const planes = axis ? [this.plane] : [];
-      for (const material of new Set(this.parts.flatMap(({ outer, marked }) => [outer, marked]))) {
+      for (const material of new Set(this.parts.flatMap(({ surfaces }) => Object.values(surfaces)))) {
         material.clippingPlanes = planes;
         material.needsUpdate = true;
       }
@@ -148,7 +150,7 @@ class Viewer {
   }
 
   // Closes a part where the section cuts it: what has more of its back than of its front behind is inside it.
-  cap({ node, outer }, n, k, at) {
+  cap({ node, surfaces }, n, k, at) {
     const box = new THREE.Box3().setFromObject(node);
     if (at <= box.min.getComponent(k) || at >= box.max.getComponent(k)) return;
     const counted = { colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true };
@@ -163,7 +165,7 @@ class Viewer {
       this.caps.add(count);
     });
     const shade = 0.35 + 0.3 * ((n * 0.618) % 1); // neighbours of one material are told apart
-    const colour = outer.color.clone().lerp(new THREE.Color(0xe0812a), shade);
+    const colour = surfaces.outer.color.clone().lerp(new THREE.Color(0xe0812a), shade);
     const replace = THREE.ReplaceStencilOp;
     const face = new THREE.Mesh(
       new THREE.PlaneGeometry(1, 1),
@@ -182,8 +184,13 @@ class Viewer {
     this.caps.add(face);
   }
 
+  // Brings out some parts among the others, which become faint; none of them: all are as they were.
   mark(chosen) {
-    for (const one of this.parts) one.node.material = chosen(one) ? one.marked : one.outer;
+    const marked = new Set(this.parts.filter(chosen));
+    for (const one of this.parts) {
+      const { outer, faint } = one.surfaces;
+      one.node.material = marked.has(one) ? one.surfaces.marked : marked.size ? faint : outer;
+    }
     this.draw();
   }
 

@@ -41,6 +41,8 @@ def picture(live: Any) -> np.ndarray:
     """What the canvas shows once it is drawn again, as colours of its pixels."""
     from PIL import Image
 
+    live.evaluate("document.getElementById('machine').scrollIntoView()")  # below the row of links, which stays
+    live.mouse.move(1, 1)  # no name stands before it
     drawn = int(live.evaluate("document.getElementById('view').dataset.drawn"))
     live.wait_for_function(f"Number(document.getElementById('view').dataset.drawn) >= {drawn}")
     live.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
@@ -120,6 +122,17 @@ def test_a_part_tells_its_name(live: Any, page: Page) -> None:
             found = live.locator("#tip b").text_content()
             break
     assert found in names
+
+
+def test_a_row_of_the_parts_brings_its_part_out(live: Any) -> None:
+    whole = picture(live)
+    row = live.locator("#bom tr[data-part=knob] td").nth(1)
+    row.click()
+    shown = picture(live)
+    orange = (shown[..., 0] > 200) & (shown[..., 1] < 170) & (shown[..., 2] < 110)
+    assert 0.001 < orange.mean() < 0.03  # a ball of 25 mm; the arms, as orange, are faint
+    row.click()
+    assert np.abs(picture(live) - whole).mean() < 0.5
 
 
 def test_maps_are_drawn_and_lead_to_a_place(live: Any, page: Page) -> None:
