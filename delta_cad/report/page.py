@@ -23,6 +23,7 @@ from delta_cad.report.subject import Subject
 from delta_cad.report.words import assumptions, certificate, provenance
 
 FILE_NAME = "report.html"
+CERTIFICATE = "certificate.json"  # which only some builds have beside them
 ASSETS = Path(__file__).parent / "assets"
 VENDOR = Path(__file__).parent / "vendor"
 SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
@@ -74,7 +75,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
         cube=data["cube"],
         outline=outline(s),
         bom={"columns": _columns(rows), "rows": rows},
-        certificate=certificate(s, folder),
+        certificate=certificate(s.design, folder / CERTIFICATE),
         assumptions=assumptions(s),
         provenance=provenance(s, dict(versions)),
         design=design_to_json(s.design),

@@ -8,7 +8,7 @@ from typing import Any
 
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import design_hash
+from delta_cad.design import Design, design_hash
 from delta_cad.dimensions.joint import FRICTION_RANGE
 from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import COULOMB
@@ -18,7 +18,6 @@ from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S
 from delta_cad.structure.report import LEFT_OUT
 from delta_cad.structure.table import structure_table
 
-CERTIFICATE = "certificate.json"
 CERTIFICATE_SCHEMA = "delta-certificate/1"
 
 
@@ -47,40 +46,38 @@ def assumptions(s: Subject) -> list[str]:
     return found
 
 
-def certificate(s: Subject, folder: Path) -> dict[str, Any]:
-    """Tells what the certificate in a folder proves.
+def certificate(design: Design, path: Path) -> dict[str, Any]:
+    """Tells what a certificate proves, if there is one and it is about a design.
 
     Returns:
-        `found`: whether there is one of this design; `verdict`; `words`: one sentence; `proved`, `open`: conditions.
+        `found`: whether it is; `words`: one sentence; `proved`, `open`: conditions in words.
     """
-    nothing: dict[str, Any] = {"found": False, "verdict": "", "words": "", "proved": [], "open": []}
-    path = folder / CERTIFICATE
+    nothing: dict[str, Any] = {"found": False, "words": "", "proved": [], "open": []}
     if not path.is_file():
         return nothing
     try:
         data = read_json(path)
-        if data["schema"] != CERTIFICATE_SCHEMA or data["design_hash"] != design_hash(s.design):
-            return nothing | {"words": f"{CERTIFICATE} in this folder is about another design."}
-        limits = Limits.from_record(data["limits"])
-        words = {limit.name: limit.words(_strictly) for limit in limits}
-        verdicts = {str(one["condition"]): str(one["verdict"]) for one in data["findings"]}
-        boxes, tolerance = int(data["boxes"]), data.get("tolerance_m")
-        verdict = str(data["verdict"])
-    except (ReadError, GeometryError, KeyError, TypeError, ValueError, AttributeError):
-        return nothing | {"words": f"{CERTIFICATE} in this folder cannot be read."}
-    side = 2.0 * s.design.cube.half_side_mm
-    whole = (
-        f"Of every point of the cube of {side:.2f} mm, not only of those sampled, proved by {boxes} boxes that fill it"
-        + (f", for every machine within {MM_PER_M * tolerance:.3g} mm of the drawn one" if tolerance else "")
-        + ":"
-    )
-    listed = [(words.get(name, name.replace("_", " ")), verdict) for name, verdict in verdicts.items()]
+        if data["schema"] != CERTIFICATE_SCHEMA or data["design_hash"] != design_hash(design):
+            return nothing | {"words": f"{path.name} in this folder is about another design."}
+        return {"found": True} | _proved(data, 2.0 * design.cube.half_side_mm)
+    except (ReadError, GeometryError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        return nothing | {"words": f"{path.name} in this folder cannot be read."}
+
+
+def _proved(data: Any, side_mm: float) -> dict[str, Any]:
+    """What the data of a certificate prove; raises one error or another where they are none."""
+    words = {limit.name: limit.words(_strictly) for limit in Limits.from_record(data["limits"])}
+    listed = [
+        (words.get(str(one["condition"]), str(one["condition"]).replace("_", " ")), str(one["verdict"]))
+        for one in data["findings"]
+    ]
+    tolerance = data.get("tolerance_m")
+    machines = "" if tolerance is None else f", for every machine within {MM_PER_M * tolerance:.3g} mm of the drawn one"
     return {
-        "found": True,
-        "verdict": verdict,
-        "words": whole,
-        "proved": [text for text, one in listed if one == "proved"],
-        "open": [f"{text}: {one}" for text, one in listed if one != "proved"],
+        "words": f"Of every point of the cube of {side_mm:.2f} mm, not only of those sampled, proved by "
+        f"{int(data['boxes'])} boxes that fill it{machines}:",
+        "proved": [text for text, verdict in listed if verdict == "proved"],
+        "open": [f"{text}: {verdict}" for text, verdict in listed if verdict != "proved"],
     }
 
 
@@ -94,11 +91,12 @@ def _strictly(value: float, upwards: bool) -> str:
 
 def provenance(s: Subject, versions: dict[str, str]) -> dict[str, Any]:
     """Tells where the machine comes from: how its lengths were found, what built it, and the command."""
-    name = s.design.name
+    name, masses = s.design.name, "--mass-properties mass_properties.json"
     return {
         "input_sha256": design_hash(s.design),
         "command": f"python -m delta_cad build --design {name}.json",
-        "certify": f"python -m optimizer certify --design {name}.json --mass-properties mass_properties.json",
+        "certify": f"python -m optimizer certify --design {name}.json {masses}",
+        "verify": f"python -m optimizer verify certificate.json --design {name}.json {masses}",
         "lengths": {key: value for key, value in s.design.provenance.items() if isinstance(value, str | int | float)},
         "versions": versions,
     }

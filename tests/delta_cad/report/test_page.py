@@ -153,6 +153,21 @@ def test_what_fails_comes_first_and_out_of_reach_there_are_no_maps(subject: Subj
     assert not any(e.attributes.get("id") == "maps" for e in found.elements)
 
 
+def test_a_certificate_beside_it_is_told_with_the_command_that_replays_it(subject: Subject, folder: Path) -> None:
+    limits = {"torque_max_N_m": 0.39, "force_N": 3.0, "kappa_max": 2.27}
+    findings = [{"condition": "kappa", "verdict": "proved"}, {"condition": "torque", "verdict": "refuted"}]
+    data = {"schema": "delta-certificate/1", "design_hash": design_hash(subject.design), "boxes": 12, "limits": limits}
+    (folder / "certificate.json").write_text(json.dumps(data | {"findings": findings}), encoding="utf-8")
+    (proof,) = written(subject, folder).all("section", id="proof")
+    for words in ("proved by 12 boxes", "kappa <= 2.27", ": refuted", "optimizer verify certificate.json"):
+        assert words in proof.text
+    assert "There is none" not in proof.text
+    (folder / "certificate.json").unlink()
+    (proof,) = written(subject, folder).all("section", id="proof")
+    assert "There is none" in proof.text
+    assert "optimizer certify" in proof.text
+
+
 def test_the_same_machine_gives_the_same_bytes(subject: Subject, folder: Path) -> None:
     first = write_report(subject, folder, {}).read_bytes()
     assert write_report(subject, folder, {}).read_bytes() == first

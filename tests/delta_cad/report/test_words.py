@@ -31,13 +31,14 @@ def proof(subject: Subject) -> dict[str, Any]:
 
 
 def written(folder: Path, data: object) -> Path:
-    (folder / "certificate.json").write_text(json.dumps(data), encoding="utf-8")
-    return folder
+    path = folder / "certificate.json"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    return path
 
 
 def test_it_tells_each_limit_in_the_units_of_people(subject: Subject, proof: dict[str, Any], tmp_path: Path) -> None:
     proof["findings"][-1]["verdict"] = "undecided"
-    found = certificate(subject, written(tmp_path, proof))
+    found = certificate(subject.design, written(tmp_path, proof))
     assert found["found"] is True
     assert "86.33 mm" in found["words"]
     assert "1067 boxes" in found["words"]
@@ -51,7 +52,7 @@ def test_it_tells_each_limit_in_the_units_of_people(subject: Subject, proof: dic
 
 
 def test_a_tolerance_is_told_in_mm(subject: Subject, proof: dict[str, Any], tmp_path: Path) -> None:
-    found = certificate(subject, written(tmp_path, proof | {"tolerance_m": 4e-5}))
+    found = certificate(subject.design, written(tmp_path, proof | {"tolerance_m": 4e-5}))
     assert "within 0.04 mm of the drawn one" in found["words"]
 
 
@@ -64,22 +65,24 @@ def test_a_tolerance_is_told_in_mm(subject: Subject, proof: dict[str, Any], tmp_
         ({"findings": [3]}, "cannot be read"),
         ({"limits": {"kappa_max": "much"}}, "cannot be read"),
         ({"limits": []}, "cannot be read"),
+        ({"tolerance_m": "small"}, "cannot be read"),
     ],
 )
 def test_what_is_not_about_this_machine_proves_nothing(
     change: dict[str, Any], said: str, subject: Subject, proof: dict[str, Any], tmp_path: Path
 ) -> None:
-    found = certificate(subject, written(tmp_path, proof | change))
+    found = certificate(subject.design, written(tmp_path, proof | change))
     assert found["found"] is False
     assert said in found["words"]
     assert found["proved"] == []
 
 
 def test_what_is_no_certificate_proves_nothing(subject: Subject, tmp_path: Path) -> None:
-    assert certificate(subject, tmp_path) == {"found": False, "verdict": "", "words": "", "proved": [], "open": []}
-    assert certificate(subject, written(tmp_path, ["no", "certificate"]))["found"] is False
-    (tmp_path / "certificate.json").write_text("{")
-    assert "cannot be read" in certificate(subject, tmp_path)["words"]
+    path = tmp_path / "certificate.json"
+    assert certificate(subject.design, path) == {"found": False, "words": "", "proved": [], "open": []}
+    assert certificate(subject.design, written(tmp_path, ["no", "certificate"]))["found"] is False
+    path.write_text("{")
+    assert "cannot be read" in certificate(subject.design, path)["words"]
 
 
 def test_assumptions_name_what_was_taken(subject: Subject) -> None:
