@@ -13,7 +13,7 @@ LINTED := $(VENV)/.linted
 # Python keeps what it compiles of the sources: the tests alone start some 150 commands.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: build test tests linted slow bench coverage mutants faults offered endurance lint clean
+.PHONY: build test tests linted slow bench coverage mutants faults offered endurance three lint clean
 
 build: $(STAMP)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -62,6 +62,10 @@ offered: $(STAMP)
 # Damaged files, kills, full disks: half an hour on two cores; MINUTES=10 for less.
 endurance: $(STAMP)
 	$(PYTHON) -m tests.endurance $(MINUTES)
+
+# The library of report.html, from its package; what it is made of stands beside it.
+three:
+	sh scripts/bundle_three.sh
 
 $(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
 	sh scripts/system_libraries.sh

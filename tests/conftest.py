@@ -24,6 +24,7 @@ LONGEST = (
     "optimizer/globalopt/test_optimum.py",  # compiles most of what the optimizer's others need
     "optimizer/commands/test_front.py",
     "delta_cad/assembly/test_assemble.py",
+    "delta_cad/report/test_live.py",  # a processor draws its pictures
     "optimizer/atlas/test_atlas.py",
     "delta_cad/commands/test_cli_process.py",
     "haptics/scenes/test_scenes.py",

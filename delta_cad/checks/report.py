@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -49,3 +50,20 @@ class CheckResult:
 def all_passed(results: Iterable[CheckResult]) -> bool:
     """Decides whether every check of a report holds."""
     return all(result.passed for result in results)
+
+
+def grouped(results: Iterable[CheckResult]) -> dict[str, list[CheckResult]]:
+    """Gathers results under their name without the numbers of chain, side and copy."""
+    groups: dict[str, list[CheckResult]] = {}
+    for result in results:
+        name = re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
+        name = "solids" if name.startswith("solid ") else name
+        groups.setdefault(name, []).append(result)
+    return groups
+
+
+def closeness(result: CheckResult) -> tuple[bool, float]:
+    """Gives a key by which failures come first, then what is closest to its limit."""
+    if result.value is None or result.limit is None:
+        return (result.passed, 0.0)
+    return (result.passed, abs(result.value - result.limit))

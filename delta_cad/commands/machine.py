@@ -77,7 +77,7 @@ def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -
             return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
         except OSError as error:
             return _unwritten(given, error)
-        except _geometry_errors() as error:
+        except geometry_errors() as error:
             return refuse(f"{given.design.name}: {error}", NOT_BUILT)
     if given.json:
         landed = None if outcome.folder is None else str(outcome.folder)
@@ -129,7 +129,8 @@ def _unwritten(given: argparse.Namespace, error: OSError) -> int:
     return refuse(f"--out {given.out}: {at}{error.strerror or error}; must be a folder that can be written", BAD_INPUT)
 
 
-def _geometry_errors() -> tuple[type[Exception], ...]:
+def geometry_errors() -> tuple[type[Exception], ...]:
+    """Gives the errors of geometry that cannot be made; loads the CAD kernel."""
     from delta_cad.common.beside import BesideError
     from delta_cad.dimensions import DimensionError
     from delta_cad.export.mass_properties import MassPropertiesError

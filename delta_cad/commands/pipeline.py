@@ -34,10 +34,12 @@ from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
 from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
 from delta_cad.export.folder import output_folder
-from delta_cad.export.manifest import write_manifest
+from delta_cad.export.manifest import versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
+from delta_cad.report.page import write_report
+from delta_cad.report.subject import Subject
 from delta_cad.structure.report import structure_record, structure_report
 from delta_cad.structure.spans import structure_spans
 
@@ -247,6 +249,8 @@ def build(
             progress("meshes and pictures")
             mesh_files.written(writer)
             beside(folder.path, outcome)
+            progress("report.html")
+            _report(machine, sweep, outcome, folder.path)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
             write_manifest(folder.path, input_hash=design_hash(design), status=status, fingerprint=fingerprints[0])
@@ -284,6 +288,22 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     return fingerprint
+
+
+def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path) -> None:
+    """Writes the page of a build into its folder, which holds all else but the manifest."""
+    subject = Subject(
+        dimensions=machine.dimensions,
+        assembly=machine.assembly,
+        meshes=machine.meshes,
+        masses=machine.masses,
+        limits=check_limits(machine.dimensions, machine.masses),
+        results=outcome.results,
+        stage=_stage(machine, sweep),
+        reach_mm=sweep.reach_mm,
+        unverified=outcome.unverified,
+    )
+    write_report(subject, folder, versions())
 
 
 def _stage(machine: BuiltMachine, sweep: Sweep) -> Stage:

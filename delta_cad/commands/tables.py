@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from delta_cad.checks.report import CheckResult
     from delta_cad.commands.inspection import InspectionRow
     from delta_cad.commands.pipeline import Outcome
 
@@ -58,10 +56,12 @@ def print_inspection(name: str, rows: list[InspectionRow]) -> None:
 
 def print_outcome(outcome: Outcome) -> None:
     """Prints the result of a build or a check: one line a check, equal checks of the three chains as one."""
+    from delta_cad.checks.report import closeness, grouped  # loads all checks
+
     console = _console()
     table = _table(outcome.design.name, "check", ">value", ">limit", "unit", "", "where")
     for name, results in grouped(outcome.results).items():
-        worst = min(results, key=_margin)
+        worst = min(results, key=closeness)
         verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
         if all(r.passed and r.limit is None and r.value is not None for r in results):
             verdict = ""  # a figure that nothing is asked of
@@ -87,19 +87,3 @@ def print_outcome(outcome: Outcome) -> None:
     if outcome.folder is not None:
         state = "" if outcome.passed else " (rejected: a check fails)"
         console.print(f"files in {escape(str(outcome.folder))}{state}", highlight=False, soft_wrap=True)
-
-
-def grouped(results: list[CheckResult]) -> dict[str, list[CheckResult]]:
-    """Results under their name without the numbers of chain, side and copy."""
-    groups: dict[str, list[CheckResult]] = {}
-    for result in results:
-        name = re.sub(r"(?<=[a-z])(_[0-9em])+(?=_|\b)", "", result.name)
-        name = "solids" if name.startswith("solid ") else name
-        groups.setdefault(name, []).append(result)
-    return groups
-
-
-def _margin(result: CheckResult) -> tuple[bool, float]:
-    if result.value is None or result.limit is None:
-        return (result.passed, 0.0)
-    return (result.passed, abs(result.value - result.limit))

@@ -18,6 +18,7 @@ from delta_cad.structure.table import StructureTable, structure_table
 SCHEMA = "delta-structure/1"
 TOLD = 5  # positions along an edge in the file
 DIGITS = 6  # significant digits in the file
+LEFT_OUT = "base plate and feet, faces of screw joints, slits of clamps, play"  # of the stiffness
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def structure_record(d: Dimensions, whole: StructureReport) -> dict[str, Any]:
         "grid": GRID,
         "assumed": {
             "joint_N_mm": over.table.joint_N_mm,
-            "left_out": "base plate and feet, faces of screw joints, slits of clamps, play",
+            "left_out": LEFT_OUT,
         },
         "centre": over.at(centre) | {"first_mode_Hz": _plain(whole.modes_Hz[centre])},
         "softest": over.at(worst),

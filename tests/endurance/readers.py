@@ -21,8 +21,9 @@ import numpy as np
 from delta_cad.catalogue import FAMILIES, CatalogueError
 from delta_cad.catalogue.reader import DATA, read_family
 from delta_cad.commands import cli as delta_cad_cli
-from delta_cad.design import DesignError, load_design
+from delta_cad.design import DesignError, design_hash, load_design
 from delta_cad.drive.masses import MassError, load_masses
+from delta_cad.report.words import certificate as told
 from haptics.commands import cli as haptics_cli
 from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, encode
 from haptics.devices.recording import Recording, RecordingError, load_recording, save_recording
@@ -188,6 +189,8 @@ def readers(folder: Path) -> list[Reader]:
                (haptics_cli.main, lambda p: ["gravity", "--design", str(BEST), "--masses", str(p)])),
         Reader("certificate", "c.json", _of_tree(certificate, json_text, redigested), read_certificate,
                (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),
+        Reader("certificate's words", "p.json", _of_tree(certificate | {"design_hash": design_hash(design)}, json_text),
+               lambda p: told(design, p), ()),
         Reader("checkpoint", "c.jsonl", _lines(kept), _resumed(Checkpoint), (CheckpointError,)),
         Reader("atlas rows", "rows.jsonl", _lines([row, row | {"index": 4}]), _resumed(RowFile), (CheckpointError,)),
         Reader("recording csv", "r.csv", _of_tree(_table(folder / "whole.csv"), csv_text), load_recording,

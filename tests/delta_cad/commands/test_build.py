@@ -87,6 +87,7 @@ def quick(machine: BuiltMachine, monkeypatch: pytest.MonkeyPatch) -> Callable[[l
         monkeypatch.setattr(pipeline, "write_files", write)
         monkeypatch.setattr(pipeline, "Beside", Idle)
         monkeypatch.setattr(pipeline, "_stage", lambda *_: None)
+        monkeypatch.setattr(pipeline, "_report", lambda *_: None)
 
     return set_up
 

@@ -33,6 +33,7 @@ def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_ass
         "mass_properties.json",
         "structure.json",
         "checks.json",
+        "report.html",
         "manifest.json",
     }
     assert promised <= names

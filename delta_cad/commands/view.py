@@ -1,0 +1,98 @@
+"""`view`: the machine live in a browser: drag the handle, change the lengths, see what follows."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import socket
+import threading
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware, refused
+from delta_cad.common.console import BAD_INPUT, DONE, Line, catalogue_option, refuse
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+    from delta_cad.design import Design
+    from delta_cad.report.live.page import LivePage
+
+NAME = "view"
+TEXT = "a live page in the browser: drag the handle, change the lengths; Ctrl-C ends it"
+LOOPBACK = "127.0.0.1"
+PORT, MOST_PORT = 8080, 65535
+NOT_BUILT = 3
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    catalogue_option(command)
+    command.set_defaults(json=False)
+    command.add_argument("--port", type=int, default=PORT, metavar="N", help=f"default: {PORT}")
+    command.add_argument("--host", default=LOOPBACK, metavar="ADDRESS", help="default: this machine alone, 127.0.0.1")
+
+
+def run(given: argparse.Namespace) -> int:
+    """Serves the page until Ctrl-C; returns the exit code."""
+    from delta_cad.design import DesignError, load_design
+    from delta_cad.mechanism import MechanismError
+
+    try:
+        design = load_design(given.design, given.catalogue)
+        if reasons := refused(design):
+            return refuse_hardware(given, design.name, [], reasons)
+    except DesignError as error:
+        return refuse_design(given, error)
+    except MechanismError as error:
+        return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
+    try:
+        import viser
+    except ModuleNotFoundError as error:
+        return refuse(f"{error.name} is not installed: pip install 'delta-haptics[view]'", BAD_INPUT)
+    if not 0 < given.port <= MOST_PORT:
+        return refuse(f"--port {given.port}: must be from 1 to {MOST_PORT}", BAD_INPUT)
+    try:  # viser would take the next one that is free
+        with socket.create_server((given.host, given.port)):
+            pass
+    except OSError as error:
+        told = f"--host {given.host} --port {given.port}: {error.strerror or error}"
+        return refuse(f"{told}; must be an address of this machine and a free port", BAD_INPUT)
+    with redirect_stdout(io.StringIO()):  # which would tell the address in a frame
+        server = viser.ViserServer(host=given.host, port=given.port, label=design.name, verbose=False)
+    try:
+        return _serve(server, design, given)
+    except KeyboardInterrupt:  # how it is meant to end
+        return DONE
+    finally:
+        with redirect_stdout(io.StringIO()):
+            server.stop()
+
+
+def _serve(server: ViserServer, design: Design, given: argparse.Namespace) -> int:
+    """Shows the skeleton at once and the solids when they are made; goes on until it is interrupted."""
+    from delta_cad.report.live.page import LivePage
+
+    page = LivePage(server, design)
+    print(f"http://{given.host}:{given.port}  Ctrl-C ends it", flush=True)
+    try:
+        _solids(page, design)
+    except geometry_errors() as error:
+        return refuse(f"{given.design.name}: {error}", NOT_BUILT)
+    threading.Event().wait()
+    return DONE
+
+
+def _solids(page: LivePage, design: Design) -> None:
+    """Makes the solids and gives them to the page."""
+    from delta_cad.commands.pipeline import make_machine
+    from delta_cad.drive import drive_torque
+    from delta_cad.drive.masses import masses_from_dict
+
+    with Line() as line:
+        line.show("loading the CAD kernel")
+        machine = make_machine(design, line.show)
+    masses = masses_from_dict(machine.masses, design.geometry.forearm_length, drive_torque(design))
+    page.solids(machine.assembly, machine.meshes, masses.handle_inertia)

@@ -1,0 +1,156 @@
+"use strict";
+
+(() => {
+  const get = (id) => document.getElementById(id);
+  const data = JSON.parse(get("data").textContent);
+  const degrees = (rad) => (rad * 180) / Math.PI;
+  const half = data.cube.half_mm;
+  const middle = [0, 0, data.cube.bottom_mm + half];
+  const sliders = [..."xyz"].map((axis) => get(`pose-${axis}`));
+  let viewer = null;
+  let at = data.home_mm;
+
+  // Figures at a pose, line by line.
+  function live(pose) {
+    const found = Delta.figures(data.mechanism, pose);
+    const body = get("live").tBodies[0];
+    body.replaceChildren();
+    const row = (words, value) => {
+      const line = body.insertRow();
+      element(line, "th", "", words).scope = "row";
+      element(line, "td", "n", value);
+    };
+    if (!found) {
+      row("out of reach", "");
+      return;
+    }
+    const three = (values, digits) => values.map((v) => degrees(v).toFixed(digits)).join(", ");
+    row("shoulders", `${three(found.shoulder, 2)} deg`);
+    row("rods' lean", `${three(found.lean, 2)} deg`);
+    row("conditioning", told(found.kappa, 4));
+    row(`torque for ${data.mechanism.force_N} N`, `${told(Math.max(...found.torque), 4)} N m`);
+    row("effective mass", `${told(found.effective_mass, 4)} kg`);
+    if (found.friction !== null) row("friction", `${told(found.friction, 4)} N`);
+    if (found.position_step !== null) row("position step", `${told(found.position_step, 3)} mm`);
+  }
+
+  // Moves the machine to a pose within the cube.
+  function move(pose) {
+    const within = pose.map((v, k) => Math.min(middle[k] + half, Math.max(middle[k] - half, v)));
+    sliders.forEach((slider, k) => {
+      slider.value = within[k];
+      get(`told-${"xyz"[k]}`).textContent = within[k].toFixed(1);
+    });
+    live(within);
+    viewer?.place(within);
+    at = within;
+  }
+
+  sliders.forEach((slider, k) => {
+    slider.min = middle[k] - half;
+    slider.max = middle[k] + half;
+    slider.addEventListener("input", () => move(at.map((v, axis) => (axis === k ? Number(slider.value) : v))));
+  });
+  get("home").addEventListener("click", () => move(middle));
+  for (const button of document.querySelectorAll("button.show")) {
+    button.addEventListener("click", () => {
+      move(button.dataset.pose.split(",").map(Number));
+      get("machine").scrollIntoView();
+    });
+  }
+
+  get("apart").addEventListener("input", (event) => {
+    const share = Number(event.target.value);
+    get("told-apart").textContent = `${share} %`;
+    viewer?.explode(share / 100);
+  });
+  get("apart").addEventListener("change", () => viewer?.look("iso"));
+  const cut = () => {
+    const axis = get("cut").value;
+    get("cut-at").disabled = axis === "";
+    const place = viewer?.cut(axis, Number(get("cut-at").value));
+    get("told-cut").textContent = place === undefined ? "" : place.toFixed(1);
+  };
+  get("cut").addEventListener("change", cut);
+  get("cut-at").addEventListener("input", cut);
+  for (const name of ["cube", "outline"]) {
+    get(`with-${name}`).addEventListener("change", (event) => viewer?.show(name, event.target.checked));
+  }
+  for (const button of document.querySelectorAll("button[data-view]")) {
+    button.addEventListener("click", () => viewer?.look(button.dataset.view));
+  }
+
+  // Names beside the pointer.
+  const tip = get("tip");
+  function tell(event, ...lines) {
+    tip.hidden = !lines[0];
+    if (tip.hidden) return;
+    tip.replaceChildren();
+    lines.forEach((line, k) => element(tip, k ? "span" : "b", "", line));
+    tip.style.left = `${Math.min(event.clientX + 14, window.innerWidth - tip.offsetWidth - 8)}px`;
+    tip.style.top = `${Math.min(event.clientY + 14, window.innerHeight - tip.offsetHeight - 8)}px`;
+  }
+
+  function name(event) {
+    const box = event.target.getBoundingClientRect();
+    const found = viewer?.under(event.clientX - box.left, event.clientY - box.top);
+    if (!found) return tell(event, "");
+    const part = data.parts[found.part];
+    return tell(event, found.name, part.description, `${part.material}, ${part.mass_g} g, ${part.make ? "made" : "bought"}`);
+  }
+  get("view").addEventListener("pointermove", (event) => event.buttons || name(event));
+  get("view").addEventListener("click", name);
+  get("view").addEventListener("pointerleave", (event) => tell(event, ""));
+
+  for (const line of document.querySelectorAll("#bom tr[data-part]")) {
+    line.addEventListener("click", (event) => {
+      if (event.target.closest("details")) return;
+      const was = line.classList.contains("chosen");
+      document.querySelectorAll("#bom tr.chosen").forEach((one) => one.classList.remove("chosen"));
+      line.classList.toggle("chosen", !was);
+      viewer?.mark((one) => !was && data.parts[one.part].number === line.dataset.part);
+      if (!was) get("machine").scrollIntoView();
+    });
+  }
+  for (const filter of document.querySelectorAll("input.filter")) {
+    filter.addEventListener("input", () => {
+      const sought = filter.value.toLowerCase();
+      for (const line of get(filter.dataset.table).tBodies[0].rows) {
+        line.hidden = !line.textContent.toLowerCase().includes(sought);
+      }
+    });
+  }
+
+  get("theme").addEventListener("click", () => {
+    const dark = document.documentElement.dataset.theme
+      ? document.documentElement.dataset.theme === "dark"
+      : window.matchMedia("(prefers-color-scheme: dark)").matches;
+    document.documentElement.dataset.theme = dark ? "light" : "dark";
+  });
+
+  const home = get("maps");
+  if (home) {
+    const maps = new Maps(home, data.slices, tell, move);
+    const scales = get("scales");
+    scales.addEventListener("change", () => maps.draw(scales.value));
+    maps.draw(scales.value);
+  }
+
+  move(data.home_mm);
+  const bytes = Uint8Array.from(atob(get("model").textContent), (c) => c.charCodeAt(0));
+  try {
+    viewer = new Viewer(get("view"), data, bytes.buffer);
+  } catch (error) {
+    get("message").textContent = "This browser draws no 3D here (WebGL); the folder views/ has pictures.";
+    document.body.dataset.ready = "no model";
+    return;
+  }
+  viewer.ready.then(() => {
+    viewer.fit();
+    viewer.look("iso");
+    move(data.home_mm);
+    new ResizeObserver(() => viewer.fit()).observe(get("view"));
+    get("message").remove();
+    document.body.dataset.ready = "model";
+  });
+})();

@@ -1,0 +1,253 @@
+"use strict";
+
+// The model in 3D: poses, exploded view, section, names. Lengths in mm, z up; a picture is drawn only when asked for.
+class Viewer {
+  constructor(canvas, data, glb) {
+    this.canvas = canvas;
+    this.data = data;
+    this.parts = []; // {node, link, part, move: Vector3, placement: Matrix4}
+    this.apart = 0;
+    this.pose = data.home_mm;
+    this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
+    this.cutting = ["", 0]; // axis and share, as `cut` takes them
+    this.caps = new THREE.Group();
+    this.shown = { cube: true, outline: true };
+    this.pending = false;
+    const kept = { alpha: true, preserveDrawingBuffer: true, stencil: true }; // kept for print
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, ...kept });
+    this.renderer.localClippingEnabled = true;
+    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.renderer.toneMappingExposure = 1.15;
+    this.scene = new THREE.Scene();
+    const room = new THREE.PMREMGenerator(this.renderer);
+    this.scene.environment = room.fromScene(new THREE.RoomEnvironment(), 0, 0.1, 100, { size: 64 }).texture;
+    const sun = new THREE.DirectionalLight(0xffffff, 1.4);
+    sun.position.set(300, -500, 800);
+    this.scene.add(sun);
+    this.camera = new THREE.PerspectiveCamera(28, 1, 5, 6000);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    this.controls.addEventListener("change", () => this.draw());
+    this.model = new THREE.Group();
+    this.scene.add(this.model, this.caps);
+    this.cube = this.lines(boxEdges(2 * data.cube.half_mm), 0x2f6fd0);
+    this.cube.position.set(0, 0, data.cube.bottom_mm + data.cube.half_mm);
+    this.scene.add(this.cube);
+    this.handle = new THREE.LineSegments(crossOf(7), new THREE.LineBasicMaterial({ color: 0xd05a10, depthTest: false }));
+    this.handle.renderOrder = 2;
+    this.scene.add(this.handle);
+    this.ready = this.load(glb);
+  }
+
+  async load(glb) {
+    const loaded = await new Promise((done, failed) => new THREE.GLTFLoader().parse(glb, "", done, failed));
+    const meshes = [];
+    loaded.scene.traverse((node) => {
+      const known = this.data.occurrences[node.userData.name ?? node.name];
+      if (known && node.isMesh) meshes.push([node, known]);
+    });
+    const materials = new Map(); // parts of one material share one, until one is marked
+    for (const [node, [link, part, move]] of meshes) {
+      node.updateMatrix();
+      const placement = node.matrix.clone();
+      node.removeFromParent();
+      node.matrixAutoUpdate = false;
+      if (!materials.has(node.material)) materials.set(node.material, this.surfaces(node.material));
+      const surfaces = materials.get(node.material);
+      node.material = surfaces.outer;
+      const name = node.userData.name ?? node.name;
+      this.parts.push({ node, name, link, part, placement, surfaces, move: new THREE.Vector3(...move) });
+      this.model.add(node);
+    }
+    this.place();
+    this.box = new THREE.Box3().setFromObject(this.model);
+    this.box.union(new THREE.Box3().setFromObject(this.cube));
+    const { centre_mm: [x, y], size_mm: [w, d] } = this.data.outline;
+    this.outline = this.lines(rectangle(x, y, w, d, this.box.min.z), 0xc0392b, true);
+    this.scene.add(this.outline);
+    this.look("iso");
+  }
+
+  surfaces(material) {
+    const outer = material.clone();
+    outer.envMapIntensity = 1.0;
+    outer.clippingPlanes = [];
+    const marked = outer.clone();
+    marked.color.set(0xff7a1a);
+    marked.emissive.set(0xb03a00);
+    const faint = outer.clone();
+    Object.assign(faint, { transparent: true, opacity: 0.14, depthWrite: false });
+    return { outer, marked, faint };
+  }
+
+  lines(geometry, color, loop = false) {
+    const material = new THREE.LineBasicMaterial({ color });
+    return loop ? new THREE.LineLoop(geometry, material) : new THREE.LineSegments(geometry, material);
+  }
+
+  // Puts every part where the pose and the exploded view have it; false out of reach, where nothing moves.
+  place(pose = this.pose) {
+    const links = Delta.links(this.data.mechanism, pose);
+    if (!links) return false;
+    this.pose = pose;
+    const frames = {};
+    for (const [name, rows] of Object.entries(links)) frames[name] = new THREE.Matrix4().set(...rows);
+    const toMm = new THREE.Matrix4().makeScale(1000, 1000, 1000); // the model is in metres
+    const away = new THREE.Vector3();
+    for (const { node, link, placement, move } of this.parts) {
+      const own = placement.clone().premultiply(toMm);
+      node.matrix.copy(own.premultiply(frames[link]));
+      away.copy(move).multiplyScalar(this.apart);
+      node.matrix.elements[12] += away.x;
+      node.matrix.elements[13] += away.y;
+      node.matrix.elements[14] += away.z;
+      node.matrixWorldNeedsUpdate = true;
+    }
+    this.handle.position.set(...pose);
+    this.cut(...this.cutting);
+    return true;
+  }
+
+  explode(share) {
+    this.apart = share;
+    this.handle.visible = share === 0;
+    for (const name of Object.keys(this.shown)) this.show(name, this.shown[name]);
+    this.place();
+  }
+
+  // Shows or hides "cube" or "outline"; of a machine that is apart neither means anything.
+  show(name, shown) {
+    this.shown[name] = shown;
+    if (this[name]) this[name].visible = shown && this.apart === 0;
+    this.draw();
+  }
+
+  // A section across an axis ("x", "y", "z", or "" for none), at -1 to 1 of the machine's half along it; its place.
+  cut(axis, share) {
+    const was = this.cutting[0];
+    this.cutting = [axis, share];
+    if (axis !== was) {
+      const planes = axis ? [this.plane] : [];
+      for (const material of new Set(this.parts.flatMap(({ surfaces }) => Object.values(surfaces)))) {
+        material.clippingPlanes = planes;
+        material.needsUpdate = true;
+      }
+    }
+    for (const one of this.caps.children) one.material.dispose();
+    this.caps.clear();
+    this.draw();
+    if (!axis) return undefined;
+    const k = "xyz".indexOf(axis);
+    const box = this.apart ? new THREE.Box3().setFromObject(this.model) : this.box;
+    const [low, high] = [box.min.getComponent(k), box.max.getComponent(k)];
+    // 0.05 mm off: many faces lie in the machine's own planes of symmetry
+    const at = (low + high) / 2 + (share * (high - low)) / 2 + 0.05;
+    const sense = k === 1 ? 1 : -1; // what is nearer to who looks goes
+    this.plane.normal.set(0, 0, 0).setComponent(k, sense);
+    this.plane.constant = -sense * at;
+    this.parts.forEach((part, n) => this.cap(part, n, k, at));
+    return at;
+  }
+
+  // Closes a part where the section cuts it: what has more of its back than of its front behind is inside it.
+  cap({ node, surfaces }, n, k, at) {
+    const box = new THREE.Box3().setFromObject(node);
+    if (at <= box.min.getComponent(k) || at >= box.max.getComponent(k)) return;
+    const counted = { colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true };
+    const ways = [[THREE.BackSide, THREE.IncrementWrapStencilOp], [THREE.FrontSide, THREE.DecrementWrapStencilOp]];
+    ways.forEach(([side, op], turn) => {
+      const ops = { stencilFunc: THREE.AlwaysStencilFunc, stencilFail: op, stencilZFail: op, stencilZPass: op };
+      const material = new THREE.MeshBasicMaterial({ ...counted, ...ops, side, clippingPlanes: [this.plane] });
+      const count = new THREE.Mesh(node.geometry, material);
+      count.matrixAutoUpdate = false;
+      count.matrix.copy(node.matrix);
+      count.renderOrder = 10 + 3 * n + turn;
+      this.caps.add(count);
+    });
+    const shade = 0.35 + 0.3 * ((n * 0.618) % 1); // neighbours of one material are told apart
+    const colour = surfaces.outer.color.clone().lerp(new THREE.Color(0xe0812a), shade);
+    const replace = THREE.ReplaceStencilOp;
+    const face = new THREE.Mesh(
+      new THREE.PlaneGeometry(1, 1),
+      new THREE.MeshBasicMaterial({
+        color: colour, side: THREE.DoubleSide, toneMapped: false, stencilWrite: true, stencilRef: 0,
+        stencilFunc: THREE.NotEqualStencilFunc, stencilFail: replace, stencilZFail: replace, stencilZPass: replace,
+      }),
+    );
+    const size = box.getSize(new THREE.Vector3());
+    box.getCenter(face.position).setComponent(k, at);
+    if (k === 0) face.rotation.set(0, Math.PI / 2, 0);
+    if (k === 1) face.rotation.set(Math.PI / 2, 0, 0);
+    face.scale.set(k === 0 ? size.z : size.x, k === 2 ? size.y : k === 1 ? size.z : size.y, 1).multiplyScalar(1.01);
+    face.renderOrder = 12 + 3 * n;
+    face.onAfterRender = (renderer) => renderer.clearStencil();
+    this.caps.add(face);
+  }
+
+  // Brings out some parts among the others, which become faint; none of them: all are as they were.
+  mark(chosen) {
+    const marked = new Set(this.parts.filter(chosen));
+    for (const one of this.parts) {
+      const { outer, faint } = one.surfaces;
+      one.node.material = marked.has(one) ? one.surfaces.marked : marked.size ? faint : outer;
+    }
+    this.draw();
+  }
+
+  look(view) {
+    const towards = { iso: [0.5, -0.78, 0.42], front: [0, -1, 0.0001], side: [1, 0, 0.0001], top: [0, -0.0001, 1] }[view];
+    const box = this.apart > 0 ? new THREE.Box3().setFromObject(this.model) : this.box;
+    const ball = box.getBoundingSphere(new THREE.Sphere());
+    const half = Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect);
+    const away = (0.76 * ball.radius) / Math.sin(Math.atan(half));
+    this.controls.target.copy(ball.center);
+    this.camera.position.copy(ball.center).addScaledVector(new THREE.Vector3(...towards).normalize(), away);
+    this.controls.update();
+    this.draw();
+  }
+
+  // The part under a point of the canvas, and the point, in pixels from its corner; null for none.
+  under(x, y) {
+    const { clientWidth: w, clientHeight: h } = this.canvas;
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(new THREE.Vector2((2 * x) / w - 1, 1 - (2 * y) / h), this.camera);
+    const visible = (hit) => !this.cutting[0] || this.plane.distanceToPoint(hit.point) >= 0;
+    const hit = ray.intersectObjects(this.parts.map((one) => one.node), false).find(visible);
+    return hit ? this.parts.find((one) => one.node === hit.object) : null;
+  }
+
+  fit() {
+    const { clientWidth: w, clientHeight: h } = this.canvas;
+    if (!w || !h) return;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(w, h, false);
+    this.camera.aspect = w / h;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  draw() {
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.renderer.render(this.scene, this.camera);
+      this.canvas.dataset.drawn = String(Number(this.canvas.dataset.drawn ?? 0) + 1);
+    });
+  }
+}
+
+function boxEdges(side) {
+  return new THREE.EdgesGeometry(new THREE.BoxGeometry(side, side, side));
+}
+
+function crossOf(half) {
+  const ends = [-half, 0, 0, half, 0, 0, 0, -half, 0, 0, half, 0, 0, 0, -half, 0, 0, half];
+  return new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(ends, 3));
+}
+
+function rectangle(x, y, w, d, z) {
+  const [a, b] = [w / 2, d / 2];
+  const corners = [x - a, y - b, z, x + a, y - b, z, x + a, y + b, z, x - a, y + b, z];
+  return new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
+}

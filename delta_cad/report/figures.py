@@ -1,0 +1,193 @@
+"""Tables of the page: what is asked beside what was reached, the feel, the drive, what binds, every check."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from delta_cad.checks.report import CheckResult, closeness, grouped
+from delta_cad.common.units import G_PER_KG
+from delta_cad.drive import drive_torque
+from delta_cad.report.fields import Field
+from delta_cad.report.subject import Subject
+
+ASKED = {
+    "reach": "Cube within reach: room to a fold of the arm",
+    "envelope width": "Swept outline, width",
+    "envelope depth": "Swept outline, depth",
+    "clearance": "Clearance of moving bodies",
+    "torque with gravity": "Joint torque for the force, with the weight",
+    "drive torque": "Drive's torque, for ever",
+    "drive peak torque": "Drive's torque, for a moment",
+    "kappa": "Conditioning, worst in the cube",
+    "couple index": "Hold of the platform against turning",
+    "effective mass": "Effective mass, worst in the cube",
+    "friction": "Friction at the handle, worst in the cube",
+    "position step": "Position step, worst in the cube",
+    "structure stiffness at the knob": "Stiffness at the knob, worst in the cube",
+    "lean": "Lean of the rods",
+    "shoulder min": "Shoulder, lowest",
+    "shoulder max": "Shoulder, highest",
+    "cable bend ratio": "Drum to cable diameter",
+}
+"""Checks that hold a design's requirements, by name, as a customer reads them."""
+BINDING = 8  # checks that are told to be closest to their limit
+CLOSE = 0.5  # room to the limit, as a share of it, above which none is told to be close
+FIGURES = 4  # significant digits
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a table of checks, as text.
+
+    Attributes:
+        words: What was checked.
+        value: The figure with its unit, "" for none.
+        limit: What it is held against, with its sense.
+        margin: Room to the limit, or what is missing, with its unit and as a share of the limit.
+        passed: Whether it holds; None where nothing is asked.
+        where: The parts that decide.
+        pose_mm: (3,) handle position that decides; None for none.
+        detail: How it was found.
+    """
+
+    words: str
+    value: str
+    limit: str
+    margin: str
+    passed: bool | None
+    where: str = ""
+    pose_mm: tuple[float, float, float] | None = None
+    detail: str = ""
+
+
+def told(value: float | None, unit: str = "", digits: int = FIGURES) -> str:
+    """Gives a number with its unit; "" for None."""
+    if value is None:
+        return ""
+    return f"{value:.{digits}g} {unit.replace('^2', '²').replace('^3', '³')}".strip()
+
+
+def line(result: CheckResult, words: str = "") -> Line:
+    """Gives the result of a check as text; the sense of its limit follows from value and verdict."""
+    value, limit, unit = result.value, result.limit, result.unit
+    sense, margin = "", ""
+    if value is not None and limit is not None:
+        sense = "=" if value == limit else "≤" if (value < limit) == result.passed else "≥"
+        room = abs(value - limit)
+        share = f" ({told(100.0 * room / abs(limit), '%', 3)})" if limit else ""
+        margin = f"{'+' if result.passed else '−'}{told(room, unit, 3)}{share}" if room else ""
+    asked = value is None or limit is not None or not result.passed
+    where, pose = " / ".join(result.worst_pair or ()), result.worst_pose_mm
+    limit_told = f"{sense} {told(limit, unit)}" if limit is not None else ""
+    passed = result.passed if asked else None
+    return Line(words or result.name, told(value, unit), limit_told, margin, passed, where, pose, result.detail)
+
+
+def asked(results: Sequence[CheckResult]) -> list[Line]:
+    """Lists what is asked of the machine, in the order of `ASKED`; what is not asked is left out."""
+    found = {result.name: result for result in results}
+    return [line(found[name], words) for name, words in ASKED.items() if name in found]
+
+
+def binding(results: Sequence[CheckResult]) -> list[Line]:
+    """Lists the checks that are closest to their limit as a share of it, one of a kind, those far from it left out."""
+
+    def room(result: CheckResult) -> float:
+        assert result.value is not None
+        assert result.limit
+        return abs(result.value - result.limit) / abs(result.limit)
+
+    able = [r for r in results if r.passed and r.value is not None and r.limit and r.value != r.limit]
+    close = [(min(group, key=room), name) for name, group in grouped(able).items()]
+    close = sorted((one for one in close if room(one[0]) < CLOSE), key=lambda one: room(one[0]))
+    return [line(result, name) for result, name in close[:BINDING]]
+
+
+def every(results: Sequence[CheckResult]) -> list[Line]:
+    """Lists all checks: each that fails by itself, then the others, those of the three chains in one line."""
+    failed = [line(result) for result in results if not result.passed]
+    passed = grouped(result for result in results if result.passed)
+    lines = []
+    for name, group in passed.items():
+        worst = min(group, key=closeness)
+        lines.append(line(worst, f"{name} ({len(group)}×)" if len(group) > 1 else name))
+    return failed + lines
+
+
+@dataclass(frozen=True)
+class FeelLine:
+    """One figure at the handle, as text: in the cube's centre, at its worst, and where that is."""
+
+    words: str
+    centre: str
+    worst: str
+    note: str
+    pose_mm: tuple[float, float, float] | None = None
+
+
+def feel(s: Subject, over: Sequence[Field]) -> list[FeelLine]:
+    """Lists the figures at the handle; without fields, those that are the same everywhere."""
+    lines = []
+    for field in over:
+        value, (x, y, z) = field.worst()
+        centre = float(field.values(s.limits.centre_mm[None, :])[0])
+        pose = (float(x), float(y), float(z))
+        lines.append(FeelLine(field.words, told(centre, field.unit), told(value, field.unit), field.note, pose))
+    drive, required = drive_torque(s.design), s.design.requirements
+    force = f"in every direction, everywhere in the cube; asked of {drive.motor} through {_ratio(drive.ratio)}"
+    lines.append(FeelLine("Force, for ever", "", told(required.force_N, "N"), force))
+    if required.peak_force_N is not None:
+        note = f"for {drive.peak_time_s:g} s; the structure is held against it"
+        lines.append(FeelLine("Force, for a moment", "", told(required.peak_force_N, "N"), note))
+    moving = told(G_PER_KG * s.masses["moving_mass_kg"], "g")
+    lines.append(FeelLine("Moving mass", "", moving, "arms, rods, platform and knob, as they are weighed"))
+    return lines
+
+
+def _ratio(ratio: float) -> str:
+    return "a direct drive" if ratio == 1.0 else f"a cable capstan of {ratio:g}:1"
+
+
+def headline(s: Subject, over: Sequence[Field]) -> list[dict[str, str]]:
+    """Lists the figures that a page begins with: label, value, unit, what stands below."""
+    cube = s.design.cube
+    found = {result.name: result.value for result in s.results}
+    outline = [found.get(f"envelope {side}") for side in ("width", "depth")]
+    required = s.design.requirements
+    cards: list[dict[str, str]] = [
+        _card("Cube", f"{2.0 * cube.half_side_mm:.2f}", "mm", f"{cube.bottom_height_mm:g} mm over the base plane"),
+        _card("Force, for ever", f"{required.force_N:g}", "N", "any direction, everywhere in the cube"),
+    ]
+    if None not in outline:
+        width, depth = (float(v) for v in outline if v is not None)
+        allowed = f"of {required.envelope_width_mm:g} × {required.envelope_depth_mm:g} mm"
+        cards.insert(1, _card("Swept outline", f"{width:.1f} × {depth:.1f}", "mm", allowed))
+    for field in over:
+        if field.name in ("effective_mass", "friction", "stiffness"):
+            worst = told(field.worst()[0], field.unit, 3)
+            centre = float(field.values(s.limits.centre_mm[None, :])[0])
+            cards.append(_card(field.words, told(centre, "", 3), field.unit, f"in the centre; {worst} at worst"))
+    weight = f"{G_PER_KG * s.masses['moving_mass_kg']:.0f} g of it moves"
+    cards.append(_card("Mass", f"{s.masses['total_mass_kg']:.2f}", "kg", weight))
+    return cards
+
+
+def _card(label: str, value: str, unit: str, below: str) -> dict[str, str]:
+    return {"label": label, "value": value, "unit": unit, "below": below}
+
+
+def lengths(s: Subject) -> list[tuple[str, str]]:
+    """Lists the lengths of the mechanism and what drives it, as text."""
+    m, hardware = s.design.mechanism, s.design.hardware
+    rows: list[tuple[str, Any]] = [
+        ("Base radius R", told(m.base_radius_mm, "mm", 6)),
+        ("Platform radius r", told(m.platform_radius_mm, "mm", 6)),
+        ("Upper arm L_A", told(m.upper_arm_length_mm, "mm", 6)),
+        ("Forearm L_B", told(m.forearm_length_mm, "mm", 6)),
+        ("Parallelogram's width", told(m.parallelogram_width_mm, "mm", 6)),
+        ("Motors", f"3 × {hardware.motor}"),
+        ("Drive", _ratio(drive_torque(s.design).ratio)),
+    ]
+    return rows

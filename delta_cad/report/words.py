@@ -1,0 +1,102 @@
+"""What stands in sentences: what was assumed, what a certificate proves, where the machine comes from."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from delta_cad.common.reading import ReadError, read_json
+from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design, design_hash
+from delta_cad.dimensions.joint import FRICTION_RANGE
+from delta_cad.drive import drive_torque
+from delta_cad.drive.friction import COULOMB
+from delta_cad.mechanism.limits import GeometryError, Limits
+from delta_cad.report.subject import Subject
+from delta_cad.structure.holds import LIFE_HOURS, STROKES_PER_S
+from delta_cad.structure.report import LEFT_OUT
+from delta_cad.structure.table import structure_table
+
+CERTIFICATE_SCHEMA = "delta-certificate/1"
+
+
+def assumptions(s: Subject) -> list[str]:
+    """Lists what the figures rest upon."""
+    table, drive = structure_table(s.dimensions), drive_torque(s.design)
+    low, nominal, high = FRICTION_RANGE
+    least, usual, most = (f"{100.0 * share:g}" for share in COULOMB)
+    gravity = ", ".join(f"{component:g}" for component in s.design.requirements.gravity_m_s2)
+    found = [
+        f"Everything here is computed of the model; nothing is measured on a device. The handle's position is that of "
+        f"the platform's centre; the knob is {table.knob_mm:g} mm over the wrists.",
+        f"Gravity acts along ({gravity}) m/s² in the base frame.",
+        "Clearance and outline are proved for every position in the cube, where the checks say so; other figures are "
+        f"sampled on {len(s.limits.poses_mm())} positions, corners included. A certificate proves them in between.",
+        f"Stiffness is with actuators held. Left out: {LEFT_OUT}. A ball joint with its rod's end is taken as "
+        f"{table.joint_N_mm:.3g} N/mm.",
+        f"Friction is nominal: ball joints slide at {nominal:g} ({low:g} to {high:g}); of a motor's idle friction "
+        f"{usual} % does not depend on the speed ({least} to {most} %).",
+        f"A motor's continuous torque is for ever at 25 °C ambient; of it {100.0 * drive.efficiency:g} % reach the "
+        f"joint, times the ratio.",
+        f"Lives are for {LIFE_HOURS:g} h at {STROKES_PER_S:g} full strokes a second under the whole force.",
+    ]
+    if s.unverified:
+        found.append(f"Check before ordering, not all data verified: {', '.join(s.unverified)}.")
+    return found
+
+
+def certificate(design: Design, path: Path) -> dict[str, Any]:
+    """Tells what a certificate proves, if there is one and it is about a design.
+
+    Returns:
+        `found`: whether it is; `words`: one sentence; `proved`, `open`: conditions in words.
+    """
+    nothing: dict[str, Any] = {"found": False, "words": "", "proved": [], "open": []}
+    if not path.is_file():
+        return nothing
+    try:
+        data = read_json(path)
+        if data["schema"] != CERTIFICATE_SCHEMA or data["design_hash"] != design_hash(design):
+            return nothing | {"words": f"{path.name} in this folder is about another design."}
+        return {"found": True} | _proved(data, 2.0 * design.cube.half_side_mm)
+    except (ReadError, GeometryError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        return nothing | {"words": f"{path.name} in this folder cannot be read."}
+
+
+def _proved(data: Any, side_mm: float) -> dict[str, Any]:
+    """What the data of a certificate prove; raises one error or another where they are none."""
+    words = {limit.name: limit.words(_strictly) for limit in Limits.from_record(data["limits"])}
+    listed = [
+        (words.get(str(one["condition"]), str(one["condition"]).replace("_", " ")), str(one["verdict"]))
+        for one in data["findings"]
+    ]
+    tolerance = data.get("tolerance_m")
+    machines = "" if tolerance is None else f", for every machine within {MM_PER_M * tolerance:.3g} mm of the drawn one"
+    return {
+        "words": f"Of every point of the cube of {side_mm:.2f} mm, not only of those sampled, proved by "
+        f"{int(data['boxes'])} boxes that fill it{machines}:",
+        "proved": [text for text, verdict in listed if verdict == "proved"],
+        "open": [f"{text}: {verdict}" for text, verdict in listed if verdict != "proved"],
+    }
+
+
+def _strictly(value: float, upwards: bool) -> str:
+    """A threshold to five digits, rounded to the lax side, so that what is proved of it is still true."""
+    if value == 0.0:
+        return "0"
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - 4)
+    return f"{(math.ceil if upwards else math.floor)(round(value / step, 6)) * step:.5g}"
+
+
+def provenance(s: Subject, versions: dict[str, str]) -> dict[str, Any]:
+    """Tells where the machine comes from: how its lengths were found, what built it, and the command."""
+    name, masses = s.design.name, "--mass-properties mass_properties.json"
+    return {
+        "input_sha256": design_hash(s.design),
+        "command": f"python -m delta_cad build --design {name}.json",
+        "certify": f"python -m optimizer certify --design {name}.json {masses}",
+        "verify": f"python -m optimizer verify certificate.json --design {name}.json {masses}",
+        "lengths": {key: value for key, value in s.design.provenance.items() if isinstance(value, str | int | float)},
+        "versions": versions,
+    }

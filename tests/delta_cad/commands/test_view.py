@@ -1,0 +1,72 @@
+"""`view` as a person starts and ends it: the address, Ctrl-C, a port that is taken, what is not installed."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from urllib.request import urlopen
+
+import pytest
+
+from delta_cad.commands.cli import main
+from tests.committed import BEST
+from tests.terminal import HANGS_S, said
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as found:
+        return found.getsockname()[1]
+
+
+def test_it_tells_its_address_and_ends_by_ctrl_c() -> None:
+    pytest.importorskip("viser", reason="viser is not installed: extra `view`")
+    port = free_port()
+    command = [sys.executable, "-m", "delta_cad", "view", "--design", str(BEST), "--port", str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        try:
+            assert run.stdout is not None
+            address = run.stdout.readline().split()[0]
+            assert address == f"http://127.0.0.1:{port}"
+            with urlopen(address, timeout=HANGS_S) as answer:
+                assert b"<html" in answer.read(4000)
+            run.send_signal(signal.SIGINT)
+            out, err = run.communicate(timeout=HANGS_S)
+        finally:
+            run.kill()
+    assert (run.returncode, out, said(err)) == (0, "", "")
+    with socket.create_server(("127.0.0.1", port)):
+        pass  # it is free again
+
+
+def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("viser", reason="viser is not installed: extra `view`")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["view", "--design", str(BEST), "--port", str(port)]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert f"--port {port}" in told.err
+    assert "in use" in told.err
+
+
+@pytest.mark.parametrize("port", ["0", "65536", "-4"])
+def test_a_port_that_is_none_is_refused(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("viser", reason="viser is not installed: extra `view`")
+    assert main(["view", "--design", str(BEST), "--port", port]) == 2
+    assert capsys.readouterr().err == f"--port {port}: must be from 1 to 65535\n"
+
+
+def test_without_viser_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    assert main(["view", "--design", str(BEST)]) == 2
+    assert capsys.readouterr().err == "viser is not installed: pip install 'delta-haptics[view]'\n"
+
+
+def test_a_design_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", "--design", str(BEST.parent / "none.json")]) == 2
+    assert "none.json" in capsys.readouterr().err

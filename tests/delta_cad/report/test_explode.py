@@ -1,0 +1,120 @@
+"""Exploded view: which way a part leaves, how far, and that no two parts meet at the end."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from delta_cad.assembly.tessellation import Mesh
+from delta_cad.report.explode import GAP_MM, _Unit, apart, exploded, revolution_axis
+from delta_cad.report.subject import Subject
+from tests.committed import Built
+from tests.delta_cad.report.reading import Page
+
+X, Y, Z = range(3)
+
+
+def lathe(*rings: tuple[float, float]) -> Mesh:
+    """A closed body of revolution about y through rings of (radius, y), mm."""
+    count = 24
+    angles = 2.0 * np.pi * np.arange(count) / count
+    points = [[r * np.cos(a), y, -r * np.sin(a)] for r, y in rings for a in angles]
+    points += [[0.0, rings[0][1], 0.0], [0.0, rings[-1][1], 0.0]]
+    faces = []
+    for k in range(len(rings) - 1):
+        for i in range(count):
+            a, b = k * count + i, k * count + (i + 1) % count
+            faces += [[a, b, b + count], [a, b + count, a + count]]
+    last = (len(rings) - 1) * count
+    for i in range(count):
+        j = (i + 1) % count
+        faces += [[len(points) - 2, j, i], [len(points) - 1, last + i, last + j]]
+    return Mesh(np.array(points), np.array(faces), 0.0)
+
+
+def brick(x: float, y: float, z: float) -> Mesh:
+    corners = np.array([[i, j, k] for i in (0.0, x) for j in (0.0, y) for k in (0.0, z)])
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
+    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    return Mesh(corners, np.array(faces), 0.0)
+
+
+def test_a_screw_points_to_its_head_and_a_plate_to_nothing() -> None:
+    screw = lathe((1.5, 0.0), (1.5, 10.0), (3.0, 10.0), (3.0, 13.0))
+    assert screw.is_watertight
+    assert screw.volume_mm3 > 0.0
+    assert revolution_axis(screw) == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
+    turned = Mesh(-screw.vertices, screw.faces[:, ::-1], 0.0)
+    assert revolution_axis(turned) == pytest.approx([0.0, -1.0, 0.0], abs=1e-6)
+    washer = revolution_axis(lathe((5.0, 0.0), (5.0, 1.0)))
+    assert washer is not None
+    assert abs(washer) == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
+    assert brick(3.0, 20.0, 40.0).is_watertight
+    assert revolution_axis(brick(3.0, 20.0, 40.0)) is None
+    assert revolution_axis(brick(10.0, 10.0, 10.0)) is None  # as of a ball: no axis before another
+
+
+def unit(name: str, low: tuple[float, ...], high: tuple[float, ...], axis: int, sense: int = 0) -> _Unit:
+    return _Unit((name,), np.array([[low, high]], dtype=float), axis, sense, name.split("#")[0])
+
+
+def test_parts_leave_in_turn_the_outermost_farthest() -> None:
+    units = [
+        unit("block", (0, 0, 0), (10, 10, 10), Z),
+        unit("plate", (0, 10, 0), (10, 14, 10), Y),
+        unit("screw", (4, 8, 4), (6, 16, 6), Y, 1),
+        unit("foot", (4, -3, 4), (6, 0, 6), Y),
+        unit("flag", (40, 0, 0), (50, 10, 10), X),
+    ]
+    moves = apart(units, lambda one: {"block": 3}.get(one.names[0], 0))
+    assert moves["block"] == pytest.approx([0.0, 0.0, 0.0])
+    assert moves["plate"] == pytest.approx([0.0, GAP_MM, 0.0])
+    assert moves["screw"] == pytest.approx([0.0, 18.0 + GAP_MM - 8.0, 0.0])  # from 8 to beyond the plate, now at 18
+    assert moves["foot"] == pytest.approx([0.0, -GAP_MM, 0.0])
+    assert moves["flag"] == pytest.approx([0.0, 0.0, 0.0])  # nothing is in its way
+
+
+def test_like_parts_side_by_side_go_together() -> None:
+    units = [
+        unit("block", (0, 0, 0), (50, 10, 10), Z),
+        unit("lug", (0, 10, 0), (10, 20, 10), Y),
+        unit("screw#0", (4, 10, 4), (6, 22, 6), Y, 1),
+        unit("screw#1", (44, 10, 4), (46, 22, 6), Y, 1),
+    ]
+    moves = apart(units, lambda one: {"block": 3}.get(one.names[0], 0))
+    assert moves["screw#0"] == pytest.approx(moves["screw#1"])
+    assert moves["screw#0"][Y] > moves["lug"][Y] > 0.0
+
+
+def test_no_two_parts_of_the_machine_meet_when_it_is_apart(page: Page, built: Built) -> None:
+    import trimesh
+    from trimesh.collision import CollisionManager
+
+    scene = trimesh.load_scene(built.folder / "assembly.glb")
+    to_z_up = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+    manager, known = CollisionManager(), page.data()["occurrences"]
+    for name, (_, _, move) in known.items():
+        matrix, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry].convex_hull  # more than the part itself
+        points = (mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]) @ to_z_up.T + np.array(move) / 1000.0
+        manager.add_object(name, trimesh.Trimesh(points, mesh.faces, process=False))
+    _, pairs = manager.in_collision_internal(return_names=True)
+    own = [pair for pair in pairs if not (bonded(pair, "capstan_cable") or bonded(pair, "joint_ball"))]
+    assert own == []
+
+
+def bonded(pair: tuple[str, str], kind: str) -> bool:
+    """Pieces of one cable stay together, and balls on their bar."""
+    return any(kind in name for name in pair) and all(kind in n or "cross_bar" in n for n in pair)
+
+
+def test_every_part_has_its_way_and_chains_go_alike(subject: Subject) -> None:
+    moves = exploded(subject)
+    assert set(moves) == {o.name for o in subject.assembly.occurrences}
+    turn = np.array([[-0.5, -np.sqrt(0.75), 0.0], [np.sqrt(0.75), -0.5, 0.0], [0.0, 0.0, 1.0]])
+    first = [name for name in moves if re.match(r"\D*_0", name)]
+    assert len(first) == 6
+    for name in first:
+        assert turn @ moves[name] == pytest.approx(moves[name.replace("_0", "_1", 1)], abs=1e-6), name

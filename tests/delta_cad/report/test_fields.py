@@ -1,0 +1,73 @@
+"""Figures over the cube: what is drawn where, which end is bad, and what the checks say of the same machine."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.mechanism.statics import conditioning, worst_joint_torque
+from delta_cad.report.fields import CELLS, SLICES, Field
+from tests.committed import Built
+from tests.delta_cad.report.reading import Page
+
+
+@pytest.fixture(scope="module")
+def slices(page: Page) -> dict[str, Any]:
+    return page.data()["slices"]
+
+
+def test_a_map_is_its_figure_at_its_place(slices: dict[str, Any], best: Design) -> None:
+    maps = {one["name"]: one for one in slices["maps"]}
+    assert list(maps) == ["kappa", "effective_mass", "friction", "stiffness", "torque"]
+    x, z = slices["x_mm"], slices["z_mm"]
+    assert (len(x), len(z)) == (CELLS, SLICES)
+    low = best.cube.bottom_height_mm
+    assert (z[0], z[-1]) == pytest.approx((low, low + 2.0 * best.cube.half_side_mm))
+    for k, j, i in ((0, 0, 0), (1, 3, 12), (4, 16, 2)):
+        p = np.array([x[i], x[j], z[k]]) / 1000.0
+        assert maps["kappa"]["values"][k][j][i] == pytest.approx(float(conditioning(best.geometry, p)), rel=1e-3)
+        force = worst_joint_torque(best.geometry, p, best.requirements.force_N).max()
+        assert maps["torque"]["values"][k][j][i] > force - 0.1
+    for one in maps.values():
+        values = np.array(one["values"])
+        assert values.shape == (SLICES, CELLS, CELLS)
+        if one["name"] in ("kappa", "effective_mass", "friction"):  # motors stand on one side of an arm
+            assert values[:, ::-1, :] == pytest.approx(values, rel=2e-3)  # the mirror in the plane of x and z
+
+
+def test_the_worst_of_the_maps_is_that_of_the_checks(slices: dict[str, Any], built: Built) -> None:
+    checks = {c["name"]: c for c in json.loads((built.folder / "checks.json").read_text())["checks"]}
+    maps = {one["name"]: one for one in slices["maps"]}
+    for name, check in (
+        ("kappa", "kappa"),
+        ("stiffness", "structure stiffness at the knob"),
+        ("torque", "torque with gravity"),
+    ):
+        values, one = np.array(maps[name]["values"]), checks[check]
+        worst = values.max() if maps[name]["upper"] else values.min()
+        assert worst == pytest.approx(one["value"], rel=2e-3)  # both grids have the corners, where these are worst
+        assert maps[name]["limit"] == one["limit"]
+
+
+def test_the_feel_of_the_structure_is_that_of_its_file(page: Page, built: Built) -> None:
+    structure = json.loads((built.folder / "structure.json").read_text())
+    told = {row[0]: row for row in page.rows("feel")[1:]}
+    centre, worst = structure["centre"], structure["softest"]
+    assert float(told["Stiffness at the knob"][1].split()[0]) == pytest.approx(centre["softest_N_mm"], rel=1e-3)
+    assert float(told["Stiffness at the knob"][2].split()[0]) == pytest.approx(worst["softest_N_mm"], rel=1e-3)
+    assert float(told["First mode"][1].split()[0]) == pytest.approx(centre["first_mode_Hz"], rel=1e-3)
+    assert float(told["First mode"][2].split()[0]) == pytest.approx(structure["slowest"]["first_mode_Hz"], rel=1e-3)
+    masses = json.loads((built.folder / "mass_properties.json").read_text())
+    assert float(told["Moving mass"][2].split()[0]) == pytest.approx(1000.0 * masses["moving_mass_kg"], rel=1e-3)
+
+
+@pytest.mark.parametrize(("upper", "value", "place"), [(True, 9.0, 3.0), (False, 0.0, 0.0)])
+def test_the_worst_is_at_the_bad_end(upper: bool, value: float, place: float) -> None:
+    sampled = np.array([[x, 0.0, 0.0] for x in (-2.0, 0.0, 3.0)])
+    field = Field("f", "f", "", upper, None, lambda p: p[:, 0] ** 2, False, "", sampled)
+    assert field.worst()[0] == value
+    assert field.worst()[1] == pytest.approx([place, 0.0, 0.0])

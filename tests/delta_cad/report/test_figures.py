@@ -1,0 +1,65 @@
+"""Checks as lines: the sense of a limit, the margin, what binds, what is asked first."""
+
+from __future__ import annotations
+
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from delta_cad.report.figures import asked, binding, every, line, told
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "passed", "expected"),
+    [
+        (2.25, 2.5, True, ("≤ 2.5", "+0.25 (10 %)")),
+        (2.75, 2.5, False, ("≤ 2.5", "−0.25 (10 %)")),
+        (26.0, 20.0, True, ("≥ 20", "+6 (30 %)")),
+        (14.0, 20.0, False, ("≥ 20", "−6 (30 %)")),
+        (3.0, 0.0, True, ("≥ 0", "+3")),
+        (0.0, 0.0, True, ("= 0", "")),
+        (5.0, None, True, ("", "")),
+    ],
+)
+def test_sense_and_margin_follow_from_value_and_verdict(
+    value: float, limit: float | None, passed: bool, expected: tuple[str, str]
+) -> None:
+    found = line(CheckResult("x", passed, value, limit, ""))
+    assert (found.limit, found.margin) == expected
+    assert found.passed is (None if limit is None else passed)
+
+
+def test_a_check_without_figures_has_its_verdict() -> None:
+    assert line(CheckResult("x", True, None, None, "")).passed is True
+    assert line(CheckResult("x", False, None, 2.0, "mm")) == line(CheckResult("x", False, None, 2.0, "mm"), "x")
+    assert line(CheckResult("x", False, None, 2.0, "mm")).margin == ""
+
+
+def test_numbers_are_told_with_their_units() -> None:
+    assert told(0.38921, "N m") == "0.3892 N m"
+    assert told(4.376522e-05) == "4.377e-05"
+    assert told(125.0, "N/mm^2") == "125 N/mm²"
+    assert told(None, "mm") == ""
+
+
+def test_what_binds_is_closest_as_a_share_of_its_limit() -> None:
+    results = [
+        CheckResult("far", True, 1.0, 10.0, "mm"),
+        CheckResult("gap a_0 / b_0", True, 1.1, 1.0, "mm"),
+        CheckResult("gap a_1 / b_1", True, 1.05, 1.0, "mm"),
+        CheckResult("tight", True, 0.99, 1.0, ""),
+        CheckResult("counted", True, 0.0, 0.0, ""),
+        CheckResult("fails", False, 1.01, 1.0, ""),
+    ]
+    assert [one.words for one in binding(results)] == ["tight", "gap a / b"]
+    assert binding(results)[1].value == "1.05 mm"
+    assert [one.words for one in every(results)][:2] == ["fails", "far"]
+    assert "gap a / b (2×)" in [one.words for one in every(results)]
+
+
+def test_what_is_asked_comes_in_its_order() -> None:
+    results = [CheckResult(name, True, 1.0, 2.0, "") for name in ("kappa", "odd", "envelope width", "reach")]
+    assert [one.words.split(",")[0].split(":")[0] for one in asked(results)] == [
+        "Cube within reach",
+        "Swept outline",
+        "Conditioning",
+    ]

@@ -1,0 +1,125 @@
+"""The live page on its server: what follows the handle and the sliders, and by a mouse."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from dataclasses import replace
+from io import StringIO
+from typing import Any
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.mechanism.placement import chain_frame
+from delta_cad.report.live.page import LivePage, quaternion
+from delta_cad.report.subject import Subject
+
+DRAWN_MS, PICTURE_MS, TRIES = 120_000, 500, 20  # a processor draws a picture in a second or so
+INERTIA = HandleInertia(0.071, 0.0043, 0.0011, 3.1e-4)
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as found:
+        return found.getsockname()[1]
+
+
+@pytest.fixture
+def page(best: Design) -> Iterator[LivePage]:
+    viser = pytest.importorskip("viser", reason="viser is not installed: extra `view`")
+    with redirect_stdout(StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=free_port(), verbose=False)
+    yield LivePage(server, best)
+    with redirect_stdout(StringIO()):
+        server.stop()
+
+
+def drawn(page: LivePage) -> dict[str, bool]:
+    return {name: handle.visible for name, (_, handle) in page._drawn.items()}
+
+
+def test_the_handle_is_led_back_into_the_cube(page: LivePage) -> None:
+    page.move(page.lengths.centre_mm + np.array([20.0, 0.0, 500.0]))
+    top = page.lengths.centre_mm + np.array([20.0, 0.0, page.lengths.half_side_mm])
+    assert page.handle_mm == pytest.approx(top)
+    assert np.asarray(page._grip.position) * 1000.0 == pytest.approx(top, abs=1e-3)
+    assert f"handle {top[0]:.1f}, {top[1]:.1f}, {top[2]:.1f} mm" in page._told.content
+
+
+def test_a_slider_makes_the_mechanism_anew(page: LivePage) -> None:
+    before = page._told.content
+    assert all(drawn(page).values())
+    page.change(replace(page.own, upper_arm_length_mm=100.0))
+    assert page._sliders["upper_arm_length_mm"].value == 100.0
+    arms, _ = page._drawn["arms"]
+    assert np.linalg.norm(arms[:, 1] - arms[:, 0], axis=1) == pytest.approx([100.0] * 3)
+    assert page._told.content != before
+    page.change(replace(page.own, forearm_length_mm=10.0))
+    assert "out of reach" in page._told.content
+    assert drawn(page) == {"base": False, "arms": False, "rods": False, "platform": False, "cube": True}
+    page.change(page.own)
+    assert page._told.content == before
+
+
+def test_solids_move_with_the_handle_and_are_the_designs_alone(page: LivePage, subject: Subject) -> None:
+    page.solids(subject.assembly, subject.meshes, INERTIA)
+    assert drawn(page) == {"base": False, "arms": False, "rods": False, "platform": False, "cube": True}
+    assert "effective mass" in page._told.content
+    page.move(page.own.centre_mm + np.array([12.0, -7.0, 9.0]))
+    frames = subject.assembly.placement(page.handle_mm)
+    assert set(page._frames) == {o.link for o in subject.assembly.occurrences}
+    for link, handle in page._frames.items():
+        assert handle.visible
+        assert np.asarray(handle.position) * 1000.0 == pytest.approx(frames[link][:3, 3], abs=1e-6)
+        assert turned(handle.wxyz) == pytest.approx(frames[link][:3, :3], abs=1e-9)
+    page.change(replace(page.own, base_radius_mm=33.0))
+    assert not any(handle.visible for handle in page._frames.values())
+    assert drawn(page)["arms"]
+    assert "masses as designed" in page._told.content
+
+
+@pytest.mark.slow
+def test_a_mouse_drags_the_handle_along_one_axis(page: LivePage, chromium: Any) -> None:
+    viewer = chromium.new_page(viewport={"width": 1000, "height": 700})
+    asked: list[str] = []
+    viewer.on("request", lambda request: asked.append(request.url))
+    host = f"http://127.0.0.1:{page._server.get_port()}/"
+    viewer.goto(host)
+    viewer.get_by_text("conditioning").wait_for(timeout=DRAWN_MS)
+    start = page.handle_mm
+    for _ in range(TRIES):  # until the picture is drawn there is nothing to take hold of
+        viewer.mouse.move(500, 245)  # the arrow along z, above the handle
+        viewer.wait_for_timeout(PICTURE_MS)
+        viewer.mouse.down()
+        for k in range(1, 6):
+            viewer.mouse.move(500, 245 + 8 * k)
+            viewer.wait_for_timeout(PICTURE_MS)
+        viewer.mouse.up()
+        if (page.handle_mm != start).any():
+            break
+    assert page.handle_mm[:2] == pytest.approx(start[:2], abs=1e-6)
+    assert page.lengths.bottom_height_mm - 1e-6 <= page.handle_mm[2] < start[2] - 5.0
+    assert viewer.get_by_text(f"{page.handle_mm[2]:.1f} mm").count() == 1
+    assert {url for url in asked if not url.startswith((host, "blob:" + host, "data:"))} == set()
+    viewer.close()
+
+
+def turned(wxyz: Any) -> np.ndarray:
+    """Rotation of a unit quaternion, written out."""
+    w, x, y, z = wxyz
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_a_quaternion_turns_as_its_rotation() -> None:
+    for i in range(3):
+        rotation = chain_frame(i)[:3, :3] @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+        assert turned(quaternion(rotation)) == pytest.approx(rotation)

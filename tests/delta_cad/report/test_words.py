@@ -1,0 +1,99 @@
+"""What stands in sentences: what a certificate proves, of which design, and what cannot be read."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from delta_cad.design import design_hash
+from delta_cad.mechanism.limits import Limits
+from delta_cad.report.subject import Subject
+from delta_cad.report.words import assumptions, certificate, provenance
+
+
+@pytest.fixture
+def proof(subject: Subject) -> dict[str, Any]:
+    """A certificate's data, all but its leaves."""
+    required = subject.design.requirements.model_dump()
+    limits = Limits.stated(required)
+    findings = [{"condition": limit.name, "verdict": "proved", "limit": limit.told()} for limit in limits]
+    return {
+        "schema": "delta-certificate/1",
+        "verdict": "proved",
+        "design_hash": design_hash(subject.design),
+        "limits": limits.record(),
+        "findings": findings,
+        "boxes": 1067,
+    }
+
+
+def written(folder: Path, data: object) -> Path:
+    path = folder / "certificate.json"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    return path
+
+
+def test_it_tells_each_limit_in_the_units_of_people(subject: Subject, proof: dict[str, Any], tmp_path: Path) -> None:
+    proof["findings"][-1]["verdict"] = "undecided"
+    found = certificate(subject.design, written(tmp_path, proof))
+    assert found["found"] is True
+    assert "86.33 mm" in found["words"]
+    assert "1067 boxes" in found["words"]
+    told = ", ".join(found["proved"])
+    assert "kappa <= 2.27" in told
+    assert "0.39 N m" in told
+    assert "28 deg" in told
+    assert "rad" not in told.replace("radius", "")
+    assert len(found["open"]) == 1
+    assert found["open"][0].endswith(": undecided")
+
+
+def test_a_tolerance_is_told_in_mm(subject: Subject, proof: dict[str, Any], tmp_path: Path) -> None:
+    found = certificate(subject.design, written(tmp_path, proof | {"tolerance_m": 4e-5}))
+    assert "within 0.04 mm of the drawn one" in found["words"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"design_hash": "ab" * 32}, "another design"),
+        ({"schema": "delta-certificate/9"}, "another design"),
+        ({"boxes": None}, "cannot be read"),
+        ({"findings": [3]}, "cannot be read"),
+        ({"limits": {"kappa_max": "much"}}, "cannot be read"),
+        ({"limits": []}, "cannot be read"),
+        ({"tolerance_m": "small"}, "cannot be read"),
+    ],
+)
+def test_what_is_not_about_this_machine_proves_nothing(
+    change: dict[str, Any], said: str, subject: Subject, proof: dict[str, Any], tmp_path: Path
+) -> None:
+    found = certificate(subject.design, written(tmp_path, proof | change))
+    assert found["found"] is False
+    assert said in found["words"]
+    assert found["proved"] == []
+
+
+def test_what_is_no_certificate_proves_nothing(subject: Subject, tmp_path: Path) -> None:
+    path = tmp_path / "certificate.json"
+    assert certificate(subject.design, path) == {"found": False, "words": "", "proved": [], "open": []}
+    assert certificate(subject.design, written(tmp_path, ["no", "certificate"]))["found"] is False
+    path.write_text("{")
+    assert "cannot be read" in certificate(subject.design, path)["words"]
+
+
+def test_assumptions_name_what_was_taken(subject: Subject) -> None:
+    told = " ".join(assumptions(subject))
+    for word in ("40 mm over the wrists", "(0, 0, -9.81) m/s²", "0.08 (0.05 to 0.15)", "96 %", "nothing is measured"):
+        assert word in told
+
+
+def test_the_command_names_a_file_that_a_person_can_save(subject: Subject) -> None:
+    found = provenance(subject, {"python": "3.11"})
+    assert found["command"] == "python -m delta_cad build --design dashboard-joystick.json"
+    assert found["input_sha256"] == design_hash(subject.design)
+    assert "steps" not in found["lengths"]
+    assert found["lengths"]["seed"] == 1
