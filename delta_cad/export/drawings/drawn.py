@@ -143,7 +143,7 @@ def notes_of(features: Features) -> list[tuple[str, str]]:
     if any(is_hull_line(face, features) for face in features.faces):
         notes.append(("", "A line between two arcs is tangent to both."))
     for key, text in features.notes.items():
-        words = f"Chamfer {text} on the edges that are drawn double" if key.startswith("chamfer") else text
+        words = f"Chamfers {text} where they are drawn" if key.startswith("chamfer") else text
         notes.append((key, f"{words}."))
     for n, slot in enumerate(features.slots):
         notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))

@@ -9,6 +9,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import LENGTH_MM
 
 SAME_MM = 1e-3
+CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Controlled:
     Attributes:
         lengths: Toleranced lengths; coordinates along their axes count from their starts.
         fits: Diameter of an outer face, mm, and its fit.
-        threads: Diameter of an outer face that stands for a thread, mm, and the thread.
+        threads: Tap drill of an outer thread, mm, which it is drawn a little thinner than, and the thread.
     """
 
     lengths: tuple[Length, ...] = ()
@@ -45,7 +46,7 @@ class Controlled:
 
     def thread(self, diameter_mm: float) -> str:
         """Gives the thread that an outer diameter stands for, "" where it is none."""
-        return next((thread for size, thread in self.threads if abs(size - diameter_mm) < SAME_MM), "")
+        return next((thread for drill, thread in self.threads if 0.0 <= drill - diameter_mm < CORE_MM), "")
 
     def tolerance(self, axis: int, value_mm: float) -> float | None:
         """Gives the tolerance of the length from the datum to a coordinate, mm; None: the general one."""
@@ -55,14 +56,11 @@ class Controlled:
 
 def controlled(d: Dimensions) -> dict[str, Controlled]:
     """Gives by part number what is held closer than the general tolerance; parts that are not named have nothing."""
-    from delta_cad.solids.fasteners import CORE_PLAY_MM  # loads the CAD kernel
-
     layers, stem = d.layers, d.platform.stem_thread
-    core = catalogue.screw(stem).tap_drill_mm - CORE_PLAY_MM
     found = {
         "foot_block": Controlled((Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM),)),
         "shoulder_shaft": Controlled(fits=((d.shaft.diameter_mm, "h6"),)),
-        "handle_stem": Controlled(threads=((core, stem),)),
+        "handle_stem": Controlled(threads=((catalogue.screw(stem).tap_drill_mm, stem),)),
         "cross_bar": Controlled(_shoulders(d), ((d.forearm.bar_diameter_mm, "h6"),)),
     }
     if d.capstan is not None:

@@ -43,7 +43,7 @@ class Face:
     centre: np.ndarray
     box: np.ndarray
     corners: np.ndarray
-    borders: list[tuple[Face, np.ndarray]] = field(default_factory=list)
+    borders: list[tuple[Face, np.ndarray]] = field(default_factory=list, repr=False)
 
     @property
     def middle(self) -> np.ndarray:

@@ -23,7 +23,8 @@ def unit(k: int) -> np.ndarray:
 
 def turning_axis(faces: Sequence[Face], groups: Sequence[HoleGroup]) -> np.ndarray | None:
     """The axis that a part turns about through its origin, if it is a turned part without bores beside it."""
-    for k in range(3):
+    about = [sum(face.kind != "sphere" and is_along(face.axis, unit(k)) for face in faces) for k in range(3)]
+    for k in sorted(range(3), key=lambda k: -about[k]):  # a ball turns about all: about the axis of its bore
         axis = unit(k)
         if any(
             is_along(bore.axis, axis) and np.linalg.norm(np.delete(bore.point, k)) > SAME_MM

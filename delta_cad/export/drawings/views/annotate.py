@@ -86,6 +86,8 @@ class Setting:
         rounds = [(b.faces[0].axis, b.point, b.widest / 2, b) for g in self.features.groups for b in g.bores]
         for axis, point, radius, bore in sorted(rounds, key=lambda one: -one[2]):
             if is_along(axis, self.view.towards):
+                if not self._left(point):
+                    continue
                 x, y = self.at(point)
                 if (key := (round(x, 2), round(y, 2))) in seen:
                     continue
@@ -122,9 +124,13 @@ class Setting:
         for group in self.features.groups:
             nominal = next((float(match[1]) for line in group.callout if (match := THREAD.match(line))), None)
             for bore in group.bores if nominal is not None else ():
-                if nominal is not None and self.view.end_on(bore) and nominal > bore.widest:
+                if nominal is not None and self.view.end_on(bore) and self._left(bore.point) and nominal > bore.widest:
                     found.append(Arc("dimension", self.at(bore.point), nominal / 2 * self.scale, 0.0, 270.0))
         return found
+
+    def _left(self, point: np.ndarray) -> bool:
+        """Whether a point is on what is left of a part that is cut open."""
+        return self.view.cut is None or float(point @ self.view.towards) < self.view.cut + SAME_MM
 
     def _in_cut(self, point: np.ndarray) -> bool:
         """Whether a bore's axis lies in the plane in which the view is cut open."""

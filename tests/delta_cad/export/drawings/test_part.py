@@ -82,6 +82,14 @@ def test_a_stepped_shaft_is_a_turned_part_told_by_its_steps() -> None:
     assert found.notes == {"chamfer 0.5": "0.5 x 45°"}
 
 
+def test_a_bored_ball_turns_about_its_bore() -> None:
+    bored = cq.Workplane().sphere(6).cut(cq.Workplane("XZ").circle(2).extrude(8, both=True).translate((0, 6, 0)))
+    (solid,) = bored.val().Solids()  # type: ignore[union-attr]
+    found = features(Part("ball", "", solid, METAL, True, (Hole(4.0, 1, "4 x 8"),)), Controlled())
+    assert np.allclose(found.main, (0, 1, 0))
+    assert along(found, 1) == {0, round((36 - 4) ** 0.5, 3)}  # the middle of the ball and the bore's rim
+
+
 def test_the_tangents_of_two_bosses_have_no_coordinates() -> None:
     ends = cq.Workplane().circle(10).extrude(6).union(cq.Workplane().center(40, 0).circle(5).extrude(6))
     hull = cq.Sketch().push([(0, 0)]).circle(10).reset().push([(40, 0)]).circle(5).reset().hull()
@@ -102,8 +110,8 @@ def test_of_three_equal_arms_one_is_told() -> None:
     (solid,) = star.val().Solids()  # type: ignore[union-attr]
     found = features(Part("star", "", solid, METAL, True), Controlled())
     assert "pattern" in found.notes
-    assert along(found, 0) == {30}  # the end of the arm along x; the hub's middle is the datum
-    assert along(found, 1) == {-3, 3}
+    assert along(found, 0) == {0, 30}  # the hub and the end of the arm along x
+    assert along(found, 1) == {-3, 0, 3}
 
 
 def test_controlled_lengths_are_the_machine_s_own(best_dimensions: Dimensions) -> None:
