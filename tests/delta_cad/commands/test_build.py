@@ -157,6 +157,17 @@ def test_json_is_the_record_and_nothing_else(
         assert (drawings["name"], drawings["passed"]) == ("drawings", True)
 
 
+@pytest.mark.parametrize(("words", "left_out"), [([], []), (["--no-drawings"], ["drawings"])])
+def test_drawings_are_checked_or_left_out_and_the_manifest_says_so(
+    words: list[str], left_out: list[str], quick: Quick, best: Design, tmp_path: Path
+) -> None:
+    quick([GOOD])
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path), *words]) == 0
+    read = {name: json.loads((tmp_path / best.name / f"{name}.json").read_text()) for name in ("manifest", "checks")}
+    assert read["manifest"]["left_out"] == left_out
+    assert ("drawings" in [check["name"] for check in read["checks"]["checks"]]) == (not left_out)
+
+
 def test_check_writes_its_report_only(
     quick: Quick, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
