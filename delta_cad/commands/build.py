@@ -20,6 +20,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
     command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
+    command.add_argument("--no-drawings", action="store_true", help="leave the drawings out, which the manifest says")
 
 
 def run(given: argparse.Namespace) -> int:
@@ -30,4 +31,4 @@ def run(given: argparse.Namespace) -> int:
 def _built(design: Design, given: argparse.Namespace, progress: Callable[[str], None]) -> Outcome:
     from delta_cad.commands.pipeline import build
 
-    return build(design, given.out, progress, given.step_schema)
+    return build(design, given.out, progress, given.step_schema, drawings=not given.no_drawings)

@@ -8,19 +8,18 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all
 from delta_cad.common.files import require_room
 
 if TYPE_CHECKING:
-    from delta_cad.commands.pipeline import Outcome
     from delta_cad.design import Design, DesignError
     from delta_cad.dimensions import Reason
 
 NOT_BUILT = 3
-# design, what was typed, what to call with the name of the next phase -> what came of it
-Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], "Outcome"]
+# design, what was typed, what to call with the name of the next phase -> what came of it: passed, folder, record()
+Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], Any]
 # design, what was typed -> where that is written
 Place = Callable[["Design", argparse.Namespace], Path]
 
@@ -38,7 +37,9 @@ def machine_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
 
 
-def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -> int:
+def made(
+    given: argparse.Namespace, work: Work, place: Place, *, folder: bool, tell: Callable[[Any], None] | None = None
+) -> int:
     """Does a command's work on the design that was typed, shows what came of it and returns the exit code.
 
     Args:
@@ -46,6 +47,7 @@ def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -
         work: The work.
         place: Where its files go; that it can be written there is made sure before the work, not after.
         folder: Whether that is a folder.
+        tell: Shows a person what came of it; None: `tables.print_outcome`.
     """
     from delta_cad.design import DesignError, load_design
 
@@ -83,7 +85,7 @@ def made(given: argparse.Namespace, work: Work, place: Place, *, folder: bool) -
         landed = None if outcome.folder is None else str(outcome.folder)
         print(json.dumps(outcome.record() | {"folder": landed}, indent=1))
     else:
-        print_outcome(outcome)
+        (tell or print_outcome)(outcome)
     return DONE if outcome.passed else NOT_MET
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,6 +44,10 @@ from delta_cad.report.subject import Subject
 from delta_cad.structure.report import structure_record, structure_report
 from delta_cad.structure.spans import structure_spans
 
+if TYPE_CHECKING:
+    from delta_cad.export.drawings.drawn import Drawn
+
+DRAWINGS = "delta_cad.export.drawings.drawn"  # which loads the CAD kernel
 LINEAR_MM, ANGULAR_RAD = 0.05, 0.35  # deflection of all meshes: a tenth of a running gap, 18 facets a turn
 Progress = Callable[[str], None]
 
@@ -215,6 +220,7 @@ def build(
     progress: Progress = quiet,
     schema: str = "AP242",
     beside: Callable[[Path, Outcome], None] = lambda _folder, _outcome: None,
+    drawings: bool = True,
 ) -> Outcome:
     """Builds a design into `out/<name>`, or into `out/<name>.rejected` when a check fails.
 
@@ -224,15 +230,21 @@ def build(
         progress: Told what is being done.
         schema: STEP schema, "AP242" or "AP214".
         beside: Called with the folder and what came of the machine, to write more files before the manifest.
+        drawings: Whether drawings are made and checked, too.
 
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
     """
-    with Beside(swept.__name__) as sweeper, Beside(mesh_files.__name__, behind=True) as writer:
+    with ExitStack() as others:
+        sweeper = others.enter_context(Beside(swept.__name__))
+        writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
+        draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
         machine, sweep = make_machine(design, progress), Sweep(sweeper)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         with output_folder(out, design.name) as folder:
+            if draughtsman is not None:
+                draughtsman.give((machine.dimensions, machine.assembly, machine.masses, folder.path))
             fingerprints: list[str] = []
 
             def meanwhile() -> None:
@@ -242,6 +254,9 @@ def build(
                 fingerprints.append(write_files(machine, folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
+            if draughtsman is not None:
+                progress("drawings")
+                results = [*results, check_drawings(draughtsman.take())]
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
             outcome = Outcome(design, results, machine.masses, out / landed, _unverified(machine))
@@ -253,8 +268,25 @@ def build(
             _report(machine, sweep, outcome, folder.path)
             progress("manifest")
             status = "rejected" if folder.rejected else "passed"
-            write_manifest(folder.path, input_hash=design_hash(design), status=status, fingerprint=fingerprints[0])
+            write_manifest(
+                folder.path,
+                input_hash=design_hash(design),
+                status=status,
+                fingerprint=fingerprints[0],
+                left_out=() if drawings else ("drawings",),
+            )
     return outcome
+
+
+def check_drawings(drawn: Drawn) -> CheckResult:
+    """Gives the verdict on a machine's drawings: all of them there, all told in them, nothing over anything."""
+    count = sum(len(faults) for faults in drawn.faults.values())
+    worst = next(iter(drawn.faults), None)
+    told = f"{drawn.count} drawings: every bore and coordinate told once, no text over an edge or another"
+    if worst is not None:
+        told = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
+    pair = None if worst is None else (worst,)
+    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=told)
 
 
 def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema: str) -> str:

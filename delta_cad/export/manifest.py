@@ -5,13 +5,25 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 SCHEMA = "delta-manifest/1"
 FILE_NAME = "manifest.json"
-PACKAGES = ("delta-haptics", "cadquery", "cadquery-ocp", "numpy", "scipy", "trimesh", "python-fcl", "vtk")
+PACKAGES = (
+    "delta-haptics",
+    "cadquery",
+    "cadquery-ocp",
+    "numpy",
+    "scipy",
+    "trimesh",
+    "python-fcl",
+    "vtk",
+    "ezdxf",
+    "fonttools",
+)
 STATUSES = ("passed", "rejected")
 
 
@@ -19,7 +31,9 @@ class ManifestError(ValueError):
     """The status of a build is unknown."""
 
 
-def write_manifest(folder: Path, *, input_hash: str, status: str, fingerprint: str) -> dict[str, Any]:
+def write_manifest(
+    folder: Path, *, input_hash: str, status: str, fingerprint: str, left_out: Sequence[str] = ()
+) -> dict[str, Any]:
     """Writes `manifest.json` over all files that the folder holds.
 
     Args:
@@ -27,6 +41,7 @@ def write_manifest(folder: Path, *, input_hash: str, status: str, fingerprint: s
         input_hash: SHA-256 of the design that was built, hexadecimal.
         status: "passed" or "rejected".
         fingerprint: Content fingerprint of the assembly's STEP file.
+        left_out: Names of what a build makes and this one was asked not to.
 
     Returns:
         What was written.
@@ -41,6 +56,7 @@ def write_manifest(folder: Path, *, input_hash: str, status: str, fingerprint: s
         "status": status,
         "input_sha256": input_hash,
         "step_fingerprint": fingerprint,
+        "left_out": list(left_out),
         "versions": versions(),
         "files": {name: _digest(folder / name) for name in _files(folder)},
     }

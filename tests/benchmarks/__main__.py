@@ -21,6 +21,7 @@ MINUTES = {
     "start_time": 5.0,
     "delta_cad.mechanism_time": 5.0,
     "delta_cad.build_time": 10.0,
+    "delta_cad.drawing_time": 5.0,
     "delta_cad.clearance_sweep": 5.0,
     "delta_cad.clearance_growth": 10.0,
     "delta_cad.kernel": 5.0,

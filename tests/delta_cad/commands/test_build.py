@@ -25,6 +25,7 @@ from delta_cad.design import Design, design_from_dict, design_hash
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
+from delta_cad.export.drawings.drawn import Drawn
 from delta_cad.export.fingerprint import step_fingerprint
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_part_step
@@ -59,8 +60,8 @@ class Idle:
     def give(self, _: object) -> None:
         pass
 
-    def take(self) -> None:
-        pass
+    def take(self) -> Drawn:
+        return Drawn(20)
 
 
 @pytest.fixture
@@ -151,8 +152,21 @@ def test_json_is_the_record_and_nothing_else(
         assert record["folder"] == str(tmp_path / folder)
         assert record["passed"] == (code == 0)
         assert record["input_sha256"] == design_hash(best)
-        assert [c["name"] for c in record["checks"]] == [r.name for r in results]
-        assert record["checks"][-1]["worst_pair"] == list(results[-1].worst_pair or ())
+        *checks, drawings = record["checks"]
+        assert [c["name"] for c in checks] == [r.name for r in results]
+        assert checks[-1]["worst_pair"] == list(results[-1].worst_pair or ())
+        assert (drawings["name"], drawings["passed"]) == ("drawings", True)
+
+
+@pytest.mark.parametrize(("words", "left_out"), [([], []), (["--no-drawings"], ["drawings"])])
+def test_drawings_are_checked_or_left_out_and_the_manifest_says_so(
+    words: list[str], left_out: list[str], quick: Quick, best: Design, tmp_path: Path
+) -> None:
+    quick([GOOD])
+    assert main(["build", "--design", str(BEST), "--out", str(tmp_path), *words]) == 0
+    read = {name: json.loads((tmp_path / best.name / f"{name}.json").read_text()) for name in ("manifest", "checks")}
+    assert read["manifest"]["left_out"] == left_out
+    assert ("drawings" in [check["name"] for check in read["checks"]["checks"]]) == (not left_out)
 
 
 def test_check_writes_its_report_only(

@@ -16,7 +16,7 @@ from delta_cad.design import Design, design_schema, load_design
 from delta_cad.mechanism.workspace import Cube, cube_extremes
 from tests.committed import BEST, DATA, PUBLISHED, changed
 
-COMMANDS = ("build", "check", "inspect")
+COMMANDS = ("build", "check", "drawings", "inspect")
 
 
 def without(section: str, field: str) -> dict[str, Any]:

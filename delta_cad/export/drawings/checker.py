@@ -1,0 +1,142 @@
+"""Checks a finished drawing: all is told, once, with the right value, and no text lies over anything.
+
+It works on the sheets, after they are laid out. What has to be told it reads from the part: its declared holes, its
+faces and its size; how often each was told it counts in the texts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from itertools import combinations
+
+from delta_cad.export.drawings.paper.sheet import EDGES, Drawing, Sheet, Text, crosses, lines_of, overlap
+from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.title import inner
+from delta_cad.solids.part import Part
+
+SAME_MM = 2e-3  # what is printed is rounded to a micrometre
+ROUND_MM = 0.01  # boxes of round faces are wider than they are by a thousandth
+COUNTED = re.compile(r"^(?:(\d+)x )?(.*)$")
+NUMBER = re.compile(r"^-?\d+(\.\d+)?")
+
+
+def drawing_faults(drawing: Drawing, part: Part, features: Features) -> list[str]:
+    """Lists what is wrong with a part's drawing.
+
+    Args:
+        drawing: Its sheets.
+        part: The part.
+        features: What has to be told of it.
+
+    Returns:
+        One line a fault, naming sheet or key; none: the drawing is sound.
+    """
+    faults = [
+        *told_faults(drawing, features),
+        *hole_faults(drawing, part),
+        *value_faults(drawing, features),
+        *extent_faults(part, features),
+    ]
+    for number, sheet in enumerate(drawing.sheets, 1):
+        faults += [f"sheet {number}: {fault}" for fault in sheet_faults(sheet)]
+    return faults
+
+
+def told_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Finds coordinates, sizes, bores and notes that are told not at all, or more than once."""
+    wanted = {place.key for place in features.places} | {size.key for size in features.sizes} | set(features.notes)
+    wanted |= {f"bore {g}.{b}" for g, group in enumerate(features.groups) for b in range(len(group.bores))}
+    wanted |= {f"slot {n}" for n in range(len(features.slots))}
+    told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.told)
+    for key in sorted(wanted):
+        if told[key] != 1:
+            yield f"{key} is told {told[key]} times"
+    yield from (f"{key} is told and is nothing of the part" for key in sorted(told.keys() - wanted))
+
+
+def hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
+    """Counts by their printed texts the holes that a part declares: of each diameter or thread as many as there are."""
+    printed: Counter[str] = Counter()
+    texts = [text.text for sheet in drawing.sheets for text in sheet.texts]
+    for text in texts:
+        match = COUNTED.match(text)
+        if match:
+            printed[match[2]] += int(match[1] or 1)
+    for hole in part.holes:
+        if hole.is_slot:
+            continue
+        name = _named(hole.callout, hole.diameter_mm)
+        same = [h for h in part.holes if not h.is_slot and _named(h.callout, h.diameter_mm) == name]
+        count = sum(number for text, number in printed.items() if _begins(text, name))
+        if count != sum(h.count for h in same):
+            yield f"holes {name} are told {count} times, {sum(h.count for h in same)} are declared"
+
+
+def _named(callout: str, diameter: float) -> str:
+    """What the callout of a declared hole begins with on paper: its thread, or its diameter and fit."""
+    own = re.sub(r"^\d+x ", "", callout)
+    if thread := re.match(r"M\d+(\.\d+)?", own):
+        return thread[0]
+    if "slot" in own:
+        return f"slot {diameter:g}" if own.startswith("slot") else own.split()[0]
+    fit = re.match(r"\d+(?:\.\d+)? ([A-Z]{1,2}\d{1,2})\b", own)
+    return f"Ø{round(diameter, 3):g}" + (f" {fit[1]}" if fit else "")
+
+
+def _begins(text: str, name: str) -> bool:
+    return text == name or (text.startswith(name) and not re.match(r"[\d.]", text[len(name) :]))
+
+
+def value_faults(drawing: Drawing, features: Features) -> Iterable[str]:
+    """Holds every printed coordinate against where the feature is: how far from the datum, either way."""
+    shown: dict[str, list[float]] = {}
+    for sheet in drawing.sheets:
+        for text in sheet.texts:
+            if number := NUMBER.match(text.text):
+                for key in text.told:
+                    shown.setdefault(key, []).append(abs(float(number[0])))
+    for place in features.places:
+        off = abs(place.value - float(features.datum @ place.along))
+        if any(abs(one - off) > SAME_MM for one in shown.get(place.key, [])):
+            yield f"{place.key} is printed as {shown[place.key]}, it is {off:.3f} mm from the datum"
+
+
+def extent_faults(part: Part, features: Features) -> Iterable[str]:
+    """Holds how far a part declares that it reaches against what is told: each end has a coordinate, or is round."""
+    for k, span in enumerate(part.extent_mm or ()):
+        for end in span or ():
+            placed = any(abs(p.along[k]) > 1.0 - 1e-6 and abs(p.value - end) < SAME_MM for p in features.places)
+            rounded = any(face.kind != "plane" and min(abs(face.box[:, k] - end)) < ROUND_MM for face in features.faces)
+            if not placed and not rounded and not any(s.kind == "flat" for s in features.sizes):
+                yield f"nothing tells its end at {end:.3f} mm along {'xyz'[k]}"
+
+
+def sheet_faults(sheet: Sheet) -> list[str]:
+    """Finds texts that overlap one another or a frame they do not stand in, lie over an edge, or off the sheet."""
+    texts = list(sheet.texts)
+    size = "A4" if sheet.width < 300.0 else "A3"
+    low_x, low_y, high_x, high_y = inner(size)
+    faults = []
+    for text in texts:
+        x0, y0, x1, y1 = text.box
+        if not (low_x <= x0 and x1 <= high_x and low_y <= y0 and y1 <= high_y):
+            faults.append(f"{text.text!r} is outside of the frame")
+    faults += [f"{a.text!r} and {b.text!r} overlap" for a, b in _overlapping(texts)]
+    frames = sheet.frames
+    faults += [
+        f"{a} and {b} overlap" for a, b in combinations(sorted(frames), 2) if overlap(frames[a], frames[b], -1e-6)
+    ]
+    edges = lines_of(item for item in sheet.items if not isinstance(item, Text) and item.layer in EDGES)
+    return faults + [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
+
+
+def _overlapping(texts: Sequence[Text]) -> Iterable[tuple[Text, Text]]:
+    ordered = sorted(texts, key=lambda text: text.box[0])
+    for k, one in enumerate(ordered):
+        for other in ordered[k + 1 :]:
+            if other.box[0] > one.box[2]:
+                break
+            if overlap(one.box, other.box, -1e-6):
+                yield one, other

@@ -1,0 +1,204 @@
+"""The drawings of a machine: every made part and the assembly, checked and written; in a build by a second process."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.common.units import G_PER_KG
+from delta_cad.design import design_hash
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.bom import bill_of_materials
+from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
+from delta_cad.export.drawings.layout import LayoutError, laid_out
+from delta_cad.export.drawings.paper.dxf import dxf_text
+from delta_cad.export.drawings.paper.lettering import LetteringError
+from delta_cad.export.drawings.paper.pdf import pdf_bytes
+from delta_cad.export.drawings.paper.sheet import Drawing
+from delta_cad.export.drawings.paper.svg import svg_text
+from delta_cad.export.drawings.part.controlled import Controlled, controlled
+from delta_cad.export.drawings.part.faces import faces_of
+from delta_cad.export.drawings.part.features import features_of
+from delta_cad.export.drawings.part.holes import HoleError, lettered
+from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.part.shape import is_hull_line
+from delta_cad.export.drawings.title import Titles
+from delta_cad.export.drawings.views.choice import ViewError, views_of
+from delta_cad.export.drawings.views.marks import RoomError
+from delta_cad.export.drawings.whole import assembly_drawing, balloon_faults, placed_items
+from delta_cad.solids.part import Part
+
+REVISION = "A"
+FOLDER = "drawings"
+LOADS = ("ezdxf", "fontTools.subset")
+UNDRAWN = (HoleError, ViewError, LayoutError, RoomError, LetteringError)
+"""What keeps a single part from being drawn."""
+
+
+@dataclass
+class Drawn:
+    """What came of the drawings: how many there are, and what is wrong with them, by the part's number."""
+
+    count: int = 0
+    faults: dict[str, list[str]] = field(default_factory=dict)
+
+
+def results(order: tuple[Dimensions, Assembly, Mapping[str, Any], Path]) -> Iterator[Drawn]:
+    """Writes all drawings of a machine into a folder, for `Beside`.
+
+    Args:
+        order: The machine's dimensions, the machine, its mass report, and the folder of the build.
+
+    Yields:
+        What came of them.
+    """
+    d, assembly, masses, folder = order
+    yield write_drawings(d, assembly, masses, folder / FOLDER)
+
+
+def write_drawings(
+    d: Dimensions,
+    assembly: Assembly,
+    masses: Mapping[str, Any],
+    folder: Path,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Drawn:
+    """Draws every made part and the assembly and writes them: `<part>.pdf`, `.svg`, `.dxf` and `assembly.pdf`.
+
+    Args:
+        d: The machine's dimensions.
+        assembly: The machine.
+        masses: Its mass report.
+        folder: Where to, made if it is not there.
+        progress: Told what is being drawn.
+
+    Returns:
+        What came of them; a part that cannot be drawn has no files and a fault that says why.
+
+    Raises:
+        OSError: They cannot be written.
+    """
+    folder.mkdir(exist_ok=True)
+    held, unit = controlled(d), {number: body["mass_kg"] for number, body in masses["parts"].items()}
+    titles, drawn = titles_of(d, assembly, unit), Drawn()
+    for part in assembly.parts:
+        if part.make:
+            progress(f"drawing {part.number}")
+            try:
+                drawing, features = part_drawing(part, held.get(part.number, Controlled()), titles[part.number])
+            except UNDRAWN as error:
+                drawn.faults[part.number] = [str(error)]
+                continue
+            _write(drawing, folder)
+            _count(drawn, part.number, drawing_faults(drawing, part, features))
+    rows = bill_of_materials(assembly, unit)
+    whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress)
+    (folder / f"{whole.name}.pdf").write_bytes(pdf_bytes(whole))
+    faults = balloon_faults(whole, placed_items(assembly, rows), rows)
+    _count(drawn, whole.name, faults + [fault for sheet in whole.sheets for fault in sheet_faults(sheet)])
+    return drawn
+
+
+def _count(drawn: Drawn, name: str, faults: list[str]) -> None:
+    drawn.count += 1
+    if faults:
+        drawn.faults[name] = faults
+
+
+def _write(drawing: Drawing, folder: Path) -> None:
+    (folder / f"{drawing.name}.pdf").write_bytes(pdf_bytes(drawing))
+    (folder / f"{drawing.name}.svg").write_text(svg_text(drawing), encoding="utf-8")
+    (folder / f"{drawing.name}.dxf").write_text(dxf_text(drawing), encoding="utf-8", newline="\n")
+
+
+def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing, Features]:
+    """Draws one part.
+
+    Args:
+        part: The part.
+        held: What of it is held closer than the general tolerance.
+        titles: What its title block says.
+
+    Returns:
+        The drawing, and what it had to tell.
+
+    Raises:
+        HoleError: The declared bores are not in the solid.
+        ViewError, LayoutError, RoomError, LetteringError: It cannot be drawn.
+    """
+    features = features_of(part, faces_of(part.solid), held)
+    sheets = laid_out(views_of(part, features), features, held, titles, notes_of(features))
+    return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
+
+
+def notes_of(features: Features) -> list[tuple[str, str]]:
+    """Gives the notes of a part's drawing, each with the key that it tells."""
+    notes = [("", "Coordinates count from 0.")]
+    if any(is_hull_line(face, features) for face in features.faces):
+        notes.append(("", "A line between two arcs is tangent to both."))
+    for key, text in features.notes.items():
+        words = f"Chamfers {text} where they are drawn" if key.startswith("chamfer") else text
+        notes.append((key, f"{words}."))
+    for n, slot in enumerate(features.slots):
+        notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
+    return notes
+
+
+def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) -> dict[str, Titles]:
+    """Gives the title block of every made part by its number.
+
+    Args:
+        d: The machine's dimensions.
+        assembly: The machine.
+        masses: Mass of one of each part by its number, kg.
+    """
+    count = Counter(occurrence.part.number for occurrence in assembly.occurrences)
+    found = {}
+    for part in assembly.parts:
+        if part.make:
+            box = part.solid.BoundingBox(1e-4)
+            found[part.number] = Titles(
+                number=part.number,
+                description=lettered(part.description),
+                material=part.material.name,
+                quantity=str(count[part.number]),
+                mass=f"{masses[part.number] * G_PER_KG:.3g} g",
+                size=_size((box.xlen, box.ylen, box.zlen)),
+                machine=_machine(d, assembly),
+                revision=REVISION,
+            )
+    return found
+
+
+def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) -> Titles:
+    poses = assembly.poses(assembly.home_mm)
+    corners = []
+    for one in assembly.occurrences:
+        box = one.part.solid.moved(_location(poses[one.name])).BoundingBox(1e-3)
+        corners += [(box.xmin, box.ymin, box.zmin), (box.xmax, box.ymax, box.zmax)]
+    size = np.ptp(np.array(corners), axis=0)
+    mass = f"{masses['total_mass_kg']:.3g} kg"
+    text = f"Assembly of {assembly.name}, handle in its middle position"
+    return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d, assembly), REVISION)
+
+
+def _location(frame: np.ndarray) -> Any:
+    import cadquery as cq
+
+    from delta_cad.solids.part import location_of
+
+    return cq.Location(location_of(frame))
+
+
+def _size(lengths: Any) -> str:
+    return " x ".join(f"{round(float(length), 2):g}" for length in lengths) + " mm"
+
+
+def _machine(d: Dimensions, assembly: Assembly) -> str:
+    return f"{assembly.name}, design {design_hash(d.design)[:12]}"

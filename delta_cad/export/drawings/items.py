@@ -1,0 +1,70 @@
+"""The item list of the assembly drawing: the bill of materials, a row a line, in the order of its balloons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from delta_cad.export.bom import BomRow
+from delta_cad.export.drawings.paper.lettering import LINE, wrapped
+from delta_cad.export.drawings.paper.sheet import Box, Item, Stroke, Text
+from delta_cad.export.drawings.part.holes import lettered
+from delta_cad.export.drawings.title import inner, title_box
+
+SIZE = "A3"
+COLUMNS: tuple[tuple[str, float], ...] = (
+    ("Item", 11.0),
+    ("Qty", 10.0),
+    ("Part number", 44.0),
+    ("Description", 128.0),
+    ("Material, or standard and order code", 96.0),
+    ("Mass g", 16.0),
+    ("Made", 14.0),
+)
+TEXT_MM = 2.0
+ROW_MM = TEXT_MM * LINE
+
+
+def item_lists(rows: Sequence[BomRow]) -> list[tuple[str, list[Item], dict[str, Box]]]:
+    """Sets the item list on as many sheets as it needs: scale, items and frames of each."""
+    area, title = inner(SIZE), title_box(SIZE)
+    left, top, bottom = area[0] + 8.0, area[3] - 8.0, title[3] + 4.0
+    edges = [left]
+    for _, width in COLUMNS:
+        edges.append(edges[-1] + width)
+    pages: list[tuple[str, list[Item], dict[str, Box]]] = []
+    items: list[Item] = []
+    y = top
+
+    def close() -> None:
+        items.extend(Stroke("table", ((edge, top), (edge, y))) for edge in edges)
+        pages.append(("-", list(items), {"item list": (left, y, edges[-1], top)}))
+        items.clear()
+
+    for row in (None, *rows):
+        cells = _cells(row)
+        lines = max(len(cell) for cell in cells)
+        if y - lines * ROW_MM - 1.2 < bottom:
+            close()
+            y = top
+        if y == top:
+            items.append(Stroke("table", ((left, y), (edges[-1], y))))
+        for k, cell in enumerate(cells):
+            told = (f"row {row.item}",) if row is not None and k == 0 else ()
+            for n, line in enumerate(cell):
+                at = edges[k] + 1.0, y - 0.6 - n * ROW_MM - 2.0 * 1.2
+                items.append(Text(at, 2.0, line, told=told))
+        y -= lines * ROW_MM + 1.2
+        items.append(Stroke("table", ((left, y), (edges[-1], y))))
+    close()
+    return pages
+
+
+def _cells(row: BomRow | None) -> list[list[str]]:
+    """The lines of each cell of a row; of the head for None."""
+    if row is None:
+        return [[name] for name, _ in COLUMNS]
+    bought = row.make_or_buy == "buy"
+    what = ", ".join(text for text in (row.standard, row.order_code) if text) if bought else row.material
+    texts = [str(row.item), str(row.quantity), row.part_number, row.description, what or row.material]
+    texts += [f"{row.unit_mass_g:.3g}", row.make_or_buy]
+    return [wrapped(lettered(text), 2.0, COLUMNS[k][1] - 2.0) for k, text in enumerate(texts)]

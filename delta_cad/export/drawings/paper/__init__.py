@@ -1,0 +1,1 @@
+"""Sheets and what they are lettered and written with."""

@@ -1,0 +1,227 @@
+"""A drawing as lines, arcs, areas and texts on sheets, mm from the lower left corner: what is checked and written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from math import cos, radians, sin
+
+import numpy as np
+
+from delta_cad.export.drawings.paper.lettering import width_of
+
+Point = tuple[float, float]
+Box = tuple[float, float, float, float]
+"""Least x, least y, largest x, largest y, mm."""
+
+WIDE_MM, NARROW_MM = 0.5, 0.25  # ISO 128-20, line group 0.5
+
+
+@dataclass(frozen=True)
+class Pen:
+    """How a layer is drawn: width, mm, and lengths of dashes and gaps in turn, mm; none: drawn through."""
+
+    width_mm: float
+    dashes: tuple[float, ...] = ()
+
+
+LAYERS: dict[str, Pen] = {
+    "visible": Pen(WIDE_MM),
+    "hidden": Pen(NARROW_MM, (2.0, 1.0)),
+    "centre": Pen(NARROW_MM, (6.0, 1.0, 0.7, 1.0)),
+    "hatch": Pen(0.18),
+    "dimension": Pen(NARROW_MM),
+    "cut": Pen(0.7),
+    "frame": Pen(0.7),
+    "table": Pen(NARROW_MM),
+    "text": Pen(NARROW_MM),
+}
+"""Layers of a drawing, in all its files alike."""
+EDGES = ("visible",)
+"""Layers that no text may lie over."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A line through points, mm."""
+
+    layer: str
+    points: tuple[Point, ...]
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc anticlockwise from a start angle to an end angle, degrees; 360 apart: a circle."""
+
+    layer: str
+    centre: Point
+    radius: float
+    start: float = 0.0
+    end: float = 360.0
+
+    @property
+    def whole(self) -> bool:
+        """Decides whether it is a circle."""
+        return self.end - self.start >= 360.0 - 1e-6
+
+    def points(self, step_deg: float = 3.0) -> tuple[Point, ...]:
+        """Gives points of it, at most `step_deg` apart."""
+        count = max(2, int((self.end - self.start) / step_deg) + 2)
+        angles = (radians(self.start + (self.end - self.start) * k / (count - 1)) for k in range(count))
+        return tuple((self.centre[0] + self.radius * cos(a), self.centre[1] + self.radius * sin(a)) for a in angles)
+
+
+@dataclass(frozen=True)
+class Area:
+    """A filled polygon: an arrow's head."""
+
+    layer: str
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Text:
+    """One line of text.
+
+    Attributes:
+        at: Left end of its base line, mm.
+        height: Height of its capitals, mm.
+        text: What it says.
+        upright: Whether it reads upwards, from the right.
+        told: Keys of what it tells: bores, dimensions; see `checker`.
+    """
+
+    at: Point
+    height: float
+    text: str
+    upright: bool = False
+    told: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """Length along its base line, mm."""
+        return width_of(self.text, self.height)
+
+    @property
+    def end(self) -> Point:
+        """Right end of its base line, mm."""
+        x, y = self.at
+        return (x, y + self.length) if self.upright else (x + self.length, y)
+
+    @property
+    def box(self) -> Box:
+        """What it covers, with the part of a letter below the base line."""
+        (x, y), below = self.at, 0.25 * self.height
+        if self.upright:
+            return x - self.height, y, x + below, y + self.length
+        return x, y - below, x + self.length, y + self.height
+
+
+Item = Stroke | Arc | Area | Text
+
+
+@dataclass
+class Sheet:
+    """One sheet: its size, what is drawn on it, and boxes that nothing else may enter.
+
+    Attributes:
+        width: Width, mm.
+        height: Height, mm.
+        items: What is drawn, in order.
+        frames: Boxes of tables, views' titles and tags by name.
+    """
+
+    width: float
+    height: float
+    items: list[Item] = field(default_factory=list)
+    frames: dict[str, Box] = field(default_factory=dict)
+
+    def add(self, items: Iterable[Item]) -> None:
+        """Draws more."""
+        self.items.extend(items)
+
+    @property
+    def texts(self) -> Iterator[Text]:
+        """All texts."""
+        return (item for item in self.items if isinstance(item, Text))
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A drawing of one or more sheets, with what its files say of themselves."""
+
+    name: str
+    title: str
+    sheets: tuple[Sheet, ...]
+
+
+def moved(item: Item, by: Point) -> Item:
+    """Gives an item shifted."""
+
+    def shift(point: Point) -> Point:
+        return point[0] + by[0], point[1] + by[1]
+
+    if isinstance(item, Stroke):
+        return Stroke(item.layer, tuple(map(shift, item.points)), item.closed)
+    if isinstance(item, Arc):
+        return Arc(item.layer, shift(item.centre), item.radius, item.start, item.end)
+    if isinstance(item, Area):
+        return Area(item.layer, tuple(map(shift, item.points)))
+    return Text(shift(item.at), item.height, item.text, item.upright, item.told)
+
+
+def in_a_row(drawing: Drawing) -> Sheet:
+    """Gives a drawing's sheets side by side as one, for files that hold one."""
+    first = drawing.sheets[0]
+    if len(drawing.sheets) == 1:
+        return first
+    row, left = Sheet(0.0, max(sheet.height for sheet in drawing.sheets)), 0.0
+    for sheet in drawing.sheets:
+        row.add(moved(item, (left, 0.0)) for item in sheet.items)
+        left += sheet.width
+    row.width = left
+    return row
+
+
+def box_of(items: Iterable[Item]) -> Box:
+    """Computes the box around items; of nothing an empty box at the origin."""
+    corners: list[Point] = []
+    for item in items:
+        if isinstance(item, Text):
+            corners += [(item.box[0], item.box[1]), (item.box[2], item.box[3])]
+        else:
+            corners += item.points() if isinstance(item, Arc) else item.points
+    if not corners:
+        return 0.0, 0.0, 0.0, 0.0
+    xs, ys = zip(*corners, strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def overlap(a: Box, b: Box, apart: float = 0.0) -> bool:
+    """Decides whether two boxes come closer than a distance, mm."""
+    return a[0] < b[2] + apart and b[0] < a[2] + apart and a[1] < b[3] + apart and b[1] < a[3] + apart
+
+
+def lines_of(items: Iterable[Item]) -> np.ndarray:
+    """Gives the lines that items are drawn with, arcs by chords of 3 degrees, as (n, 2, 2) ends; texts have none."""
+    found: list[np.ndarray] = []
+    for item in items:
+        if isinstance(item, Text):
+            continue
+        points = np.array(item.points() if isinstance(item, Arc) else item.points, dtype=float)
+        if isinstance(item, Area) or (isinstance(item, Stroke) and item.closed):
+            points = np.concatenate([points, points[:1]])
+        found.append(np.stack([points[:-1], points[1:]], axis=1))
+    return np.concatenate(found) if found else np.zeros((0, 2, 2))
+
+
+def crosses(box: Box, lines: np.ndarray) -> bool:
+    """Decides whether one of (n, 2, 2) lines passes through the inside of a box: each is clipped against its sides."""
+    start, way = lines[:, 0], lines[:, 1] - lines[:, 0]
+    low, high = np.zeros(len(lines)), np.ones(len(lines))
+    for k in range(2):
+        along = np.where(np.abs(way[:, k]) < 1e-12, 1e-12, way[:, k])
+        first, last = (box[k] - start[:, k]) / along, (box[k + 2] - start[:, k]) / along
+        low, high = np.maximum(low, np.minimum(first, last)), np.minimum(high, np.maximum(first, last))
+    return bool((low < high).any())

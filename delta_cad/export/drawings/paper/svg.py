@@ -1,0 +1,56 @@
+"""A drawing as SVG in its true size: a group a layer, text as text, kept to its width whatever face the reader has."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+from xml.sax.saxutils import escape
+
+from delta_cad.export.drawings.paper.lettering import FACE, em_mm
+from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Stroke, Text, in_a_row
+
+
+def svg_text(drawing: Drawing) -> str:
+    """Gives the file's text; several sheets stand side by side."""
+    sheet = in_a_row(drawing)
+    width, height = f"{sheet.width:g}", f"{sheet.height:g}"
+    out = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" '
+        f'viewBox="0 0 {width} {height}">',
+        f"<title>{escape(drawing.title)}</title>",
+        '<rect width="100%" height="100%" fill="white"/>',
+    ]
+    for layer, pen in LAYERS.items():
+        dashes = f' stroke-dasharray="{" ".join(f"{dash:g}" for dash in pen.dashes)}"' if pen.dashes else ""
+        out.append(
+            f'<g id="{layer}" fill="none" stroke="black" stroke-width="{pen.width_mm:g}" stroke-linecap="round" '
+            f'stroke-linejoin="round"{dashes}>'
+        )
+        out += [
+            _drawn(item, sheet.height) for item in sheet.items if not isinstance(item, Text) and item.layer == layer
+        ]
+        out.append("</g>")
+    out.append(f'<g id="lettering" font-family="{FACE}, Arial, sans-serif" fill="black">')
+    for text in sheet.texts:
+        x, y = text.at[0], sheet.height - text.at[1]
+        turn = f' transform="rotate(-90 {x:.3f} {y:.3f})"' if text.upright else ""
+        out.append(
+            f'<text x="{x:.3f}" y="{y:.3f}" font-size="{em_mm(text.height):.3f}" textLength="{text.length:.3f}" '
+            f'lengthAdjust="spacingAndGlyphs"{turn}>{escape(text.text)}</text>'
+        )
+    return "\n".join([*out, "</g>", "</svg>"]) + "\n"
+
+
+def _drawn(item: Stroke | Arc | Area, height: float) -> str:
+    if isinstance(item, Arc):
+        (x, y), r = item.centre, item.radius
+        if item.whole:
+            return f'<circle cx="{x:.3f}" cy="{height - y:.3f}" r="{r:.3f}"/>'
+        (ax, ay), (bx, by) = (
+            (x + r * cos(radians(angle)), height - y - r * sin(radians(angle))) for angle in (item.start, item.end)
+        )
+        large = int(item.end - item.start > 180.0)
+        return f'<path d="M{ax:.3f} {ay:.3f}A{r:.3f} {r:.3f} 0 {large} 0 {bx:.3f} {by:.3f}"/>'
+    points = " ".join(f"{x:.3f},{height - y:.3f}" for x, y in item.points)
+    if isinstance(item, Area):
+        return f'<polygon points="{points}" fill="black" stroke="none"/>'
+    return f'<{"polygon" if item.closed else "polyline"} points="{points}"/>'

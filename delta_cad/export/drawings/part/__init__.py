@@ -1,0 +1,1 @@
+"""What has to be told of a part: its faces, holes, coordinates and sizes."""

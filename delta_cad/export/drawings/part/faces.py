@@ -1,0 +1,127 @@
+"""The faces of a solid as a draughtsman reads them: kind, axis, radius, where they reach, and what they border on."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+ALONG = 1e-6  # sine of an angle below which two directions are one
+
+
+@dataclass(eq=False)
+class Face:
+    """One face.
+
+    Attributes:
+        kind: "plane", "cylinder", "cone", "sphere", "torus" or "other".
+        point: (3,) a point of it, or of its axis, or its centre, mm.
+        axis: (3,) unit normal out of the material, or its axis.
+        radius: Radius, of a torus the small one, of a cone that at `point`; 0 of a plane, mm.
+        hollow: Whether the material lies around it.
+        turn: Angle that it spans about its axis, rad.
+        half_angle: Of a cone, rad.
+        area: Its area, mm^2.
+        centre: (3,) centre of its area, mm.
+        box: (2, 3) what it reaches, lowest and highest, mm.
+        corners: (n, 3) ends of its edges and points between, mm.
+        borders: Faces on the other side of its edges, each with (m, 3) points of the edge.
+    """
+
+    kind: str
+    point: np.ndarray
+    axis: np.ndarray
+    radius: float
+    hollow: bool
+    turn: float
+    half_angle: float
+    area: float
+    centre: np.ndarray
+    box: np.ndarray
+    corners: np.ndarray
+    borders: list[tuple[Face, np.ndarray]] = field(default_factory=list, repr=False)
+
+    @property
+    def middle(self) -> np.ndarray:
+        """(3,) middle of what it reaches."""
+        return self.box.mean(axis=0)
+
+    def reach(self, along: np.ndarray) -> tuple[float, float]:
+        """Gives how far it goes along a direction, mm."""
+        values = self.corners @ along
+        return float(values.min()), float(values.max())
+
+
+def is_along(a: np.ndarray, b: np.ndarray) -> bool:
+    """Decides whether two unit vectors are parallel, either way."""
+    return float(np.linalg.norm(np.cross(a, b))) < ALONG
+
+
+def is_across(a: np.ndarray, b: np.ndarray) -> bool:
+    """Decides whether two unit vectors are perpendicular."""
+    return abs(float(a @ b)) < ALONG
+
+
+def faces_of(solid: Any) -> list[Face]:
+    """Reads all faces of a `cadquery.Solid`."""
+    read, by_edge = [], {}
+    for face in solid.Faces():
+        one = _read(face)
+        read.append(one)
+        for edge in face.Edges():
+            by_edge.setdefault(edge.hashCode(), []).append((one, edge))
+    for pairs in by_edge.values():
+        for one, edge in pairs:
+            points = np.array([edge.positionAt(k / 4).toTuple() for k in range(5)])
+            one.borders += [(other, points) for other, _ in pairs if other is not one]
+    return read
+
+
+def _read(face: Any) -> Face:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane, GeomAbs_Sphere, GeomAbs_Torus
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    surface = BRepAdaptor_Surface(face.wrapped)
+    kind, is_reversed = surface.GetType(), face.wrapped.Orientation() == TopAbs_REVERSED
+    turn = float(surface.LastUParameter() - surface.FirstUParameter())
+    corners = np.array([edge.positionAt(k / 8).toTuple() for edge in face.Edges() for k in range(9)])
+    bounds, area, centre = face.BoundingBox(1e-4), float(face.Area()), np.array(face.Center().toTuple())
+    box = np.array([[bounds.xmin, bounds.ymin, bounds.zmin], [bounds.xmax, bounds.ymax, bounds.zmax]])
+
+    def made(name: str, point: Any, axis: Any, radius: float, direct: bool, half_angle: float = 0.0) -> Face:
+        hollow = direct == is_reversed
+        return Face(name, _array(point), _array(axis), radius, hollow, turn, half_angle, area, centre, box, corners)
+
+    if kind == GeomAbs_Plane:
+        shape = surface.Plane()
+        one = made("plane", shape.Location(), shape.Axis().Direction(), 0.0, shape.Position().Direct())
+        one.axis = -one.axis if one.hollow else one.axis
+        return one
+    if kind == GeomAbs_Cylinder:
+        shape = surface.Cylinder()
+        where = shape.Axis().Location(), shape.Axis().Direction()
+        return made("cylinder", *where, float(shape.Radius()), shape.Position().Direct())
+    if kind == GeomAbs_Cone:
+        shape = surface.Cone()
+        where = shape.Axis().Location(), shape.Axis().Direction()
+        angle = float(shape.SemiAngle())
+        return made("cone", *where, float(shape.RefRadius()), shape.Position().Direct(), angle)
+    if kind == GeomAbs_Sphere:
+        shape = surface.Sphere()
+        where = shape.Location(), shape.Position().Direction()
+        return made("sphere", *where, float(shape.Radius()), shape.Position().Direct())
+    if kind == GeomAbs_Torus:
+        shape = surface.Torus()
+        where = shape.Axis().Location(), shape.Axis().Direction()
+        return made("torus", *where, float(shape.MinorRadius()), shape.Position().Direct())
+    middle = box.mean(axis=0)
+    return Face("other", middle, np.array([0.0, 0.0, 1.0]), 0.0, False, turn, 0.0, area, centre, box, corners)
+
+
+def _array(triple: Any) -> np.ndarray:
+    return np.array([triple.X(), triple.Y(), triple.Z()])

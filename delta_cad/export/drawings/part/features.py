@@ -1,0 +1,128 @@
+"""What a drawing of a part has to tell: sizes of its faces, and the coordinates that place them.
+
+The faces of a solid are all there is to dimension. A plane is placed by one coordinate, a bore or a boss by two, a
+body of revolution by the ends of its steps; a cylinder has a diameter or a radius, a ball its own. A plane that joins
+two arcs as their tangent, and a small face at 45 degrees, a chamfer, have no coordinate. Of three equal arms about an
+axis one is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import degrees
+
+import numpy as np
+
+from delta_cad.export.drawings.part.controlled import Controlled
+from delta_cad.export.drawings.part.faces import Face, is_across, is_along
+from delta_cad.export.drawings.part.holes import hole_groups, slots
+from delta_cad.export.drawings.part.places import place_bores, place_faces, place_steps
+from delta_cad.export.drawings.part.record import SAME_MM, Features, Size
+from delta_cad.export.drawings.part.shape import (
+    chamfer_leg,
+    goes_round,
+    is_coaxial,
+    is_floor,
+    is_of_first_arm,
+    is_slot_floor,
+    is_slot_side,
+    is_slot_wall,
+    is_threefold,
+    main_direction,
+    turning_axis,
+    unit,
+)
+from delta_cad.solids.part import Part
+
+
+def features_of(part: Part, faces: list[Face], controlled: Controlled) -> Features:
+    """Reads from a part's faces and holes all that its drawing has to tell.
+
+    Raises:
+        HoleError: The declared bores are not there.
+    """
+    groups = hole_groups(part, faces)
+    axis = turning_axis(faces, groups)
+    main = axis if axis is not None else main_direction(faces, groups)
+    found = Features(faces, groups, slots(part), main, axis is not None)
+    walls = {id(face) for group in groups for bore in group.bores for face in bore.faces}
+    own = [
+        face for face in faces if id(face) not in walls and not is_floor(face, walls) and not is_slot_wall(face, found)
+    ]
+    own = [face for face in own if not is_slot_side(face, walls) and not is_slot_floor(face, found)]
+    third, whole = is_threefold(faces, main), len(own)
+    own = [face for face in own if not third or is_of_first_arm(face, main)]
+    if len(own) < whole:
+        found.notes["pattern"] = "Three equal arms at 120° about the centre, one is dimensioned"
+    chamfers = [face for face in own if chamfer_leg(face) is not None]
+    own = [face for face in own if chamfer_leg(face) is None]
+    _tell_chamfers(found, chamfers)
+    _tell_rounds(found, own, controlled)
+    found.datum = _datum(found, part, controlled)
+    place_bores(found, third)
+    if found.turned:
+        place_steps(found, own)
+    else:
+        place_faces(found, own)
+    return found
+
+
+def _tell_chamfers(found: Features, chamfers: Iterable[Face]) -> None:
+    legs = sorted({round(leg, 2) for face in chamfers if (leg := chamfer_leg(face)) is not None})
+    for leg in legs:
+        found.notes[f"chamfer {leg:g}"] = f"{leg:g} x 45°"
+
+
+def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -> None:
+    """Diameters and radii of all round faces that are no bores, once each."""
+    groups: dict[tuple[str, float], list[Face]] = {}
+    for face in own:
+        if face.kind == "cylinder":
+            whole = goes_round([f for f in found.faces if f.hollow == face.hollow and is_coaxial(f, face)])
+            groups.setdefault(("Ø" if whole else "R", round(face.radius, 3)), []).append(face)
+        elif face.kind == "sphere":
+            groups.setdefault(("SØ", round(face.radius, 3)), []).append(face)
+        elif face.kind == "torus":
+            groups.setdefault(("ring R", round(face.radius, 3)), []).append(face)
+        elif face.kind == "cone":
+            groups.setdefault(("cone ", round(degrees(abs(face.half_angle)), 2)), []).append(face)
+        elif face.kind == "other":
+            found.notes["curved"] = "Curved faces: see the description and the STEP file"
+    for (sign, radius), faces in sorted(groups.items(), key=lambda item: -item[0][1]):
+        count = len({tuple(np.round(f.point - (f.point @ f.axis) * f.axis, 2)) for f in faces}) if sign != "SØ" else 1
+        count = len(faces) if sign in ("R",) else count
+        value = 2 * radius if "Ø" in sign or sign == "cone " else radius
+        text = f"{sign}{round(value, 3):g}"
+        text = controlled.thread(value) or text if sign == "Ø" else text
+        if sign == "cone ":
+            text += "°"
+        if fit := controlled.fit(value) if sign == "Ø" else "":
+            text += f" {fit}"
+        kind = {"SØ": "ball", "ring R": "ring"}.get(sign, "round")
+        key = f"{sign.strip()} {value:g}"
+        found.sizes.append(Size(key, f"{count}x {text}" if count > 1 and sign == "R" else text, faces, kind))
+
+
+def _datum(found: Features, part: Part, controlled: Controlled) -> np.ndarray:
+    """Where each axis counts from: as a tolerance does, or the middle of what is round or alike, or the lowest face."""
+    box = part.solid.BoundingBox(1e-4)
+    low, high = np.array([box.xmin, box.ymin, box.zmin]), np.array([box.xmax, box.ymax, box.zmax])
+    datum = np.zeros(3)
+    for k in range(3):
+        along = unit(k)
+        given = controlled.datum(k)
+        if given is not None:
+            datum[k] = given
+            continue
+        if found.turned and is_along(along, found.main):
+            balls = [f for f in found.faces if f.kind == "sphere"]
+            datum[k] = balls[0].point[k] if balls else low[k]
+            continue
+        centred = any(
+            abs(bore.point[k]) < SAME_MM and is_across(bore.axis, along) for g in found.groups for bore in g.bores
+        ) or any(
+            abs(f.point[k]) < SAME_MM and (f.kind == "sphere" or (f.kind == "cylinder" and is_across(f.axis, along)))
+            for f in found.faces
+        )
+        datum[k] = 0.0 if centred or abs(low[k] + high[k]) < SAME_MM else low[k]
+    return datum

@@ -1,0 +1,255 @@
+"""The holes of a part as its drawing tells them: what it declares, found again in its solid with places and depths.
+
+This is the only module that reads `Part.holes`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from math import pi
+
+import numpy as np
+
+from delta_cad.export.drawings.part.faces import Face, is_along
+from delta_cad.solids.part import Hole, Part
+
+SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one
+HALF_TURN = pi - 1e-6  # least turn of a bore's faces: inner corners have less
+NUMBER = re.compile(r"^\d+(\.\d+)?")
+THREAD = re.compile(r"^M\d")
+SHARE = re.compile(r"^(\d+)x (.*)$")
+
+
+@dataclass(eq=False)
+class Bore:
+    """One axis with the holes on it.
+
+    Attributes:
+        point: (3,) where its axis leaves the part, mm.
+        axis: (3,) unit vector along it, out of the part there.
+        diameters: Of its declared holes, largest first, mm.
+        spans: Where each has its wall along the axis, from `point`, mm; several where it is bored from both sides.
+        faces: Its walls.
+        through: Whether it is open at both ends.
+    """
+
+    point: np.ndarray
+    axis: np.ndarray
+    diameters: tuple[float, ...]
+    spans: dict[float, list[tuple[float, float]]]
+    faces: list[Face]
+    through: bool
+
+    @property
+    def widest(self) -> float:
+        """Largest diameter, mm."""
+        return max(self.diameters)
+
+
+@dataclass(eq=False)
+class HoleGroup:
+    """Equal holes of a part: where they are, and the lines of their callout."""
+
+    bores: list[Bore]
+    callout: tuple[str, ...]
+
+    @property
+    def diameters(self) -> tuple[float, ...]:
+        """Diameters on each axis, mm."""
+        return self.bores[0].diameters
+
+
+@dataclass(frozen=True)
+class Slots:
+    """Equal slots of a part: width, mm, how many, and the callout."""
+
+    width_mm: float
+    count: int
+    callout: str
+
+
+class HoleError(ValueError):
+    """What a part declares of its holes is not what its solid has."""
+
+
+def hole_groups(part: Part, faces: Sequence[Face]) -> list[HoleGroup]:
+    """Finds the declared bores of a part, grouped by what is on their axes, largest first.
+
+    Raises:
+        HoleError: A declared bore is not there as often as declared.
+    """
+    declared = [hole for hole in part.holes if not hole.is_slot]
+    bores = [_bore(walls, declared) for walls in _axes(faces, declared)]
+    groups: dict[tuple[object, ...], list[Bore]] = {}
+    for bore in bores:
+        both = tuple(len(bore.spans[d]) for d in bore.diameters)
+        groups.setdefault((bore.diameters, both, _depths(bore)), []).append(bore)
+    for hole in declared:
+        seen = sum(any(abs(d - hole.diameter_mm) < SAME_MM for d in bore.diameters) for bore in bores)
+        if seen != sum(one.count for one in declared if one.diameter_mm == hole.diameter_mm):
+            raise HoleError(f"{part.number}: {seen} bores of {hole.diameter_mm:g} mm, {hole.count} are declared")
+    found = []
+    for same in groups.values():
+        callout = tuple(lettered(_callout(hole, same, groups)) for hole in _on(same[0], declared))
+        found.append(HoleGroup(same, callout))
+    return sorted(found, key=lambda group: (-group.bores[0].widest, group.callout))
+
+
+def slots(part: Part) -> list[Slots]:
+    """Gives the slots that a part declares."""
+    return [Slots(h.diameter_mm, h.count, lettered(_prefixed(h.count, h.callout))) for h in part.holes if h.is_slot]
+
+
+def lettered(text: str) -> str:
+    """Gives a text with the signs that a drawing has for plus-minus and degrees."""
+    return re.sub(r" deg\b", "°", text.replace("+-", "±"))
+
+
+def _axes(faces: Sequence[Face], declared: Sequence[Hole]) -> list[list[Face]]:
+    """Walls of bores of declared diameters, together where they share their axis."""
+    axes: list[list[Face]] = []
+    for face in faces:
+        if face.kind != "cylinder" or not face.hollow:
+            continue
+        if not any(abs(2 * face.radius - hole.diameter_mm) < SAME_MM for hole in declared):
+            continue
+        for walls in axes:
+            one = walls[0]
+            apart = face.point - one.point
+            if is_along(face.axis, one.axis) and np.linalg.norm(np.cross(apart, one.axis)) < SAME_MM:
+                walls.append(face)
+                break
+        else:
+            axes.append([face])
+    return [stack for walls in axes if (kept := _turned_enough(walls)) for stack in _stacks(kept)]
+
+
+def _stacks(walls: list[Face]) -> list[list[Face]]:
+    """Walls on one axis by the holes they belong to: those that border along it, and equal ones from either side."""
+    axis = walls[0].axis
+    stacks: list[tuple[list[float], list[Face]]] = []
+    for face in sorted(walls, key=lambda face: face.reach(axis)):
+        start, end = face.reach(axis)
+        if stacks and start < stacks[-1][0][0] + SAME_MM:
+            stacks[-1][1].append(face)
+            stacks[-1][0][0] = max(stacks[-1][0][0], end)
+        else:
+            stacks.append(([end], [face]))
+    by_sizes: dict[tuple[float, ...], list[Face]] = {}
+    for _, faces in stacks:
+        by_sizes.setdefault(tuple(sorted({round(face.radius, 3) for face in faces})), []).extend(faces)
+    return list(by_sizes.values())
+
+
+def _turned_enough(walls: list[Face]) -> list[Face]:
+    by_radius = {round(face.radius, 3): [] for face in walls}
+    for face in walls:
+        by_radius[round(face.radius, 3)].append(face)
+    return [f for same in by_radius.values() if sum(g.turn for g in same) >= HALF_TURN for f in same]
+
+
+def _bore(walls: list[Face], declared: Sequence[Hole]) -> Bore:
+    """The bore of walls on one axis; it points out where its widest hole is open, or the way of the part's axes."""
+    axis = walls[0].axis / np.linalg.norm(walls[0].axis)
+    first = next(float(c) for c in axis if abs(c) > 1e-6)
+    axis = axis if first > 0.0 else -axis
+    ends = [face.reach(axis) for face in walls]
+    low, high = min(a for a, _ in ends), max(b for _, b in ends)
+    wide = max(walls, key=lambda face: face.radius).reach(axis)
+    through = not _closed(walls, axis, high) and not _closed(walls, axis, low)
+    if _closed(walls, axis, high) or (wide[0] - low < high - wide[1] and not _closed(walls, axis, low)):
+        axis, low, high = -axis, -high, -low
+    centre = walls[0].point - (walls[0].point @ axis) * axis
+    spans: dict[float, list[tuple[float, float]]] = {}
+    for hole in declared:
+        pieces = [f.reach(axis) for f in walls if abs(2 * f.radius - hole.diameter_mm) < SAME_MM]
+        if pieces:
+            spans[hole.diameter_mm] = _joined([(a - high, b - high) for a, b in pieces])
+    diameters = tuple(sorted(spans, reverse=True))
+    through = through and all(len(pieces) == 1 for pieces in spans.values())
+    return Bore(centre + high * axis, axis, diameters, spans, walls, through)
+
+
+def _closed(walls: list[Face], axis: np.ndarray, end: float) -> bool:
+    """Whether a bore has a floor at an end: a plane or a cone within it, that faces along its axis."""
+    return any(
+        other.kind in ("plane", "cone")
+        and is_along(other.axis, axis)
+        and max(abs(value - end) for value in points @ axis) < SAME_MM
+        and _inside(other, wall)
+        and float((other.middle - wall.middle) @ axis) * (end - float(wall.middle @ axis)) > 0.0
+        and (other.kind == "cone" or float(other.axis @ axis) * (end - float(wall.middle @ axis)) < 0.0)
+        for wall in walls
+        for other, points in wall.borders
+    )
+
+
+def _inside(face: Face, wall: Face) -> bool:
+    """Whether a face reaches no further from a wall's axis than the wall."""
+    apart = face.corners - wall.point
+    across = apart - np.outer(apart @ wall.axis, wall.axis)
+    return float(np.linalg.norm(across, axis=1).max()) < wall.radius + SAME_MM
+
+
+def _joined(pieces: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    joined: list[tuple[float, float]] = []
+    for start, end in sorted(pieces):
+        if joined and start < joined[-1][1] + SAME_MM:
+            joined[-1] = joined[-1][0], max(joined[-1][1], end)
+        else:
+            joined.append((start, end))
+    return joined
+
+
+def _depths(bore: Bore) -> tuple[float, ...]:
+    return tuple(round(end - start, 2) for d in bore.diameters for start, end in bore.spans[d])
+
+
+def _on(bore: Bore, declared: Sequence[Hole]) -> list[Hole]:
+    """The declared holes on an axis, narrowest first: the drill before the counterbore."""
+    holes = [hole for hole in declared if any(abs(hole.diameter_mm - d) < SAME_MM for d in bore.diameters)]
+    return sorted(holes, key=lambda hole: hole.diameter_mm)
+
+
+def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> str:
+    """What is told of a declared hole on the axes of one group."""
+    sharing = [g for g in groups.values() if any(abs(hole.diameter_mm - d) < SAME_MM for d in g[0].diameters)]
+    if len(sharing) == 1:
+        return _prefixed(hole.count, _named(hole.callout, hole.diameter_mm))
+    shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
+    own = [match[2] for match in shares if int(match[1]) == len(same)]
+    if len(own) == 1 and len(shares) == len(sharing):
+        return _prefixed(len(same), _named(own[0], hole.diameter_mm))
+    spans = same[0].spans[min(same[0].spans, key=lambda d: abs(d - hole.diameter_mm))]
+    designation = re.split(r":| through| x |,", SHARE.sub(r"\2", hole.callout))[0]
+    depth = max(end - start for start, end in spans)
+    sides = " from both sides" if len(spans) == 2 else ""
+    return _prefixed(len(same), _named(f"{designation} x {depth:g} deep{sides}", hole.diameter_mm))
+
+
+def _named(callout: str, diameter: float) -> str:
+    """The callout, with the diameter in front where it does not begin with it, or with a thread."""
+    if THREAD.match(callout) or "slot" in callout:
+        return callout
+    if number := NUMBER.match(callout):
+        return f"Ø{round(float(number[0]), 3):g}{callout[number.end() :]}"
+    return f"Ø{round(diameter, 3):g} {callout}"
+
+
+def _prefixed(count: int, text: str) -> str:
+    return f"{count}x {text}" if count > 1 else text
+
+
+def by_direction(groups: Sequence[HoleGroup]) -> dict[tuple[float, ...], int]:
+    """Counts axes by their direction, either way, largest count first."""
+    keys = sorted(_key(bore.axis) for group in groups for bore in group.bores)
+    counted = {key: len(list(same)) for key, same in groupby(keys)}
+    return dict(sorted(counted.items(), key=lambda item: -item[1]))
+
+
+def _key(axis: np.ndarray) -> tuple[float, ...]:
+    first = next(float(c) for c in axis if abs(c) > 1e-6)
+    return tuple(round(float(c), 4) + 0.0 for c in (axis if first > 0.0 else -axis))

@@ -1,0 +1,77 @@
+"""The records of what a drawing of a part has to tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from delta_cad.export.drawings.part.faces import Face
+from delta_cad.export.drawings.part.holes import HoleGroup, Slots
+
+SAME_MM = 1e-3  # coordinates and sizes that are one: a micrometre is what is printed
+
+
+@dataclass(eq=False)
+class Place:
+    """A coordinate that has to be told.
+
+    Attributes:
+        key: Unique name.
+        along: (3,) unit vector along which it counts.
+        value: The coordinate in the part's frame, mm.
+        at: (3,) point where it is shown, mm.
+        end_on: (3,) direction from which what it places is seen in its true shape; None: from any side along it.
+        points: (n, 3) where it lies on the part: its extension line begins there.
+    """
+
+    key: str
+    along: np.ndarray
+    value: float
+    at: np.ndarray
+    end_on: np.ndarray | None
+    points: np.ndarray
+
+
+@dataclass(eq=False)
+class Size:
+    """A size that has to be told once, however many faces have it.
+
+    Attributes:
+        key: Unique name.
+        text: What is told.
+        faces: The faces that have it; [0] is shown.
+        kind: "round", "ball", "ring" or "flat".
+    """
+
+    key: str
+    text: str
+    faces: list[Face]
+    kind: str
+
+
+@dataclass(eq=False)
+class Features:
+    """All that has to be told of a part.
+
+    Attributes:
+        faces: Its faces.
+        groups: Its holes.
+        slots: Its slots.
+        main: (3,) direction along which most of it is drawn: the axis of a turned part, else the way of its bores.
+        turned: Whether it is a turned part.
+        places: Coordinates.
+        sizes: Diameters, radii.
+        notes: Told in words, by key: chamfers, a pattern, curved faces.
+        datum: (3,) coordinates that count as 0.
+    """
+
+    faces: list[Face]
+    groups: list[HoleGroup]
+    slots: list[Slots]
+    main: np.ndarray
+    turned: bool
+    places: list[Place] = field(default_factory=list)
+    sizes: list[Size] = field(default_factory=list)
+    notes: dict[str, str] = field(default_factory=dict)
+    datum: np.ndarray = field(default_factory=lambda: np.zeros(3))

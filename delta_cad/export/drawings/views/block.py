@@ -1,0 +1,132 @@
+"""A view with what is told in it, set out so that nothing lies over anything: a block for the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from delta_cad.export.drawings.paper.lettering import width_of
+from delta_cad.export.drawings.paper.sheet import Box, Item, Point, Stroke, Text, box_of
+from delta_cad.export.drawings.part.controlled import Controlled
+from delta_cad.export.drawings.part.holes import HoleGroup
+from delta_cad.export.drawings.part.record import Features
+from delta_cad.export.drawings.views.annotate import Setting, Tagged
+from delta_cad.export.drawings.views.choice import View
+from delta_cad.export.drawings.views.marks import arrow, free_text, scaled
+from delta_cad.export.drawings.views.projection import hatched
+
+TITLE_MM = 3.5
+MANY = 8  # bores of a view from which on they get tags and a table
+CUT_MM = 6.0  # by which the line of a cut goes beyond the view
+
+
+@dataclass
+class Block:
+    """A view as it comes on a sheet, around the point (0, 0) of its frame.
+
+    Attributes:
+        view: The view.
+        items: All that is drawn.
+        drawn: Box of the part in it.
+        tables: Rows of tagged holes, with their callouts, in order.
+        frames: Boxes of tags.
+    """
+
+    view: View
+    items: list[Item]
+    drawn: Box
+    tables: list[tuple[HoleGroup, list[Tagged]]] = field(default_factory=list)
+
+    @property
+    def box(self) -> Box:
+        """What it covers, mm."""
+        return box_of(self.items)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Where another view cuts a view open: across its axis 0 or 1, at what, mm, looking which way, by what name."""
+
+    axis: int
+    at: float
+    sense: float
+    letter: str
+
+
+def cuts_in(view: View, others: Sequence[View]) -> list[Cut]:
+    """Finds where other views are cut through what a view shows."""
+    found = []
+    for other in others:
+        if other is view or other.cut is None:
+            continue
+        for k, axis in enumerate(view.frame.axes):
+            along = float(other.towards @ axis)
+            if abs(along) > 1.0 - 1e-6:
+                found.append(Cut(k, along * other.cut, -along, other.title[:1]))
+    return found
+
+
+def block_of(view: View, scale: float, features: Features, controlled: Controlled, cuts: Sequence[Cut] = ()) -> Block:
+    """Sets out a view at a scale.
+
+    Args:
+        view: The view, drawn.
+        scale: Of the sheet to the part.
+        features: What has to be told of the part.
+        controlled: What of it is held closer.
+        cuts: Where others cut it open.
+
+    Raises:
+        RoomError: A tag has no place.
+    """
+    items = [scaled(item, scale) for item in view.items]
+    drawn = box_of(items)
+    rings = [[(x * scale, y * scale) for x, y in ring] for ring in view.rings]
+    items = [*hatched(rings), *items]
+    block = Block(view, items, drawn)
+    if view.slot == "picture":
+        return block
+    setting = Setting(view, scale, features, controlled, drawn, _with_room(drawn, cuts))
+    block.items += setting.centre_lines()
+    tagged = [g for g in view.groups if all(view.end_on(b) for b in g.bores)]
+    count = sum(len(g.bores) for g in tagged)
+    tagged = tagged if count > MANY else []
+    told = {key for g in tagged for key in setting.keys(g)}
+    block.items += setting.ordinates([p for p in view.places if not any(p.key.startswith(f"{k} ") for k in told)])
+    block.items += setting.callouts([g for g in view.groups if g not in tagged])
+    if view.title:
+        at = (drawn[0] + drawn[2]) / 2 - width_of(view.title, TITLE_MM) / 2
+        block.items.append(Text((at, box_of(block.items)[3] + 2.5), TITLE_MM, view.title))
+    for cut in cuts:
+        block.items += _cut_line(cut, scale, drawn, block.items)
+    for letter, group in zip("ABCDEFGHJKLMNPQRSTUVWXYZ", tagged, strict=False):
+        block.tables.append((group, setting.tag(letter, group, block.items)))
+    return block
+
+
+def _with_room(drawn: Box, cuts: Sequence[Cut]) -> Box:
+    """The box of a view with room for the ends of the lines along which it is cut."""
+    aside, over = (CUT_MM * any(cut.axis == k for cut in cuts) for k in (1, 0))
+    return drawn[0] - aside, drawn[1] - over, drawn[2] + aside, drawn[3] + over
+
+
+def _cut_line(cut: Cut, scale: float, drawn: Box, items: Sequence[Item]) -> list[Item]:
+    """The line along which a view is cut, with arrows the way that is looked and its letter at both ends."""
+    k, at = cut.axis, cut.at * scale
+    low, high = drawn[1 - k] - CUT_MM, drawn[3 - k] + CUT_MM
+
+    def point(along: float, across: float) -> Point:
+        return (across, along) if k == 0 else (along, across)
+
+    found: list[Item] = [Stroke("centre", (point(low, at), point(high, at)))]
+    for end, inner in ((low, low + 3.0), (high, high - 3.0)):
+        tip = point(end, at + cut.sense * 5.0)
+        found += [
+            Stroke("cut", (point(end, at), point(inner, at))),
+            Stroke("dimension", (point(end, at), tip)),
+            arrow(tip, point(end, at)),
+        ]
+    for end in (low, high):
+        beside = point(end, at + cut.sense * 2.5)
+        found.append(free_text(cut.letter, beside, 0.0, [*items, *found], TITLE_MM))
+    return found

@@ -1,0 +1,265 @@
+"""Which views a part is drawn in, and what is told in which: as few as show all of it in its true shape.
+
+First angle: the view from the left stands on the right of the main one, that from above below it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import atan2, degrees
+from typing import Any
+
+import numpy as np
+
+from delta_cad.export.drawings.paper.sheet import Arc, Item, Point
+from delta_cad.export.drawings.part.faces import is_across, is_along
+from delta_cad.export.drawings.part.holes import Bore, HoleGroup
+from delta_cad.export.drawings.part.places import auxiliary_directions
+from delta_cad.export.drawings.part.record import Features, Place, Size
+from delta_cad.export.drawings.views.projection import Frame, cut_open, projected
+from delta_cad.solids.part import Part
+
+SEEN_MM = 5e-3  # the kernel's curves of a view are true to 1e-4
+WORTH = {"below": 1.0, "right": 1.0, "above": 0.0, "left": 0.0}  # of sides that show equally much the usual one
+
+
+class ViewError(ValueError):
+    """Something of a part is seen in its true shape from no side that it is drawn from."""
+
+
+@dataclass(eq=False)
+class View:
+    """One view of a part.
+
+    Attributes:
+        slot: "front", "right", "left", "above", "below" for what stands beside the main view, "turned" or "picture".
+        frame: From where.
+        title: Written over it.
+        cut: Where it is cut open, along the direction to the viewer, mm; None: it is not.
+        items: What is seen, mm, true size.
+        rings: Around the faces where it is cut open.
+        places: Coordinates told in it.
+        sizes: Sizes told in it.
+        groups: Holes told in it.
+    """
+
+    slot: str
+    frame: Frame
+    title: str = ""
+    cut: float | None = None
+    items: list[Item] = field(default_factory=list)
+    rings: list[list[Point]] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
+    sizes: list[Size] = field(default_factory=list)
+    groups: list[HoleGroup] = field(default_factory=list)
+
+    @property
+    def towards(self) -> np.ndarray:
+        """(3,) to the viewer."""
+        return self.frame.towards
+
+    def shows(self, place: Place) -> bool:
+        """Decides whether a coordinate is seen along an axis of this view."""
+        return any(is_along(place.along, axis) for axis in self.frame.axes)
+
+    def end_on(self, bore: Bore) -> bool:
+        """Decides whether a bore is seen as a circle."""
+        return is_along(bore.axis, self.towards)
+
+
+def views_of(part: Part, features: Features) -> list[View]:
+    """Chooses the views of a part and draws them.
+
+    Raises:
+        ViewError: A coordinate is along no axis of any view, or a bore is slanted in all of them.
+    """
+    for bore in (bore for group in features.groups for bore in group.bores):
+        if np.abs(bore.axis).max() < 1.0 - 1e-6 and not is_across(bore.axis, features.main):
+            raise ViewError(f"a bore of {bore.widest:g} mm is slanted as seen from every side")
+    views = [View("front", _front(features))]
+    _add_sides(views, features)
+    _add_turned(views, features)
+    _cut(views, features)
+    for view in views:
+        _draw(view, part.solid)
+    _share(views, features)
+    views.append(_picture(part, views[0]))
+    return views
+
+
+def _tuple(vector: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = (float(v) + 0.0 for v in vector)
+    return x, y, z
+
+
+def _front(features: Features) -> Frame:
+    main = features.main
+    if features.turned:
+        flats = [size.faces[0].axis for size in features.sizes if size.kind == "flat"]
+        aside = [bore.axis for g in features.groups for bore in g.bores if not is_along(bore.axis, main)]
+        others = [axis for axis in np.eye(3) if not is_along(axis, main)]
+        up = np.abs([*flats, *aside, others[-1]][0])
+        return Frame(_tuple(main), _tuple(up))
+    opens = 0.0
+    for group in features.groups:
+        for bore in group.bores:
+            if is_along(bore.axis, main) and (not bore.through or len(bore.diameters) > 1):
+                opens += float(bore.axis @ main)
+    towards = -main if opens < 0.0 or (opens == 0.0 and main[1] > 0.5) else main
+    up = np.array([0.0, 0.0, 1.0]) if abs(main[2]) < 0.5 else np.array([0.0, 1.0, 0.0])
+    return Frame(_tuple(np.cross(up, towards)), _tuple(up))
+
+
+def beside(front: Frame, slot: str) -> Frame:
+    """Gives the view that stands in a slot beside a main view, in first angle."""
+    right, up, towards = np.array(front.right), np.array(front.up), front.towards
+    axes = {"below": (right, -towards), "above": (right, towards), "right": (towards, up), "left": (-towards, up)}
+    return Frame(_tuple(axes[slot][0]), _tuple(axes[slot][1]))
+
+
+def _add_sides(views: list[View], features: Features) -> None:
+    """Adds sides until every coordinate along an axis of the part is told, each bore where it is seen as a circle."""
+    front = views[0].frame
+    while True:
+        missing = [p for p in features.places if not _told(p, views) and np.abs(p.along).max() > 1.0 - 1e-6]
+        if not missing:
+            return
+        free = [slot for slot in WORTH if not any(view.slot == slot for view in views)]
+        sides = [View(slot, beside(front, slot)) for slot in free]
+
+        def worth(view: View, missing: Sequence[Place] = tuple(missing)) -> tuple[float, float, float]:
+            told = sum(_told(place, [view]) for place in missing)
+            opens = sum(float(b.axis @ view.towards) for g in features.groups for b in g.bores if view.end_on(b))
+            wide = np.ptp(np.concatenate([face.box for face in features.faces]), axis=0)
+            lies = float(np.abs(view.frame.right) @ wide - np.abs(view.frame.up) @ wide)
+            fits = lies if view.slot in ("below", "above") else -lies
+            return told, opens, WORTH[view.slot] * 1e3 + fits
+
+        best = max(sides, key=worth, default=None)
+        if best is None or worth(best)[0] == 0:
+            raise ViewError(f"{missing[0].key} is seen from no side")
+        views.append(best)
+
+
+def _told(place: Place, views: Sequence[View]) -> bool:
+    """Whether a coordinate can be told in one of some views."""
+    needed = place.end_on if place.end_on is not None and np.abs(place.end_on).max() > 1.0 - 1e-6 else None
+    return any(view.shows(place) and (needed is None or is_along(needed, view.towards)) for view in views)
+
+
+def _add_turned(views: list[View], features: Features) -> None:
+    """Adds the main view once more, turned, for each pair of slanted directions along which something is placed."""
+    front = views[0].frame
+    for n, along in enumerate(auxiliary_directions(features)):
+        if not is_across(along, front.towards):
+            raise ViewError(f"a coordinate along {np.round(along, 3)} is seen in no view")
+        u, v = front(along)
+        angle = (degrees(atan2(v, u)) + 45.0) % 90.0 - 45.0
+        right = np.cos(np.radians(angle)) * np.array(front.right) + np.sin(np.radians(angle)) * np.array(front.up)
+        sense = "clockwise" if angle > 0.0 else "anticlockwise"
+        title = f"View {'BCDE'[n % 4]}, turned {abs(angle):.2f}° {sense}"
+        views.append(View("turned", Frame(_tuple(right), _tuple(np.cross(front.towards, right))), title))
+
+
+def _cut(views: list[View], features: Features) -> None:
+    """Cuts a view open where bores with steps or floors would be hidden in it."""
+    front = views[0]
+    if features.turned:
+        bored = any(is_along(bore.axis, features.main) for g in features.groups for bore in g.bores)
+        if bored or any(face.kind == "sphere" and face.hollow for face in features.faces):
+            front.cut = 0.0
+        return
+    hidden = [
+        bore
+        for g in features.groups
+        for bore in g.bores
+        if front.end_on(bore) and (len(bore.diameters) > 1 or not bore.through)
+    ]
+    hollow = [face for face in features.faces if face.kind == "sphere" and face.hollow]
+    inside = [bore for g in features.groups for bore in g.bores if front.end_on(bore)]
+    if not hidden and not hollow and not inside:
+        return
+    sides = [view for view in views[1:] if view.slot != "turned"]
+    plain = [v for v in sides if not any(v.end_on(b) for g in features.groups for b in g.bores)]
+    if plain:
+        view = plain[0]
+    elif not hidden and not hollow:
+        return
+    else:
+        free = [slot for slot in WORTH if not any(view.slot == slot for view in sides)]
+        view = View(free[0], beside(front.frame, free[0]))
+        views.append(view)
+    at = hollow[0].point if hollow else _through_most(hidden or inside, inside, view)
+    view.cut, view.title = float(at @ view.towards), "A-A"
+
+
+def _through_most(bores: Sequence[Bore], others: Sequence[Bore], view: View) -> np.ndarray:
+    """A point of the bore with the most steps, of these that in whose plane the most others lie."""
+
+    def worth(bore: Bore) -> tuple[int, int, float]:
+        level = float(bore.point @ view.towards)
+        return len(bore.diameters), sum(abs(float(o.point @ view.towards) - level) < 1e-3 for o in others), bore.widest
+
+    return max(bores, key=worth).point
+
+
+def _share(views: list[View], features: Features) -> None:
+    """Gives each view what is told in it: each coordinate, size and group of holes to the first that shows it."""
+    for place in features.places:
+        able = [view for view in views if view.shows(place)]
+        needed = place.end_on
+        best = [view for view in able if needed is not None and is_along(needed, view.towards)]
+        flat = [view for view in able if view.cut is None] if needed is None else []
+        chosen = [*best, *flat[:1], *able]
+        if not chosen:
+            raise ViewError(f"{place.key} is seen from no side")
+        chosen[0].places.append(place)
+    for size in features.sizes:
+        axis = size.faces[0].axis
+        if size.kind in ("ball", "ring"):
+            hollow = size.faces[0].hollow
+            best = [view for view in views if hollow and view.cut is not None]
+        elif features.turned or size.kind == "flat":
+            best = [view for view in views if is_across(axis, view.towards) or size.kind == "flat"]
+        else:
+            best = [view for view in views if is_along(axis, view.towards)]
+            best = [v for v in best if v.cut is None] or [v for v in best if _arc_seen(v, size)]
+        aside = [view for view in views if is_across(axis, view.towards)]
+        plain = [view for view in aside if view.cut is None]
+        (best or plain or aside or views)[0].sizes.append(size)
+    for group in features.groups:
+        best = [view for view in views if view.end_on(group.bores[0])]
+        aside = [v for v in views if is_across(group.bores[0].axis, v.towards)]
+        along = [v for v in aside if any(is_along(group.bores[0].axis, a) for a in v.frame.axes)]
+        (best or along or aside or views)[0].groups.append(group)
+
+
+def _arc_seen(view: View, size: Size) -> bool:
+    """Whether a round face is seen as an arc in a view."""
+    face = size.faces[0]
+    u, v = view.frame(face.point)
+    return any(
+        isinstance(item, Arc)
+        and item.layer == "visible"
+        and max(abs(item.centre[0] - u), abs(item.centre[1] - v), abs(item.radius - face.radius)) < SEEN_MM
+        for item in view.items
+    )
+
+
+def _draw(view: View, solid: Any) -> None:
+    if view.cut is None:
+        view.items = projected([solid.wrapped], view.frame)
+        return
+    rest, view.rings = cut_open(solid, view.frame, view.cut)
+    view.items = projected([rest.wrapped], view.frame, hidden=False)
+
+
+def _picture(part: Part, front: View) -> View:
+    """The part seen from a corner, to tell its shape at a glance."""
+    right, up, towards = np.array(front.frame.right), np.array(front.frame.up), front.towards
+    eye = (towards + 0.6 * right + 0.6 * up) / np.linalg.norm(towards + 0.6 * right + 0.6 * up)
+    across = np.cross(up, eye)
+    across /= np.linalg.norm(across)
+    frame = Frame(_tuple(across), _tuple(np.cross(eye, across)))
+    return View("picture", frame, items=projected([part.solid.wrapped], frame, hidden=False))

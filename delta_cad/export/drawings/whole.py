@@ -1,0 +1,286 @@
+"""The assembly drawing: the machine from two sides, a drive and a pair of rods pulled apart, balloons, item list.
+
+Each item of the bill of materials that has a place in the machine gets one balloon, in the first view that shows
+enough of one of its parts.
+"""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.export.bom import BomRow
+from delta_cad.export.drawings.items import item_lists
+from delta_cad.export.drawings.layout import ratio
+from delta_cad.export.drawings.paper.lettering import width_of
+from delta_cad.export.drawings.paper.sheet import Arc, Area, Box, Drawing, Item, Point, Stroke, Text, box_of, moved
+from delta_cad.export.drawings.title import TITLE_MM, Titles, framed, inner
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, scaled, spread
+from delta_cad.export.drawings.views.projection import Frame, Seen, seen_of
+from delta_cad.solids.part import Occurrence, location_of
+
+SIZE = "A3"
+SCALES = (2.0, 1.0, 0.5, 0.2, 0.1)
+BALLOON_MM, BALLOON_PITCH_MM = 4.0, 10.0  # radius, and from one to the next
+DOT_MM = 0.8
+SHOWN_MM = 1.2  # of visible edge on paper at least, for a balloon to point at it
+AWAY_MM = 14.0  # from a view to its balloons
+DIMENSION_MM = 9.0
+PULL = 2.2  # how much further from the middle a part that is pulled apart stands, as a share of its distance
+SHELL_MM, ROD_MM, END_MM, TUBE_MM = 10.0, 24.0, 26.0, 16.0  # by which a rod's parts are pulled off its balls and apart
+SCREW_MM, CARRIAGE_MM = 14.0, 12.0  # by which a screw stands out of its hole, and the cable's carriage of its pocket
+BELOW_MM = 26.0  # by which what holds the bracket on the base is pulled down
+SMALL = ("capstan_cable", "pinion", "wave_spring", "set_screw", "crimp_sleeve", "tension_", "encoder_magnet", "dowel_")
+"""Numbers, by their beginnings, of what an overall view leaves out: within others, or thinner than a pen."""
+CHAIN = re.compile(r"[A-Za-z_]+_0(_.*)?")
+
+
+Placed = tuple[Occurrence, np.ndarray]
+
+
+@dataclass
+class _Shown:
+    """One view of placed parts.
+
+    Attributes:
+        title: Written over it.
+        frame: From where.
+        placed: Occurrences with their places, (4, 4), mm.
+        overall: Whether it is dimensioned over all.
+        seen: What is seen of it.
+        scale: Of the sheet to the machine.
+        balloons: Item -> the point on the view that its balloon points at, mm of the machine.
+    """
+
+    title: str
+    frame: Frame
+    placed: list[Placed]
+    overall: bool = False
+    scale: float = 1.0
+    balloons: dict[int, Point] = field(default_factory=dict)
+    seen: Seen | None = None
+
+
+def assembly_drawing(
+    assembly: Assembly, rows: Sequence[BomRow], titles: Titles, progress: Callable[[str], None] = lambda _: None
+) -> Drawing:
+    """Draws the assembly.
+
+    Args:
+        assembly: The machine.
+        rows: Its bill of materials.
+        titles: What the title blocks say.
+        progress: Told which view is being drawn.
+    """
+    poses = assembly.poses(assembly.home_mm)
+    views = _views(assembly, poses)
+    for view in views:
+        progress(f"drawing of the assembly, {view.title}")
+        shapes = [o.part.solid.wrapped.Moved(location_of(pose)) for o, pose in view.placed]
+        view.seen = seen_of(shapes, view.frame)
+    groups = [views[:2], *([view] for view in views[2:])]
+    for group in groups:
+        _scale(group)
+    _share(views, rows)
+    pages = [_page(group) for group in groups] + item_lists(rows)
+    sheets = []
+    for n, (scale, items, frames) in enumerate(pages, 1):
+        sheet = framed(SIZE, scale, f"{n} / {len(pages)}", titles)
+        sheet.add(items)
+        sheet.frames |= frames
+        sheets.append(sheet)
+    return Drawing("assembly", f"{titles.number}: {titles.description}", tuple(sheets))
+
+
+def placed_items(assembly: Assembly, rows: Iterable[BomRow]) -> set[int]:
+    """Gives the items of a bill of materials that have a place in the machine, and so a balloon."""
+    numbers = {occurrence.part.number for occurrence in assembly.occurrences}
+    return {row.item for row in rows if row.part_number in numbers}
+
+
+def _views(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Shown]:
+    overall = [(o, poses[o.name]) for o in assembly.occurrences if not o.part.number.startswith(SMALL)]
+    eye = np.array([0.80, -0.55, 0.38]) / np.linalg.norm([0.80, -0.55, 0.38])
+    right = np.cross((0.0, 0.0, 1.0), eye)
+    right /= np.linalg.norm(right)
+    oblique = Frame(tuple(right.tolist()), tuple(np.cross(eye, right).tolist()))
+    return [
+        _Shown("from the front, handle in its middle position", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
+        _Shown("from above", Frame((1, 0, 0), (0, 1, 0)), overall, overall=True),
+        _Shown("drive of one chain, pulled apart along the shoulder's axis", oblique, _drive(assembly, poses)),
+        _Shown("pair of rods of one chain, pulled off its balls", oblique, _rods(assembly, poses)),
+    ]
+
+
+def _of_rods(occurrence: Occurrence) -> bool:
+    return occurrence.part.number.startswith(("rod_", "cup_shell", "joint_ball", "cross_bar"))
+
+
+def _drive(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[Placed]:
+    """The parts of chain 0 without its rods, each further along the shoulder's axis, y, than it stands."""
+    group = [o for o in assembly.occurrences if CHAIN.fullmatch(o.name) and not _of_rods(o) and o.part.number != "foot"]
+    centres = [np.array([*one.part.solid.BoundingBox().center.toTuple(), 1.0]) for one in group]
+    levels = [float((poses[one.name] @ centre)[1]) for one, centre in zip(group, centres, strict=True)]
+    mean = float(np.mean(levels))
+    pulls = next((poses[o.name][:3, 2] for o in group if o.part.number.startswith("tension_screw")), np.zeros(3))
+    found = []
+    for one, level in zip(group, levels, strict=True):
+        away = np.array([0.0, PULL * (level - mean), 0.0])
+        if one.name.startswith("base_"):
+            away[2] = -BELOW_MM
+        if "screw" in one.name:
+            away += SCREW_MM * poses[one.name][:3, 2]  # towards its head
+        if one.part.number.startswith("tension_"):
+            away += CARRIAGE_MM * pulls
+        found.append((one, _shifted(poses[one.name], away)))
+    return found
+
+
+def _rods(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[Placed]:
+    """The rods of chain 0 and the bars they hang on, shells and cups pulled off the balls, tubes off the cups."""
+    group = [o for o in assembly.occurrences if CHAIN.fullmatch(o.name) and _of_rods(o)]
+    centres = {o.name: poses[o.name][:3, 3] for o in group}
+    middle = np.mean([centres[o.name] for o in group if o.part.number == "joint_ball"], axis=0)
+    found = []
+    for one in group:
+        pose, away = poses[one.name], np.zeros(3)
+        side = float(np.sign(centres[one.name][1] - middle[1]))
+        if one.part.number == "cup_shell":
+            away[1] = side * SHELL_MM
+        elif one.link.startswith("rod_"):
+            along = poses[f"rod_tube_{one.link[4:]}"][:3, 0]
+            away[1] = side * ROD_MM
+            if one.part.number == "rod_cup":
+                away += along * (END_MM if one.name.endswith("wrist") else -END_MM)
+        elif one.part.number == "joint_ball":
+            away[1] = side * SHELL_MM * 0.4
+        found.append((one, _shifted(pose, away)))
+    return found
+
+
+def _shifted(pose: np.ndarray, away: np.ndarray) -> np.ndarray:
+    found = pose.copy()
+    found[:3, 3] += away
+    return found
+
+
+def _share(views: Sequence[_Shown], rows: Sequence[BomRow]) -> None:
+    """Gives each item its balloon: in a view that pulls its parts apart if there is one, else where most is seen."""
+    by_number = {row.part_number: row.item for row in rows}
+    for number_, item in by_number.items():
+        best: tuple[float, _Shown, Point] | None = None
+        for view in (*views[2:], *views[:2]):
+            assert view.seen is not None
+            shown = [
+                (length * view.scale, at)
+                for (one, _), (length, at) in zip(view.placed, view.seen.marks, strict=True)
+                if one.part.number == number_
+            ]
+            length, at = max(shown, default=(0.0, (0.0, 0.0)))
+            if length >= SHOWN_MM and (best is None or (best[0] < SHOWN_MM)):
+                best = (length, view, at)
+        if best is not None:
+            best[1].balloons[item] = best[2]
+
+
+def _scale(group: Sequence[_Shown]) -> None:
+    """Gives views that share a sheet the largest scale at which they stand side by side, off the title block."""
+    area = inner(SIZE)
+    boxes = [box_of(view.seen.items) for view in group if view.seen is not None]
+    around = 2.0 * (AWAY_MM + DIMENSION_MM + 2.0 * BALLOON_MM) + 4.0
+    wide, tall = area[2] - area[0] - len(group) * around, area[3] - area[1] - 30.0
+    rooms = [(wide, tall - TITLE_MM[1])]
+    if len(group) == 1:  # or beside it
+        rooms.append((wide - TITLE_MM[0], tall))
+    size = sum(b[2] - b[0] for b in boxes), max(b[3] - b[1] for b in boxes)
+    fits = [s for s in SCALES if any(s * size[0] <= room[0] and s * size[1] <= room[1] for room in rooms)]
+    for view in group:
+        view.scale = fits[0] if fits else SCALES[-1]
+
+
+def _page(group: Sequence[_Shown]) -> tuple[str, list[Item], dict[str, Box]]:
+    """Views on a sheet of their own, side by side, with what is told of them."""
+    area, page, frames = inner(SIZE), [], {}
+    left = area[0] + 8.0
+    for n, view in enumerate(group):
+        assert view.seen is not None
+        items = [scaled(item, view.scale) for item in view.seen.items]
+        drawn = box_of(items)
+        if view.overall:
+            items += _over_all(drawn, view.scale)
+        told = {k: (x * view.scale, y * view.scale) for k, (x, y) in view.balloons.items()}
+        items += balloons(told, drawn)
+        box = box_of(items)
+        items = [moved(item, (left - box[0], area[3] - 16.0 - box[3])) for item in items]
+        items.append(Text((left, area[3] - 8.0), 3.5, view.title))
+        frames[f"view {n}"] = box_of(items)
+        page += items
+        left = frames[f"view {n}"][2] + 10.0
+    return ratio(group[0].scale), page, frames
+
+
+def _over_all(drawn: Box, scale: float) -> list[Item]:
+    """Width below a view and height on its right, as dimensions between arrows."""
+    x0, y0, x1, y1 = drawn
+    low, far = y0 - DIMENSION_MM, x1 + DIMENSION_MM
+    wide, tall = number(round((x1 - x0) / scale, 1)), number(round((y1 - y0) / scale, 1))
+    items: list[Item] = [
+        Stroke("dimension", ((x0, y0 - 1.0), (x0, low - 2.0))),
+        Stroke("dimension", ((x1, y0 - 1.0), (x1, low - 2.0))),
+        Stroke("dimension", ((x0, low), (x1, low))),
+        arrow((x0, low), (x1, low)),
+        arrow((x1, low), (x0, low)),
+        Text(((x0 + x1 - width_of(wide, LETTER_MM)) / 2, low + 0.8), LETTER_MM, wide),
+        Stroke("dimension", ((x1 + 1.0, y0), (far + 2.0, y0))),
+        Stroke("dimension", ((x1 + 1.0, y1), (far + 2.0, y1))),
+        Stroke("dimension", ((far, y0), (far, y1))),
+        arrow((far, y0), (far, y1)),
+        arrow((far, y1), (far, y0)),
+        Text((far - 0.8, (y0 + y1 - width_of(tall, LETTER_MM)) / 2), LETTER_MM, tall, upright=True),
+    ]
+    return items
+
+
+def balloons(points: Mapping[int, Point], drawn: Box) -> list[Item]:
+    """Sets balloons on both sides of a view, each level with what it points at as far as there is room.
+
+    Args:
+        points: Item -> the point that its balloon points at, mm on the sheet.
+        drawn: Box of the view.
+    """
+    items: list[Item] = []
+    ordered = sorted(points.items(), key=lambda one: one[1][0])
+    half = (len(ordered) + 1) // 2
+    for side, group in ((-1.0, ordered[:half]), (1.0, ordered[half:])):
+        group = sorted(group, key=lambda one: one[1][1])
+        heights = spread([point[1] for _, point in group], [BALLOON_PITCH_MM] * len(group))
+        x = drawn[0] - AWAY_MM if side < 0.0 else drawn[2] + AWAY_MM + DIMENSION_MM
+        for (item, point), y in zip(group, heights, strict=True):
+            text = str(item)
+            edge = (x - side * BALLOON_MM, y)
+            items += [
+                Arc("dimension", (x, y), BALLOON_MM),
+                Text((x - width_of(text, LETTER_MM) / 2, y - LETTER_MM / 2), LETTER_MM, text, told=(f"item {item}",)),
+                Stroke("dimension", (edge, point)),
+                _dot(point),
+            ]
+    return items
+
+
+def _dot(at: Point) -> Area:
+    x, y = at
+    return Area("dimension", ((x - DOT_MM, y), (x, y + DOT_MM), (x + DOT_MM, y), (x, y - DOT_MM)))
+
+
+def balloon_faults(drawing: Drawing, items: set[int], rows: Sequence[BomRow]) -> list[str]:
+    """Finds items without a balloon, or with more than one, and rows that are not in the list once."""
+    told = [key for sheet in drawing.sheets for text in sheet.texts for key in text.told]
+    counts = [(f"item {n}", "balloons") for n in sorted(items)] + [(f"row {row.item}", "rows") for row in rows]
+    return [f"{key} has {told.count(key)} {what}" for key, what in counts if told.count(key) != 1]

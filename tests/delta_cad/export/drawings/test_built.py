@@ -1,0 +1,114 @@
+"""The drawings of the one real build, read by readers that are not their writers."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections import Counter
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pypdfium2
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.drawings.drawn import write_drawings
+from delta_cad.export.mass_properties import mass_report
+from tests.committed import Built
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def folder(built: Built) -> Path:
+    return built.folder / "drawings"
+
+
+def svg_texts(path: Path) -> list[str]:
+    return [element.text or "" for element in ElementTree.parse(path).getroot().iter(f"{SVG}text")]
+
+
+def test_every_made_part_has_its_files_and_the_check_holds(built: Built, folder: Path, best_assembly: Assembly) -> None:
+    made = {part.number for part in best_assembly.parts if part.make}
+    expected = {f"{number}.{suffix}" for number in made for suffix in ("pdf", "svg", "dxf")} | {"assembly.pdf"}
+    assert {path.name for path in folder.iterdir()} == expected
+    (check,) = [c for c in built.record["checks"] if c["name"] == "drawings"]
+    assert (check["passed"], check["value"]) == (True, 0.0)
+    assert json.loads((built.folder / "manifest.json").read_text())["left_out"] == []
+
+
+def test_holes_are_told_as_the_list_of_holes_has_them(built: Built, folder: Path) -> None:
+    """The oracle is `holes.csv`: of each part's diameters and threads as many as there stand."""
+    with (built.folder / "holes.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for number in {row["part"] for row in rows}:
+        counted: Counter[str] = Counter()
+        for text in svg_texts(folder / f"{number}.svg"):
+            if match := re.match(r"(?:(\d+)x )?(Ø[\d.]+|M[\d.]+)(?= |$)", text):
+                counted[match[2]] += int(match[1] or 1)
+        expected: Counter[str] = Counter()
+        for row in (row for row in rows if row["part"] == number and "slot" not in row["callout"]):
+            thread = re.match(r"M[\d.]+", row["callout"])
+            expected[thread[0] if thread else f"Ø{float(row['diameter_mm']):g}"] += int(row["count"])
+        assert {key: counted[key] for key in expected} == dict(expected), number
+
+
+def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    wanted = {
+        "foot_block": [f"{d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]:.3f} ±0.02"],
+        "upper_arm": [f"{d.arm.length_mm:g}", f"{d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]:.3f} ±0.02"],
+        "cross_bar": ["48.569 ±0.02", "Ø8 h6"],
+        "shoulder_shaft": ["Ø8 h6", f"{d.shaft.y_mm[1] - d.shaft.y_mm[0]:g}", "8 across flats"],
+        "platform": [f"{d.platform.radius_mm:g}"],
+        "base_plate": [f"Ø{2 * d.base.radius_mm:g}", f"{d.base.thickness_mm:g}"],
+        "handle_stem": ["M6"],
+    }
+    for number, texts in wanted.items():
+        found = [text.lstrip("-") for text in svg_texts(folder / f"{number}.svg")]
+        assert [text for text in texts if text not in found] == [], number
+
+
+@pytest.mark.quick(3)
+@pytest.mark.parametrize(
+    "number", ["sector", "base_plate", "shoulder_shaft", "motor_cheek", "platform", "rod_cup", "pinion", "cup_shell"]
+)
+def test_the_three_files_say_the_same_and_the_dxf_is_sound(number: str, folder: Path) -> None:
+    from ezdxf.filemanagement import readfile
+
+    texts = svg_texts(folder / f"{number}.svg")
+    document = readfile(folder / f"{number}.dxf")
+    assert document.audit().errors == []
+    assert [entity.dxf.text for entity in document.modelspace().query("TEXT")] == texts
+    with pypdfium2.PdfDocument(folder / f"{number}.pdf") as read:
+        words = " ".join(page.get_textpage().get_text_range() for page in read).split()
+        size = [round(side * 25.4 / 72.0) for side in read[0].get_size()]
+    assert size in ([297, 210], [420, 297])
+    assert Counter(words) == Counter(" ".join(texts).split())
+
+
+def test_every_item_stands_in_the_list_and_has_a_balloon(built: Built, folder: Path) -> None:
+    rows = json.loads((built.folder / "bom.json").read_text())["items"]
+    with pypdfium2.PdfDocument(folder / "assembly.pdf") as read:
+        pages = [page.get_textpage().get_text_range() for page in read]
+    *views, last = (page for page in pages)
+    for row in rows:
+        assert re.search(rf"^{row['item']}\s+{row['quantity']}\s+{row['part_number']}\b", " ".join(pages), re.M) or (
+            row["part_number"] in last
+        )
+    alone = Counter(word for page in views for word in page.split() if word.isdigit())
+    placed = [row["item"] for row in rows if row["source"] or row["make_or_buy"] == "make"]
+    assert [item for item in placed if item <= 39 and not alone[str(item)]] == []
+
+
+@pytest.mark.slow
+def test_drawings_are_the_same_bytes_each_time(
+    folder: Path, best_dimensions: Dimensions, best_assembly: Assembly, tmp_path: Path
+) -> None:
+    """Made once more, by another process, of solids that did not go through a pickle."""
+    drawn = write_drawings(best_dimensions, best_assembly, mass_report(best_assembly), tmp_path / "again")
+    assert (drawn.count, drawn.faults) == (20, {})
+    for path in folder.iterdir():
+        assert (tmp_path / "again" / path.name).read_bytes() == path.read_bytes(), path.name

@@ -1,0 +1,102 @@
+"""The checker finds nothing on a sound drawing, and each fault that is put into it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
+from delta_cad.export.drawings.paper.sheet import Drawing, Item, Sheet, Stroke, Text
+from delta_cad.export.drawings.part.record import Features
+from tests.delta_cad.export.drawings.sample import drawn, plate, texts
+
+
+@pytest.fixture(scope="module")
+def sound() -> tuple[Drawing, Features]:
+    return drawn()
+
+
+def spoiled(drawing: Drawing, spoil: Callable[[list[Item]], list[Item]]) -> Drawing:
+    first = drawing.sheets[0]
+    return replace(drawing, sheets=(replace(first, items=spoil(list(first.items))), *drawing.sheets[1:]))
+
+
+def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
+    """A drawing with the first of a text's occurrences changed, or taken away."""
+    assert old in texts(drawing)
+
+    def spoil(items: list[Item]) -> list[Item]:
+        k = next(k for k, item in enumerate(items) if isinstance(item, Text) and item.text == old and item.told)
+        text = items[k]
+        assert isinstance(text, Text)
+        return items[:k] + ([replace(text, text=new)] if new is not None else []) + items[k + 1 :]
+
+    return spoiled(drawing, spoil)
+
+
+def test_a_sound_drawing_has_no_faults(sound: tuple[Drawing, Features]) -> None:
+    drawing, features = sound
+    assert drawing_faults(drawing, plate(), features) == []
+    assert "-8 ±0.02" in texts(drawing)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("Ø8 H7 through, shaft", None, "holes Ø8 H7 are told 0 times, 1 are declared"),
+        ("2x M4 x 6, drilled 6 deep", "3x M4 x 6, drilled 6 deep", "holes M4 are told 3 times, 2 are declared"),
+        ("2x M4 x 6, drilled 6 deep", "2x M3 x 6", "holes M4 are told 0 times"),
+        ("Ø8 H7 through, shaft", "Ø8 through, shaft", "holes Ø8 H7 are told 0 times"),
+        ("2x Ø5.5 through, screws", None, "holes Ø5.5 are told 0 times, 2 are declared"),
+        ("50", None, "is told 0 times"),
+        ("60", "61", "is printed as [61.0], it is 60.000 mm from the datum"),
+        ("10", "10.01", "it is 10.000 mm from the datum"),
+    ],
+)
+def test_what_is_missing_or_wrong_is_found(
+    sound: tuple[Drawing, Features], old: str, new: str | None, told: str
+) -> None:
+    drawing, features = sound
+    faults = drawing_faults(edited(drawing, old, new), plate(), features)
+    assert any(told in fault for fault in faults), faults
+
+
+def test_what_is_told_twice_is_found(sound: tuple[Drawing, Features]) -> None:
+    drawing, features = sound
+    text = next(t for t in drawing.sheets[0].texts if t.text == "60")
+    twice = spoiled(drawing, lambda items: [*items, replace(text, at=(200.0, 100.0))])
+    assert any(fault.endswith("is told 2 times") for fault in drawing_faults(twice, plate(), features))
+    strange = spoiled(drawing, lambda items: [*items, Text((200.0, 100.0), 2.5, "7", told=("plane 99",))])
+    assert "plane 99 is told and is nothing of the part" in drawing_faults(strange, plate(), features)
+
+
+@pytest.mark.parametrize(
+    ("items", "told"),
+    [
+        ([Text((100, 100), 2.5, "abc"), Text((103, 101), 2.5, "def")], "'abc' and 'def' overlap"),
+        ([Text((100, 100), 2.5, "abc"), Text((103, 98), 2.5, "def", upright=True)], "'abc' and 'def' overlap"),
+        ([Text((100, 100), 2.5, "abc"), Stroke("visible", ((90, 101), (120, 101)))], "'abc' lies over an edge"),
+        ([Text((10, 100), 2.5, "abc")], "'abc' is outside of the frame"),
+        ([Text((284, 100), 2.5, "abc")], "'abc' is outside of the frame"),
+    ],
+)
+def test_what_lies_over_something_is_found(items: list[Item], told: str) -> None:
+    assert sheet_faults(Sheet(297.0, 210.0, items)) == [told]
+
+
+def test_what_lies_clear_is_not_found() -> None:
+    items = [Text((100, 100), 2.5, "abc"), Text((100, 104), 2.5, "def"), Stroke("visible", ((90, 99), (120, 99)))]
+    assert sheet_faults(Sheet(297.0, 210.0, [*items, Stroke("dimension", ((90, 101), (120, 101)))])) == []
+
+
+def test_an_end_that_nothing_tells_is_found(sound: tuple[Drawing, Features]) -> None:
+    drawing, features = sound
+    longer = replace(plate(), extent_mm=((0.0, 61.0), (0.0, 40.0), (0.0, 8.0)))
+    assert drawing_faults(drawing, longer, features) == ["nothing tells its end at 61.000 mm along x"]
+
+
+def test_frames_that_overlap_are_found() -> None:
+    sheet = Sheet(297.0, 210.0, [], {"a": (30, 30, 60, 60), "b": (59, 59, 80, 80), "c": (60, 30, 70, 59)})
+    assert sheet_faults(sheet) == ["a and b overlap"]

@@ -1,0 +1,98 @@
+"""The files of a drawing, read back by readers that are not their writers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pypdfium2
+import pytest
+
+from delta_cad.export.drawings.paper.dxf import dxf_text
+from delta_cad.export.drawings.paper.pdf import pdf_bytes
+from delta_cad.export.drawings.paper.sheet import Drawing
+from delta_cad.export.drawings.paper.svg import svg_text
+from tests.delta_cad.export.drawings.sample import drawn, texts
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def drawing() -> Drawing:
+    return drawn()[0]
+
+
+def groups(text: str) -> list[list[tuple[int, str]]]:
+    """The entities of a DXF by its plain lines: group codes and values, without any reader."""
+    lines = text.splitlines()
+    pairs = [(int(code), value) for code, value in zip(lines[::2], lines[1::2], strict=True)]
+    start = pairs.index((2, "ENTITIES"))
+    found: list[list[tuple[int, str]]] = []
+    for code, value in pairs[start + 1 :]:
+        if (code, value) == (0, "ENDSEC"):
+            return found
+        if code == 0:
+            found.append([])
+        found[-1].append((code, value))
+    return found
+
+
+def test_the_pdf_has_its_true_size_and_its_texts(drawing: Drawing) -> None:
+    for document, count in ((drawing, 1), (Drawing("two", "two", drawing.sheets * 2), 2)):
+        data = pdf_bytes(document)
+        assert data == pdf_bytes(document)
+        read = pypdfium2.PdfDocument(data)
+        assert len(read) == count
+        for page in read:
+            size = [side * 25.4 / 72.0 for side in page.get_size()]
+            assert size == pytest.approx([document.sheets[0].width, document.sheets[0].height], abs=0.01)
+            words = page.get_textpage().get_text_range()
+            for text in ("Ø8 H7 through, shaft", "-8 ±0.02", "Aluminium EN AW-6082 T6", "ISO 2768-mK"):
+                assert text in words
+    assert read.get_metadata_value("Title") == "two"
+
+
+def test_the_pdf_shows_what_is_drawn(drawing: Drawing) -> None:
+    """Black where a wide line is, white in the middle of nothing."""
+    picture = pypdfium2.PdfDocument(pdf_bytes(drawing))[0].render(scale=4.0).to_pil().convert("L")
+    dots = 4.0 * 72.0 / 25.4
+    height = drawing.sheets[0].height
+    assert picture.getpixel((round(20.0 * dots), round((height - 100.0) * dots))) < 80  # the frame's left side
+    assert picture.getpixel((round(10.0 * dots), round((height - 100.0) * dots))) == 255
+
+
+def test_the_svg_has_its_true_size_and_its_texts(drawing: Drawing) -> None:
+    text = svg_text(drawing)
+    assert text == svg_text(drawing)
+    root = ElementTree.fromstring(text)
+    sheet = drawing.sheets[0]
+    assert (root.get("width"), root.get("height")) == (f"{sheet.width:g}mm", f"{sheet.height:g}mm")
+    assert [element.text for element in root.iter(f"{SVG}text")] == texts(drawing)
+    layers = {group.get("id") for group in root.iter(f"{SVG}g")}
+    assert {"visible", "hidden", "centre", "dimension", "frame"} <= layers
+
+
+def test_the_dxf_passes_its_audit_and_reads_as_lines_of_text(drawing: Drawing, tmp_path: Path) -> None:
+    from ezdxf.filemanagement import readfile
+
+    text = dxf_text(drawing)
+    assert text == dxf_text(drawing)
+    (tmp_path / "plate.dxf").write_text(text, encoding="utf-8")
+    document = readfile(tmp_path / "plate.dxf")
+    assert document.audit().errors == []
+    assert document.header["$INSUNITS"] == 4  # millimetres
+    entities = groups(text)
+    told = [dict(entity)[1] for entity in entities if entity[0] == (0, "TEXT")]
+    assert told == texts(drawing)
+    circles = [dict(entity) for entity in entities if entity[0] == (0, "CIRCLE") and (8, "visible") in entity]
+    scale = next(text.text for text in drawing.sheets[0].texts if text.text in ("1:1", "2:1", "5:1"))
+    radii = {round(float(circle[40]) / float(scale[0]), 3) for circle in circles}
+    assert {4.0, 1.65, 2.75, 5.0} <= radii
+
+
+def test_sheets_stand_side_by_side_in_files_that_hold_one(drawing: Drawing) -> None:
+    two = Drawing("two", "two", drawing.sheets * 2)
+    width = drawing.sheets[0].width
+    assert ElementTree.fromstring(svg_text(two)).get("width") == f"{2 * width:g}mm"
+    first, second = (len(groups(dxf_text(one))) for one in (drawing, two))
+    assert second == 2 * first

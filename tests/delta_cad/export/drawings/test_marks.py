@@ -1,0 +1,73 @@
+"""Texts that are spread, and texts that are put where there is room."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from delta_cad.export.drawings.paper.lettering import LetteringError, width_of, wrapped
+from delta_cad.export.drawings.paper.sheet import Item, Stroke, crosses, overlap
+from delta_cad.export.drawings.views.marks import RoomError, free_text, number, spread
+from tests.designs import UNTIMED
+
+
+@UNTIMED
+@given(st.lists(st.tuples(st.floats(-100, 100), st.floats(0.5, 20)), min_size=1, max_size=12))
+def test_spread_keeps_order_and_room_and_moves_least(wishes: list[tuple[float, float]]) -> None:
+    """The oracle: the same least squares, solved by projecting neighbour upon neighbour many times."""
+    wishes.sort()
+    wanted, sizes = (np.array(column) for column in zip(*wishes, strict=True))
+    found = np.array(spread(wanted.tolist(), sizes.tolist()))
+    gaps = np.diff(found) - (sizes[1:] + sizes[:-1]) / 2
+    assert (gaps > -1e-9).all()
+    offsets = np.concatenate([[0.0], np.cumsum((sizes[1:] + sizes[:-1]) / 2)])
+    target, fitted = wanted - offsets, found - offsets
+    # isotonic regression by its minimax form
+    n = len(target)
+    best = [max(min(target[i : j + 1].mean() for j in range(k, n)) for i in range(k + 1)) for k in range(n)]
+    assert fitted == pytest.approx(np.array(best), abs=1e-6)
+
+
+def test_widths_are_the_face_s_own() -> None:
+    from PIL import ImageFont
+
+    from delta_cad.export.drawings.paper.lettering import NARROW, _file, em_mm
+
+    text = "Ø8 H7 ±0.02 × 45° through"
+    face = ImageFont.truetype(str(_file()), 1000)
+    assert width_of(text, 2.5) == pytest.approx(face.getlength(text) / 1000 * em_mm(2.5) * NARROW, rel=0.01)
+    assert em_mm(2.5) == pytest.approx(2.5 / 0.729, rel=1e-3)  # capitals of DejaVu Sans: 1493 of 2048
+
+
+@pytest.mark.parametrize("text", ["⌀8", "a\nb", "漢"])
+def test_what_cannot_be_lettered_is_refused(text: str) -> None:
+    with pytest.raises(LetteringError, match="cannot be lettered"):
+        width_of(text, 2.5)
+
+
+def test_lines_are_broken_between_words() -> None:
+    text = "seat of the bearing from the side of the arm"
+    lines = wrapped(text, 2.5, 30.0)
+    assert " ".join(lines) == text
+    assert all(width_of(line, 2.5) <= 30.0 for line in lines)
+    assert all(width_of(f"{a} {b.split()[0]}", 2.5) > 30.0 for a, b in pairwise(lines))  # none is broken too early
+    assert wrapped("unbreakableword", 2.5, 1.0) == ["unbreakableword"]
+
+
+def test_numbers_are_short() -> None:
+    assert [number(x) for x in (5.0, -0.00001, 48.5690001, 1e-3, 0.02)] == ["5", "0", "48.569", "0.001", "0.02"]
+
+
+def test_a_tag_finds_room_beside_lines_and_says_when_there_is_none() -> None:
+    around: list[Item] = [Stroke("visible", ((-50, y), (50, y))) for y in (-3.0, 3.0)]
+    tag = free_text("A1", (0.0, 0.0), 2.0, around)
+    lines = np.array([list(stroke.points) for stroke in around if isinstance(stroke, Stroke)])
+    assert not crosses(tag.box, lines)
+    assert not overlap(tag.box, (-1.4, -1.4, 1.4, 1.4))  # the square inside its circle
+    dense: list[Item] = [Stroke("visible", ((-50, y / 2), (50, y / 2))) for y in range(-90, 90)]
+    with pytest.raises(RoomError, match="A1"):
+        free_text("A1", (0.0, 0.0), 2.0, dense)

@@ -1,0 +1,127 @@
+"""What has to be told of a part, held against parts that are dimensioned by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.drawings.part.controlled import Controlled, controlled
+from delta_cad.export.drawings.part.faces import faces_of
+from delta_cad.export.drawings.part.features import features_of
+from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettered
+from delta_cad.export.drawings.part.record import Features
+from delta_cad.solids.part import Hole, Part
+from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
+
+
+def features(part: Part, held: Controlled = HELD) -> Features:
+    return features_of(part, faces_of(part.solid), held)
+
+
+def along(found: Features, axis: int) -> set[float]:
+    """Coordinates told along an axis of the part, from the datum."""
+    places = [p for p in found.places if abs(p.along[axis]) > 1 - 1e-6]
+    return {round(p.value - found.datum[axis], 3) + 0.0 for p in places}
+
+
+def test_a_plate_is_placed_by_its_sides_and_its_bores() -> None:
+    found = features(plate())
+    assert np.allclose(found.main, (0, 0, 1))
+    assert not found.turned
+    assert along(found, 0) == {0, 10, 30, 50, 60}
+    assert along(found, 1) == {0, 7, 20, 33, 40}
+    assert along(found, 2) == {0, 8}  # the floors are the callouts' own
+    assert found.sizes == []
+
+
+def test_holes_are_told_together_where_they_share_their_axes() -> None:
+    groups = features(plate()).groups
+    assert [group.callout for group in groups] == [
+        ("2x Ø5.5 through, screws", "2x Ø10 counterbore 5 deep"),
+        ("Ø8 H7 through, shaft",),
+        ("2x M4 x 6, drilled 6 deep",),
+    ]
+    assert [[bore.through for bore in group.bores] for group in groups] == [[True, True], [True], [False, False]]
+    assert all(np.allclose(bore.axis, (0, 0, 1)) for bore in groups[2].bores)
+
+
+def test_equal_diameters_are_told_apart_by_what_is_bored() -> None:
+    body = cq.Workplane().box(30, 30, 20)
+    body = body.faces(">Z").workplane().pushPoints([(8, 8)]).hole(4.0, 5.0)
+    body = body.faces(">Z").workplane().pushPoints([(-8, -8)]).hole(4.0)
+    for side in (">Z", "<Z"):
+        at = (8, -8) if side == ">Z" else (8, 8)
+        body = body.faces(side).workplane().pushPoints([at]).hole(4.0, 6.0)
+    (solid,) = body.val().Solids()  # type: ignore[union-attr]
+    part = Part("block", "", solid, METAL, True, (Hole(4.0, 3, "4 H7: of three kinds"),))
+    told = {line for group in hole_groups(part, faces_of(solid)) for line in group.callout}
+    assert told == {"Ø4 H7 x 5 deep", "Ø4 H7 x 20 deep", "Ø4 H7 x 6 deep from both sides"}
+    shared = replace(part, holes=(Hole(4.0, 3, "2x 4 through; 1x 4 H7 x 5"),))
+    assert any("x 6 deep from both sides" in line for g in hole_groups(shared, faces_of(solid)) for line in g.callout)
+
+
+def test_a_bore_that_is_declared_and_not_there_is_refused() -> None:
+    part = replace(plate(), holes=(Hole(8.0, 2, "8 H7 through"),))
+    with pytest.raises(HoleError, match="plate: 1 bores of 8 mm, 2 are declared"):
+        hole_groups(part, faces_of(part.solid))
+
+
+def test_a_stepped_shaft_is_a_turned_part_told_by_its_steps() -> None:
+    shaft = cq.Workplane("YZ").circle(5).extrude(12).faces(">X").workplane().circle(4).extrude(20)
+    shaft = shaft.faces(">X").chamfer(0.5)
+    (solid,) = shaft.val().Solids()  # type: ignore[union-attr]
+    found = features(Part("shaft", "", solid, METAL, True), Controlled(fits=((8.0, "h6"),)))
+    assert found.turned
+    assert np.allclose(found.main, (1, 0, 0))
+    assert along(found, 0) == {0, 12, 32}
+    assert {size.text for size in found.sizes} == {"Ø10", "Ø8 h6"}
+    assert found.notes == {"chamfer 0.5": "0.5 x 45°"}
+
+
+def test_a_bored_ball_turns_about_its_bore() -> None:
+    bored = cq.Workplane().sphere(6).cut(cq.Workplane("XZ").circle(2).extrude(8, both=True).translate((0, 6, 0)))
+    (solid,) = bored.val().Solids()  # type: ignore[union-attr]
+    found = features(Part("ball", "", solid, METAL, True, (Hole(4.0, 1, "4 x 8"),)), Controlled())
+    assert np.allclose(found.main, (0, 1, 0))
+    assert along(found, 1) == {0, round((36 - 4) ** 0.5, 3)}  # the middle of the ball and the bore's rim
+
+
+def test_the_tangents_of_two_bosses_have_no_coordinates() -> None:
+    ends = cq.Workplane().circle(10).extrude(6).union(cq.Workplane().center(40, 0).circle(5).extrude(6))
+    hull = cq.Sketch().push([(0, 0)]).circle(10).reset().push([(40, 0)]).circle(5).reset().hull()
+    (solid,) = ends.union(cq.Workplane().placeSketch(hull).extrude(6)).clean().val().Solids()  # type: ignore[union-attr]
+    found = features(Part("link", "", solid, METAL, True), Controlled())
+    assert along(found, 0) == {0, 40}
+    assert along(found, 1) == {0}
+    assert along(found, 2) == {0, 6}
+    assert {size.text for size in found.sizes} == {"R10", "R5"}
+    assert all(np.abs(place.along).max() > 1 - 1e-6 for place in found.places)
+
+
+def test_of_three_equal_arms_one_is_told() -> None:
+    star = cq.Workplane().circle(8).extrude(5)
+    for k in range(3):
+        arm = cq.Workplane().box(30, 6, 5, centered=(False, True, False)).rotate((0, 0, 0), (0, 0, 1), 120 * k)
+        star = star.union(arm)
+    (solid,) = star.val().Solids()  # type: ignore[union-attr]
+    found = features(Part("star", "", solid, METAL, True), Controlled())
+    assert "pattern" in found.notes
+    assert along(found, 0) == {0, 30}  # the hub and the end of the arm along x
+    assert along(found, 1) == {-3, 0, 3}
+
+
+def test_controlled_lengths_are_the_machine_s_own(best_dimensions: Dimensions) -> None:
+    held, layers = controlled(best_dimensions), best_dimensions.layers
+    assert held["shoulder_shaft"].fit(8.0) == "h6"
+    assert held["foot_block"].tolerance(1, layers.motor_cheek_mm[0]) == 0.02
+    assert held["foot_block"].tolerance(0, layers.motor_cheek_mm[0]) is None
+    (length,) = held["cross_bar"].lengths
+    assert length.end_mm - length.start_mm == pytest.approx(48.569, abs=5e-4)  # as its description says
+
+
+def test_signs_of_a_drawing() -> None:
+    assert lettered("5 +-0.02 at 8.6 deg to the degree") == "5 ±0.02 at 8.6° to the degree"
