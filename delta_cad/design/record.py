@@ -64,7 +64,7 @@ class Hardware(Section):
     encoder_at: Literal["shoulder", "motor"] | None = Field(
         default=None, description="motor: the motor's own encoder; shoulder, as where it is left out: board and magnet"
     )
-    encoder: str = Field(default="as5048a-board", description="id in the catalogue of encoders")
+    encoder: str = Field(default="mt6835-board", description="id in the catalogue of encoders")
     bearing: str = Field(default="688", description="id in the catalogue of bearings")
     tube: str = Field(default="cfrp-5x3", description="id in the catalogue of tubes: the rods")
     knob: str = Field(default="din319-25", description="id in the catalogue of knobs: the handle")

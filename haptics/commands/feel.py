@@ -28,7 +28,8 @@ def run(given: argparse.Namespace) -> int:
     from delta_cad.common.files import require_room, whole_folder
     from delta_cad.mechanism import MechanismError
     from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
-    from haptics.feel.sheet import QUANTITIES, feel
+    from haptics.feel.sheet import feel
+    from haptics.feel.summary import QUANTITIES
     from haptics.model.machine import load_machine
 
     machine = load_machine(given.design, given.masses, given.catalogue)
@@ -38,6 +39,7 @@ def run(given: argparse.Namespace) -> int:
         with Line() as line:
             sheet = feel(machine, say=line.show)
             facts = json.dumps(feel_facts(sheet), indent=1)
+            from haptics.feel.loop_pictures import impedance, z_width
             from haptics.feel.maps import feel_map
             from haptics.scenes.pictures.style import save
 
@@ -51,13 +53,16 @@ def run(given: argparse.Namespace) -> int:
                         title = f"{machine.design.name}: {quantity.label}"
                         figure = feel_map(title, label, *map_values(sheet, quantity), small=quantity.small)
                         save(figure, folder / f"{quantity.name}.png")
+                for draw in (z_width, impedance):
+                    save(draw(sheet.loop, machine.design.name), folder / f"{draw.__name__}.png")
     except MechanismError as error:
         return refuse(f"{given.design}: cube: {error}", BAD_INPUT)
     print(facts if given.json else feel_text(sheet))
     force, wanted = sheet.summaries["force_continuous"].worst[0], machine.design.requirements.force_N
     if force < wanted:
         return refuse(f"the joints give {force:.2f} N for ever in every direction, {wanted:g} N are asked for", NOT_MET)
-    if sheet.stiffness.shaken:
-        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in sheet.stiffness.shaken)
+    shaken = sheet.loop.shaken or sheet.stiffness.shaken
+    if shaken:
+        says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
         return refuse(f"the default wall oscillates: {says}", NOT_MET)
     return DONE

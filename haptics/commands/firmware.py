@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from delta_cad.common.console import DONE
-from haptics.commands.device import device_arguments, refusing
+from haptics.commands.device import device_arguments, number, refusing
 
 NAME = "firmware"
 TEXT = "the controller in C99 for a board: header, code with the design's numbers, and how to use it"
@@ -17,6 +17,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the files; replaced")
+    rate = number("number from 100 to 100000 Hz", 100.0, 1e5)
+    command.add_argument("--rate", type=rate, default=8000.0, metavar="HZ", help="of the tick; default 8000")
     command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
 
 
@@ -29,9 +31,10 @@ def run(given: argparse.Namespace) -> int:
     machine = load_machine(given.design, given.masses, given.catalogue)
     require_room(given.out, folder=True)
     from haptics.firmware.generate import sources, write_firmware
-    from haptics.simulation.assumptions import default_controller
+    from haptics.simulation.hardware import board_controller
+    from haptics.simulation.loops import at_rate
 
-    files = sources(default_controller(machine), machine.design.name)
+    files = sources(board_controller(machine, at_rate(given.rate)), machine.design.name)
     write_firmware(files, given.out)
     if given.json:
         print(json.dumps({"name": machine.design.name, "folder": str(given.out), "files": sorted(files)}, indent=1))

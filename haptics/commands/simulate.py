@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from haptics.scenes.record import Scene
 
 NAME = "simulate"
-TEXT = "a scene on the simulated device: the operating resistance, the way home, or virtual walls"
-SCENES = ("resistance", "home", "wall")
+TEXT = "a scene on the simulated device: operating resistance, way home, virtual walls, or the encoders' noise"
+SCENES = ("resistance", "home", "wall", "noise")
 HANDS = ("light", "medium", "firm")
 SCHEMA = "haptics-simulation/1"
 DELAY_MS = 0.5  # From reading to torque: half a period, the nominal one of `assumptions.DELAY`
@@ -44,6 +44,8 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.hand is not None and given.scene != "wall":
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
+    if given.delay != DELAY_MS and given.scene == "noise":
+        return refuse(f"--delay {given.delay:g}: the scene noise has the delay of the board's loop", BAD_INPUT)
     if given.plot:
         import matplotlib  # noqa: F401  # if it is missing, tell so before anything is simulated
     from delta_cad.common.files import require_room
@@ -75,6 +77,10 @@ def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
         from haptics.scenes.home import home
 
         return home(machine, delay=delay, seed=given.seed)
+    if given.scene == "noise":
+        from haptics.scenes.noise import noise
+
+        return noise(machine, seed=given.seed)
     from haptics.scenes.wall import wall
 
     return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed)
@@ -158,10 +164,12 @@ def _write(folder: Path, machine: MachineModel, scene: Scene, facts: dict[str, A
 def _print(facts: dict[str, Any], folder: Path) -> None:
     a = facts["assumptions"]
     print(
-        f"{facts['name']}: {facts['scene']}, beside {facts['paper_figures']} of [RCIM2018]; 1 kHz, delay "
+        f"{facts['name']}: {facts['scene']}, beside {facts['paper_figures']} of [RCIM2018]; "
+        f"{1e-3 / a['period_s']:g} kHz, delay "
         f"{a['delay_s'] * MS_PER_S:g} ms, seed {a['seed']}"
     )
-    {"resistance": _print_resistance, "home": _print_home, "wall": _print_wall}[facts["scene"]](facts)
+    printers = {"resistance": _print_resistance, "home": _print_home, "wall": _print_wall, "noise": _print_noise}
+    printers[facts["scene"]](facts)
     print()
     for sentence in facts["discussion"]:
         print(f"- {sentence}")
@@ -208,6 +216,21 @@ def _print_wall(facts: dict[str, Any]) -> None:
             f"  {run['axis']:4s} {run['stiffness_N_per_mm']:11.2f} {_number(run['penetration_at_end_mm'], 3):>16s} "
             f"{_number(run['force_at_end_N'], 2):>9s} {_number(run.get('swing_um'), 1):>10s} "
             f"{_number(run.get('frequency_Hz'), 0):>8s}   {run['verdict']}"
+        )
+
+
+def _print_noise(facts: dict[str, Any]) -> None:
+    s = facts["spring"]
+    print(
+        f"spring: k {s['stiffness_N_per_m']:g} N/m, b {s['damping_asked_N_s_per_m']:g} N s/m asked, "
+        f"{s['damping_applied_N_s_per_m']:.1f} applied; wall: {facts['wall']['stiffness_N_per_mm']:g} N/mm"
+    )
+    print("  law      encoder   force N rms   predicted   motion um rms   predicted   supervisor")
+    for run in facts["runs"]:
+        print(
+            f"  {run['law']:8s} {run['encoder']:8s} {run['force_N_rms']:12.4f} "
+            f"{_number(run['force_predicted_N_rms'], 4):>11s} {run['motion_um_rms']:15.4f} "
+            f"{_number(run['motion_predicted_um_rms'], 4):>11s}   {run['supervisor_findings']}"
         )
 
 

@@ -33,8 +33,11 @@ def run(given: argparse.Namespace) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import require_room, write_whole
     from haptics.model.machine import load_machine
-    from haptics.stability.page import stiffness_facts, stiffness_text
+    from haptics.rendering.laws.virtual_wall import AXES
+    from haptics.simulation.loops import BOARD
+    from haptics.stability.page import board_facts, board_text, stiffness_facts, stiffness_text
     from haptics.stability.stiffness import largest_walls
+    from haptics.stability.walls import WallAt
 
     delay = None if given.delay is None else given.delay / 1e3
     if delay is not None and given.delay > 20.0 * given.period:
@@ -45,6 +48,8 @@ def run(given: argparse.Namespace) -> int:
     require_room(place)
     try:
         with Line() as line:
+            line.show("walls of the board's loop")
+            four = {axis: WallAt(machine, normal=normal).four() for axis, normal in AXES.items()}
             walls = largest_walls(
                 machine,
                 damping=given.damping,
@@ -54,9 +59,9 @@ def run(given: argparse.Namespace) -> int:
             )
     except ValueError as error:
         return refuse(f"{given.design}: {error}", BAD_INPUT)
-    facts = json.dumps(stiffness_facts(name, walls), indent=1)
+    facts = json.dumps(stiffness_facts(name, walls) | {"board_loop": board_facts(BOARD, four)}, indent=1)
     write_whole(place, facts + "\n")
-    print(facts if given.json else stiffness_text(name, walls))
+    print(facts if given.json else "\n".join([stiffness_text(name, walls), "", *board_text(BOARD, four)]))
     if not walls.shaken:
         return DONE
     says = ", ".join(f"{axis} with the {hand} hand" for axis, hand in walls.shaken)

@@ -10,8 +10,10 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS
+from haptics.feel.loop_page import loop_facts, loop_markdown, loop_text
 from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
-from haptics.feel.sheet import MASS_ERROR, QUANTITIES, Feel, Quantity, Summary
+from haptics.feel.sheet import MASS_ERROR, Feel
+from haptics.feel.summary import QUANTITIES, Quantity, Summary
 from haptics.model.hands import HAND_MODELS
 from haptics.simulation.assumptions import CURRENT_LAG, DELAY, joint_friction
 from haptics.stability.wall_limit import START
@@ -38,6 +40,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
         "name": sheet.machine.design.name,
         "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
+        "loop": loop_facts(sheet.loop, sheet.summaries),
         "simulated_wall_N_per_mm": {
             wall.axis: {
                 "nominal": wall.nominal.bisection * 1e-3,
@@ -109,7 +112,7 @@ def feel_text(sheet: Feel) -> str:
         f"{_number(s, s.worst[0]):>9}   {_place(s.worst[1])}"
         for s in sheet.summaries.values()
     ]
-    return "\n".join([*lines, "", head, *rows])
+    return "\n".join([*lines, "", head, *rows, "", *loop_text(sheet.loop)])
 
 
 def _number(summary: Summary, value: float) -> str:
@@ -152,7 +155,8 @@ def feel_markdown(sheet: Feel) -> str:
         "hides smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
         f"forces that the joints give beside the weight. {_stops(sheet)}",
         "",
-        "## Walls at the centre, simulated",
+        *loop_markdown(sheet.loop, sheet.summaries),
+        "## Walls by the paper's protocol, in the paper's loop of 1 kHz, simulated",
         "",
         "| axis | paper, its prototype | protocol | bisection | range over hands, friction, delay | passivity |",
         "|---|---:|---:|---:|---|---|",
@@ -178,7 +182,7 @@ def feel_markdown(sheet: Feel) -> str:
         _stops(sheet),
         "",
         "(?) from memory, its source was not opened. A stiffness of the others is what a library renders with them, "
-        "not a limit by our protocol; ours is the smallest nominal one of the three axes.",
+        "not a limit by our protocol; ours is what is rendered, at the worst pose and at the centre.",
         "",
     ]
     by_source: dict[tuple[str, str], list[str]] = {}
@@ -199,8 +203,10 @@ def feel_markdown(sheet: Feel) -> str:
         "",
         f"- Coulomb friction of a joint {usual:.1f} mN m ({low:.1f} to {most:.1f}), from the motor's idle current; it "
         "scales all friction figures.",
-        f"- Delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag {CURRENT_LAG * 1e3:g} ms, period "
-        f"{sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
+        f"- In the paper's loop: delay {DELAY[1]:g} period ({DELAY[0]:g} to {DELAY[2]:g}), current lag "
+        f"{CURRENT_LAG * 1e3:g} ms, period {sheet.stiffness.period * 1e3:g} ms, no damping in the wall.",
+        f"- An encoder's reading has {1e6 * sheet.loop.noise_rad:.0f} urad rms of noise; where the catalogue tells "
+        "none of its row, a count of 18 bits.",
         f"- Torque for ever {sheet.drive.continuous:.2f} N m (the smaller of the drive's and the design's limit), peak "
         f"{sheet.drive.peak:.2f} N m likewise; the motors by themselves {sheet.drive.motor:.2f} N m for "
         f"{machine.drive.peak_time_s:g} s.",
@@ -236,7 +242,8 @@ def _comparison(sheet: Feel, rows: tuple[PublishedDevice, ...]) -> list[str]:
         "workspace_mm": f"{side:g} x {side:g} x {side:g}",
         "force_continuous_N": f"{sheet.summaries['force_continuous'].worst[0]:.1f} everywhere, any direction",
         "force_peak_N": f"{sheet.summaries['force_peak'].worst[0]:.1f} likewise, as the controller gives it",
-        "stiffness_N_per_mm": f"{min(w.nominal.bisection for w in sheet.stiffness.axes) / 1e3:.1f}",
+        "stiffness_N_per_mm": f"{1e-3 * sheet.summaries['wall'].worst[0]:.1f} worst, "
+        f"{1e-3 * sheet.summaries['wall'].centre:.1f} centre",
         "apparent_mass_g": f"{1e3 * mass.centre:.0f} centre, {1e3 * mass.worst[0]:.0f} worst",
         "friction_N": f"{friction.centre:.2f} centre, {friction.worst[0]:.2f} worst",
         "resolution_mm": f"{MM_PER_M * sheet.summaries['position_step'].worst[0]:.3f}",

@@ -13,30 +13,22 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
-from haptics.model.hands import HANDS
+from haptics.feel.loops import DEFAULT_WALL, LoopSheet, loop_sheet
+from haptics.feel.summary import QUANTITIES, Summary, summarise
+from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.virtual_wall import AXES
-from haptics.simulation.assumptions import (
-    CURRENT_LAG,
-    DELAY,
-    default_estimator,
-    encoder_count,
-    joint_friction,
-    nominal_plant,
-)
-from haptics.stability.discrete import Timing
-from haptics.stability.estimator_models import linear_models
-from haptics.stability.linear import linearise
-from haptics.stability.stiffness import NOMINAL_HAND, Stiffness, largest_walls
-from haptics.stability.wall_limit import START
-from haptics.stability.wall_trial import PERIOD
+from haptics.simulation.assumptions import encoder_count, joint_friction
+from haptics.stability.noise import FORCE
+from haptics.stability.stiffness import Stiffness, largest_walls
+from haptics.stability.walls import SHARE, computed_wall
 
 # Points an edge of the cube for the summary, its corners, edges and faces among them; extremes are those of the points,
 # nothing is proven between them.
 GRID = 15
 SLICE = 41  # Points an edge of a map
-# Points of the map of the linear wall limit along x, y, z: it varies by 3 % over that of the committed design.
-WALL_GRID = (5, 5, 3)
+# Points of the map of the wall along x, y, z: it varies by a third over that of the committed design.
+WALL_GRID = (3, 3, 3)
 # Share by which the masses of the gravity compensation may be off: screws, cables and density of what is built.
 MASS_ERROR = 0.05
 # N/m from which a wall passes for hard: L. B. Rosenberg, B. D. Adelstein, IEEE Symposium on Research Frontiers in
@@ -48,68 +40,6 @@ RIGID = 15e3
 # N: smallest step of a force that fingertips feel on a still handle, about; from memory (detection thresholds of 0.03
 # to 0.06 N), no single source was opened.
 FELT = 0.04
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A figure of the sheet: its name, unit and what is better.
-
-    Attributes:
-        name: In `FeelField.named`, or "wall".
-        label: Text for a person.
-        unit: Unit that a person sees.
-        factor: From SI to that unit.
-        digits: Decimals after the point.
-        small: Whether less is better.
-    """
-
-    name: str
-    label: str
-    unit: str
-    factor: float
-    digits: int
-    small: bool
-
-    @property
-    def key(self) -> str:
-        """Name of the figure with its unit, for files."""
-        return f"{self.name}_{self.unit.replace(' ', '_').replace('/', '_per_')}"
-
-
-QUANTITIES = (
-    Quantity("mass_max", "effective mass, heaviest direction", "g", 1e3, 0, True),
-    Quantity("mass_min", "effective mass, lightest direction", "g", 1e3, 0, True),
-    Quantity("mass_x", "effective mass along x", "g", 1e3, 0, True),
-    Quantity("mass_y", "effective mass along y", "g", 1e3, 0, True),
-    Quantity("mass_z", "effective mass along z", "g", 1e3, 0, True),
-    Quantity("friction_max", "friction at the handle, worst direction", "N", 1.0, 2, True),
-    Quantity("friction_min", "friction at the handle, best direction", "N", 1.0, 2, True),
-    Quantity("force_step", "force step of the command", "mN", 1e3, 0, True),
-    Quantity("position_step", "handle's way for one count", "um", 1e6, 0, True),
-    Quantity("force_continuous", "force in every direction, continuous", "N", 1.0, 1, False),
-    Quantity("force_peak", "force in every direction, peak", "N", 1.0, 1, False),
-    Quantity("force_motor", "force in every direction, motor's own limit", "N", 1.0, 1, False),
-    Quantity("force_peak_best", "force in the best direction, peak", "N", 1.0, 1, False),
-    Quantity("wall", "largest stable wall, linear, worst axis", "N/mm", 1e-3, 1, False),
-    Quantity("gravity", "gravity torque, largest joint", "mN m", 1e3, 0, True),
-)
-
-
-@dataclass(frozen=True)
-class Summary:
-    """A figure over the cube, SI.
-
-    Attributes:
-        quantity: The quantity.
-        centre: In the cube's centre.
-        best: The best value, and its position (3,), m.
-        worst: The worst value, and its position (3,), m.
-    """
-
-    quantity: Quantity
-    centre: float
-    best: tuple[float, np.ndarray]
-    worst: tuple[float, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -138,9 +68,10 @@ class Feel:
         drive: What its joints do.
         summaries: By name, one for each of `QUANTITIES`.
         slices: Figures on three planes of the cube, (3 heights, SLICE y, SLICE x).
-        walls: Linear wall limits, N/m, at `wall_positions` (nz, ny, nx, 3).
+        walls: Walls that are rendered, N/m, at `wall_positions` (nz, ny, nx, 3).
         wall_positions: m.
-        stiffness: The simulated and linear walls at the centre.
+        stiffness: The simulated and linear walls at the centre, in the paper's loop.
+        loop: The loop on the board.
         answers: To a designer's questions.
     """
 
@@ -151,6 +82,7 @@ class Feel:
     walls: np.ndarray
     wall_positions: np.ndarray
     stiffness: Stiffness
+    loop: LoopSheet
     answers: tuple[Answer, ...]
 
 
@@ -179,27 +111,24 @@ def cube_points(machine: MachineModel, nx: int, ny: int, nz: int) -> np.ndarray:
     return np.stack([along, across, up], axis=-1) + machine.centre
 
 
-def linear_wall(machine: MachineModel, p: np.ndarray) -> float:
-    """Smallest linear limit of walls across x, y and z at a position, N/m, in the nominal case without damping."""
-    here = linearise(nominal_plant(machine), p)
-    (model, *_) = linear_models(default_estimator(PERIOD))  # of no effect without damping
-    timing = Timing(PERIOD, DELAY[1] * PERIOD, CURRENT_LAG)
-    return min(
-        here.joint_loop(normal, HANDS[NOMINAL_HAND], timing, model).stiffness_limit().value for normal in AXES.values()
-    )
+def allowed_wall(machine: MachineModel, p: np.ndarray) -> float:
+    """Wall that is rendered at a position at most, across the worst of x, y and z, N/m."""
+    return SHARE * min(computed_wall(machine, p, normal) for normal in AXES.values())
 
 
 def feel(
     machine: MachineModel,
     *,
     walls: Callable[[MachineModel], Stiffness] = largest_walls,
+    loops: Callable[[MachineModel], LoopSheet] = loop_sheet,
     say: Callable[[str], None] = lambda _: None,
 ) -> Feel:
     """All figures of a device.
 
     Args:
         machine: The device.
-        walls: Function that finds its largest walls.
+        walls: Function that finds its largest walls by the paper's protocol, in the paper's loop.
+        loops: Function that finds what it renders in the loop on its board.
         say: Called with the step that begins.
 
     Returns:
@@ -214,35 +143,22 @@ def feel(
     field = feel_at(machine, drive, cube_points(machine, GRID, GRID, GRID))
     middle = feel_at(machine, drive, machine.centre)
     slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
-    say("linear walls over the cube")
+    say("walls over the cube")
     positions = cube_points(machine, *WALL_GRID)
-    limits = np.array([linear_wall(machine, p) for p in positions.reshape(-1, 3)]).reshape(positions.shape[:-1])
+    limits = np.array([allowed_wall(machine, p) for p in positions.reshape(-1, 3)]).reshape(positions.shape[:-1])
+    say("the loop on the board")
+    loop = loops(machine)
     say("largest walls")
     stiffness = walls(machine)
     summaries: dict[str, Summary] = {}
     for quantity in QUANTITIES:
         if quantity.name == "wall":
-            summaries["wall"] = summarise(quantity, linear_wall(machine, machine.centre), limits, positions)
+            summaries["wall"] = summarise(quantity, allowed_wall(machine, machine.centre), limits, positions)
         else:
             value = float(middle.named()[quantity.name])
             summaries[quantity.name] = summarise(quantity, value, field.named()[quantity.name], field.position)
-    answers = (stays(machine, drive, summaries), hard(stiffness), buzzes(stiffness, summaries))
-    return Feel(machine, drive, summaries, slices, limits, positions, stiffness, answers)
-
-
-def summarise(quantity: Quantity, middle: float, values: np.ndarray, positions: np.ndarray) -> Summary:
-    """Best and worst value of a quantity with their positions.
-
-    Args:
-        quantity: The quantity.
-        middle: Value in the centre.
-        values: (...) SI.
-        positions: (..., 3) m.
-    """
-    flat, places = values.reshape(-1), positions.reshape(-1, 3)
-    least, most = int(np.argmin(flat)), int(np.argmax(flat))
-    best, worst = (least, most) if quantity.small else (most, least)
-    return Summary(quantity, middle, (float(flat[best]), places[best]), (float(flat[worst]), places[worst]))
+    answers = (stays(machine, drive, summaries), hard(loop, summaries["wall"]), buzzes(loop, summaries))
+    return Feel(machine, drive, summaries, slices, limits, positions, stiffness, loop, answers)
 
 
 def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:
@@ -265,32 +181,36 @@ def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) ->
     return Answer("Will the handle stay where it is left?", good, short, text)
 
 
-def hard(stiffness: Stiffness) -> Answer:
-    """Compares the largest stable wall with what passes for hard and for rigid."""
-    wall = min(stiffness.axes, key=lambda axis: axis.nominal.bisection)
-    limit = wall.nominal.bisection
-    low = min((axis.simulated.lowest for axis in stiffness.axes), key=lambda end: end.stiffness)
-    high = max((axis.simulated.highest for axis in stiffness.axes), key=lambda end: end.stiffness)
+def hard(loop: LoopSheet, wall: Summary) -> Answer:
+    """Compares the wall that is rendered everywhere with what passes for hard and for rigid."""
+    axis, walls = loop.worst
+    limit = wall.worst[0]
     kind = "nobody tells it from rigid" if limit >= RIGID else "it feels hard" if limit >= HARD else "it feels soft"
+    who = "a corner of the ranges" if walls.worst_hand in CORNERS else walls.worst_hand
     text = (
-        f"The stiffest stable wall across {wall.axis}, the worst axis, has {limit / MM_PER_M:.1f} N/mm "
-        f"({wall.corner}): {kind} (hard from "
-        f"about {HARD / MM_PER_M:.0f} N/mm, rigid from about {RIGID / MM_PER_M:.0f} N/mm). It depends on who holds it: "
-        f"{low.stiffness / MM_PER_M:.2f} N/mm ({low.corner}) to {high.stiffness / MM_PER_M:.0f} N/mm ({high.corner})."
+        f"The wall that is rendered has {limit / MM_PER_M:.1f} N/mm at the worst pose and "
+        f"{wall.centre / MM_PER_M:.1f} at the centre: {kind} (hard from about {HARD / MM_PER_M:.0f} N/mm, rigid from "
+        f"about {RIGID / MM_PER_M:.0f} N/mm). Across {axis} at the centre it is steady up to "
+        f"{walls.worst / MM_PER_M:.1f} N/mm with the worst of all hands ({who}) and {walls.nominal / MM_PER_M:.1f} "
+        f"with the nominal one; passive as measured up to {walls.port / MM_PER_M:.1f}, by the device's own damping "
+        f"up to {walls.own / MM_PER_M:.1f}."
     )
     return Answer("Is the wall hard?", limit >= HARD, "Yes." if limit >= HARD else "No.", text)
 
 
-def buzzes(stiffness: Stiffness, summaries: dict[str, Summary]) -> Answer:
-    """Compares the walls with the default one, and the force step of a count with what is felt."""
-    step, friction = START * summaries["position_step"].worst[0], summaries["friction_min"].centre
-    shaken = stiffness.shaken
+def buzzes(loop: LoopSheet, summaries: dict[str, Summary]) -> Answer:
+    """Asks whether the default wall stands with each hand and is quiet, and whether a count is felt."""
+    step, friction = DEFAULT_WALL * summaries["position_step"].worst[0], summaries["friction_min"].centre
+    noise, shaken = loop.wall_noise, loop.shaken
+    wall = f"A wall of {DEFAULT_WALL / MM_PER_M:g} N/mm at the centre "
     with_whom = ", ".join(f"{axis} with the {hand} hand" for axis, hand in shaken)
-    low = min((axis.simulated.lowest for axis in stiffness.axes), key=lambda end: end.stiffness)
-    wall = f"A wall of {START / MM_PER_M:g} N/mm "
-    wall += f"buzzes: {with_whom}" if shaken else "is steady with each hand of the set, friction and delay nominal"
-    if low.stiffness < START:
-        wall += f"; in the worst case ({low.corner}) any wall above {low.stiffness / MM_PER_M:.2f} N/mm may swing"
+    wall += f"buzzes: {with_whom}" if shaken else "is steady with each hand of the set"
+    if noise.steady:
+        heard = "too little to be felt" if noise.quiet else "which is felt"
+        wall += (
+            f". The encoders' noise commands {noise.force:.3f} N rms in it and moves the handle by "
+            f"{1e6 * noise.motion:.3f} um rms in 150 to 500 Hz, {heard} (from about {FORCE:g} N)"
+        )
     if step < FELT:
         grain = "too little to be felt"
     elif step < friction:
@@ -299,5 +219,5 @@ def buzzes(stiffness: Stiffness, summaries: dict[str, Summary]) -> Answer:
         grain = "which is felt as grain"
     text = f"{wall}. One count of an encoder steps its force by up to {1e3 * step:.0f} mN, {grain} (from about "
     text += f"{1e3 * FELT:.0f} mN on a still handle; friction is {friction:.2f} N)."
-    short = "Yes." if shaken else "Not with nominal friction and delay." if low.stiffness < START else "No."
-    return Answer("Does it buzz?", not shaken and step < friction, short, text)
+    good = not shaken and noise.quiet and step < friction
+    return Answer("Does it buzz?", good, "No." if good else "Yes.", text)

@@ -13,7 +13,11 @@ and the names of `masses`. Friction of a joint is a bristle in series with a sli
 follows the turn, `db = d theta / presliding`, until it slips at -1 or 1; torque `-coulomb b - viscous theta_dot -
 bristle_damping (1 - b^2) theta_dot`: the last is what metal, cable and grease take while they bend. It sticks without
 creeping or ringing on, slips, and is passive. b depends on the path alone, so a step takes it in closed form and no
-stiffness is left to the integrator. Importing this module loads numba.
+stiffness is left to the integrator. The motors' currents follow in closed form, too.
+
+What gives way is optional, each as a spring and damper between two masses: the cable between rotor and arm
+(`drive_train.py`), the structure between platform and knob, the grasp between knob and arm (`handle.py`). Where all are
+rigid, the first twelve states are all there is. Importing this module loads numba.
 
 Source:
     The rods' exact energy in place of the half masses of [RCIM2018]; friction that does not creep under vibration, as
@@ -25,13 +29,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from delta_cad.common.jit import compiled
+from delta_cad.common.jit import compiled, inlined
 from delta_cad.common.units import DOWN
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 from delta_cad.mechanism.kernel import chain_closure
+from haptics.model.drive_train import ARM_BRISTLES, BRISTLES, MOTOR, STATES, TWIST, bristle, drive_torque, rotor_energy
+from haptics.model.handle import handle_energy, handle_force
 
-STATES = 12  # p (m), v (m/s), bristles (1) and torque of the motors at the joints (N m), three of each
+RIGID = 12  # States that are used where nothing gives way
 
 
 class Plant(NamedTuple):
@@ -56,6 +62,22 @@ class Plant(NamedTuple):
         presliding: Turn by which the bristle bends before it slips, rad.
         bristle_damping: Bristle damping of a bristle that is not bent, N m s/rad; none where it slips.
         current_lag: Time constant of the current loop, s; 0 for none.
+        rotor_inertia: Rotor and pinion at the joint where the cable gives way, kg m^2; `joint_inertia` is then the
+            arm's alone.
+        cable_stiffness: Between rotor and arm, N m/rad; 0: rigid.
+        cable_damping: N m s/rad.
+        arm_coulomb: Share of the friction that rubs behind the cable, N m; `coulomb` is then the rotor's alone.
+        knob: Mass of the knob where the structure gives way, kg; `platform` is then the rest.
+        structure_stiffness: Between platform and knob, N/m; 0: rigid.
+        structure_damping: N s/m.
+        stop_low: Shoulder angle at which an arm meets its lower stop, rad; may be infinite.
+        stop_high: The upper one, rad.
+        stop_stiffness: Of a stop, N m/rad.
+        stop_damping: N m s/rad.
+        ripple: Largest deviation of a motor's torque from its current's, as a share.
+        ripple_per_rad: Waves of it in a radian of the joint, times 2 pi.
+        cogging: Largest torque of a motor without a current, at the joint, N m.
+        cogging_per_rad: As `ripple_per_rad`.
     """
 
     radius_difference: float
@@ -76,20 +98,46 @@ class Plant(NamedTuple):
     presliding: float
     bristle_damping: float
     current_lag: float
+    rotor_inertia: float = 0.0
+    cable_stiffness: float = 0.0
+    cable_damping: float = 0.0
+    arm_coulomb: float = 0.0
+    knob: float = 0.0
+    structure_stiffness: float = 0.0
+    structure_damping: float = 0.0
+    stop_low: float = -math.inf
+    stop_high: float = math.inf
+    stop_stiffness: float = 0.0
+    stop_damping: float = 0.0
+    ripple: float = 0.0
+    ripple_per_rad: float = 0.0
+    cogging: float = 0.0
+    cogging_per_rad: float = 0.0
 
 
 class Hand(NamedTuple):
-    """A hand that holds the handle: a mass on the platform, and a spring and damper to where the person wants it.
+    """A hand that holds the handle: the arm's mass, its spring and damper to where the person wants it, and the grasp.
 
     Attributes:
         mass: kg.
         damping: N s/m.
         stiffness: N/m.
+        grasp_stiffness: Between handle and mass, N/m; 0: the mass is rigid on the handle.
+        grasp_damping: N s/m.
     """
 
     mass: float
     damping: float
     stiffness: float
+    grasp_stiffness: float = 0.0
+    grasp_damping: float = 0.0
+
+    @property
+    def leaning(self) -> float:
+        """Stiffness with which it leans on a wall, N/m: the grasp's and the arm's springs one behind the other."""
+        if self.grasp_stiffness == 0.0:
+            return self.stiffness
+        return self.stiffness * self.grasp_stiffness / (self.stiffness + self.grasp_stiffness)
 
 
 FREE = Hand(0.0, 0.0, 0.0)  # No hand
@@ -153,7 +201,7 @@ def plant(
     )
 
 
-@compiled
+@inlined
 def chain(par, i, x, y, z):
     """One chain at a position.
 
@@ -170,7 +218,7 @@ def chain(par, i, x, y, z):
     return ca, sa, cos, sin, w, ca * radial - sa * t, sa * radial + ca * t, up
 
 
-@compiled
+@inlined
 def motion(par, hand_mass, state, out):
     """Mass matrix, bias and joint rates at a state.
 
@@ -189,7 +237,7 @@ def motion(par, hand_mass, state, out):
     translating_mass = par.platform + hand_mass + 3.0 * par.rod_wrist
     turning = par.rod_elbow * la * la + par.joint_inertia
     cross = par.rod_cross * la
-    hanging = par.platform + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
+    hanging = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)  # the hand carries its own weight
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
     m11 = m22 = m33 = translating_mass
     m12 = m13 = m23 = 0.0
@@ -224,19 +272,7 @@ def motion(par, hand_mass, state, out):
     return m11, m22, m33, m12, m13, m23
 
 
-@compiled
-def bristle(before, turn, presliding):
-    """Deflection of a bristle after a turn without reversal.
-
-    Args:
-        before: Deflection before it, between -1 and 1.
-        turn: rad.
-        presliding: rad.
-    """
-    return min(max(before + turn / presliding, -1.0), 1.0)
-
-
-@compiled
+@inlined
 def derivative(par, hand, anchor, force, command, state, theta, work, out):
     """Time derivative of the state.
 
@@ -246,28 +282,20 @@ def derivative(par, hand, anchor, force, command, state, theta, work, out):
         anchor: (3,) where the person wants the handle, m.
         force: (3,) further force on the handle, N.
         command: (3,) torque commanded of the motors, N m.
-        state: (STATES,) state; its bristles are those at the angles `theta`.
-        theta: (3,) shoulder angles at which the step began, rad.
-        work: (6, 3) room; afterwards as `motion` leaves it.
-        out: (STATES,) filled; 0 for the bristles.
+        state: (STATES,) state; its bristles are those at the angles `theta` and the twists `theta[3:]`.
+        theta: (3,) or (6,) shoulder angles at which the step began, rad, and the cables' twists where they give way.
+        work: (6, 3) room; afterwards as `motion` leaves it, but row 4 with all forces.
+        out: (STATES,) filled; 0 for the bristles and the motors' torques, which a step takes in closed form.
     """
-    m11, m22, m33, m12, m13, m23 = motion(par, hand.mass, state, work)
-    fx, fy, fz = work[4, 0], work[4, 1], work[4, 2]
-    lagging = par.current_lag > 0.0
+    carried = hand.mass if par.structure_stiffness == 0.0 and hand.grasp_stiffness == 0.0 else 0.0
+    m11, m22, m33, m12, m13, m23 = motion(par, carried, state, work)
+    fx, fy, fz = handle_force(par, hand, anchor, force, state, out)
+    fx, fy, fz = fx + work[4, 0], fy + work[4, 1], fz + work[4, 2]
     for i in range(3):
-        torque = state[9 + i] if lagging else command[i]
-        out[9 + i] = (command[i] - state[9 + i]) / par.current_lag if lagging else 0.0
-        out[6 + i] = 0.0
-        torque -= par.viscous * work[3, i]
-        if par.coulomb > 0.0:
-            bent = bristle(state[6 + i], work[5, i] - theta[i], par.presliding)
-            torque -= par.coulomb * bent + par.bristle_damping * (1.0 - bent * bent) * work[3, i]
+        torque = drive_torque(par, i, command[i], state, theta, work[5, i], work[3, i], out)
         fx += torque * work[i, 0]
         fy += torque * work[i, 1]
         fz += torque * work[i, 2]
-    fx += force[0] + hand.stiffness * (anchor[0] - state[0]) - hand.damping * state[3]
-    fy += force[1] + hand.stiffness * (anchor[1] - state[1]) - hand.damping * state[4]
-    fz += force[2] + hand.stiffness * (anchor[2] - state[2]) - hand.damping * state[5]
     # cofactors of the symmetric mass matrix
     c11, c22, c33 = m22 * m33 - m23 * m23, m11 * m33 - m13 * m13, m11 * m22 - m12 * m12
     c12, c13, c23 = m13 * m23 - m12 * m33, m12 * m23 - m13 * m22, m12 * m13 - m11 * m23
@@ -302,25 +330,32 @@ def advance(par, hand, anchor, force, command, seconds, steps, state, room):
         room: (13, STATES) room; row 12 ends with the shoulder angles (rad) in its first three places.
     """
     dt = seconds / steps
-    work, theta, after = room[6:12, :3], room[5, :3], room[12, :3]
+    work, theta, after = room[6:12, :3], room[5, :6], room[12, :3]
+    stage = room[4]
+    gives = par.cable_stiffness > 0.0 or par.structure_stiffness > 0.0 or hand.grasp_stiffness > 0.0
+    used = STATES if gives else RIGID
+    stays = math.exp(-0.5 * dt / par.current_lag) if par.current_lag > 0.0 else 0.0  # of a motor's error in half a step
     angles(par, state, theta)
+    for i in range(3):
+        theta[3 + i] = state[TWIST + i]
     for _ in range(steps):
-        derivative(par, hand, anchor, force, command, state, theta, work, room[0])
-        for k in range(STATES):
-            room[4, k] = state[k] + 0.5 * dt * room[0, k]
-        derivative(par, hand, anchor, force, command, room[4], theta, work, room[1])
-        for k in range(STATES):
-            room[4, k] = state[k] + 0.5 * dt * room[1, k]
-        derivative(par, hand, anchor, force, command, room[4], theta, work, room[2])
-        for k in range(STATES):
-            room[4, k] = state[k] + dt * room[2, k]
-        derivative(par, hand, anchor, force, command, room[4], theta, work, room[3])
-        for k in range(STATES):
+        for s in range(4):  # of Runge and Kutta; one call, so that all of it is one piece of machine code
+            whole = 0.5 if s in (1, 2) else 1.0
+            for k in range(used):
+                stage[k] = state[k] + (whole * dt * room[s - 1, k] if s > 0 else 0.0)
+            for i in range(3):
+                left = 1.0 if s == 0 else (stays if s < 3 else stays * stays)
+                stage[MOTOR + i] = command[i] + left * (state[MOTOR + i] - command[i])
+            derivative(par, hand, anchor, force, command, stage, theta, work, room[s])
+        for k in range(used):
             state[k] += dt / 6.0 * (room[0, k] + 2.0 * (room[1, k] + room[2, k]) + room[3, k])
         angles(par, state, after)
         for i in range(3):
-            state[6 + i] = bristle(state[6 + i], after[i] - theta[i], par.presliding)
-            theta[i] = after[i]
+            state[MOTOR + i] = command[i] + stays * stays * (state[MOTOR + i] - command[i])
+            turn, twist = after[i] - theta[i], state[TWIST + i] - theta[3 + i]
+            state[BRISTLES + i] = bristle(state[BRISTLES + i], turn + twist, par.presliding)
+            state[ARM_BRISTLES + i] = bristle(state[ARM_BRISTLES + i], turn, par.presliding)
+            theta[i], theta[3 + i] = after[i], state[TWIST + i]
 
 
 @compiled
@@ -333,7 +368,7 @@ def energy(par, hand_mass, state):
     la = par.upper_arm_length
     v2 = vx * vx + vy * vy + vz * vz
     kinetic = 0.5 * (par.platform + hand_mass) * v2
-    hanging = par.platform + 3.0 * (par.rod_cross + par.rod_wrist)
+    hanging = par.platform + par.knob + 3.0 * (par.rod_cross + par.rod_wrist)
     moment = par.arm_along + (par.rod_elbow + par.rod_cross) * la
     height = par.gravity_x * state[0] + par.gravity_y * state[1] + par.gravity_z * state[2]
     potential = -hanging * height
@@ -346,4 +381,7 @@ def energy(par, hand_mass, state):
         kinetic += 0.5 * par.joint_inertia * rate * rate
         kinetic += 0.5 * (par.rod_elbow * (la * rate) ** 2 + 2.0 * par.rod_cross * product + par.rod_wrist * v2)
         potential -= moment * along + par.arm_across * across
-    return kinetic, potential
+        turning, wound = rotor_energy(par, i, state)
+        kinetic, potential = kinetic + turning, potential + wound
+    moving, bent = handle_energy(par, state)
+    return kinetic + moving, potential + bent

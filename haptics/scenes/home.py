@@ -33,6 +33,7 @@ from haptics.scenes.record import Promise, Scene, SceneRun, series, supervised
 from haptics.simulation.assumptions import DELAY, encoder_count
 from haptics.simulation.loop import SimulatedRun
 from haptics.stability.oscillation import decay_ratio, off_line, oscillation, strongest_line
+from haptics.stability.wall_trial import LEAST
 
 SETTING = "k0.4"
 DAMPINGS = (2.0, 5.0, 10.0, 20.0, 400.0, 500.0)  # N s/m; the last two are the paper's
@@ -246,7 +247,8 @@ def buzzing(machine: MachineModel, recording: SimulatedRun, limit: float, until:
         swings.append(tail[edge : edge + n] - slow)
     position, force = swings
     along = np.linalg.svd(position, full_matrices=False)[2][0]
-    resolution = encoder_count(machine) * float(np.abs(along @ jacobian(machine.geometry, machine.centre)).max())
+    count = encoder_count(machine) * float(np.abs(along @ jacobian(machine.geometry, machine.centre)).max())
+    resolution = max(count, 3.0 * LEAST)  # what is felt, however fine the encoder
     size = np.linalg.norm(recording.force[until - n : until], axis=1)
     x, f = position @ along, force @ along
     last = off_line(x[-(n // 2) :])

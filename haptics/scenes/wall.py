@@ -120,10 +120,10 @@ def _discussion(hand: str, limits: dict[str, dict[str, Any]], runs: list[SceneRu
         f = worst.facts
         said.append(
             f"Beyond the limit the handle swings by {f['swing_um']:.0f} um at {f['frequency_Hz']:.0f} Hz "
-            f"({worst.label}), the force by {f['force_swing_N']:.1f} N."
+            f"({worst.label}), the force by {f['force_swing_N']:.2g} N."
         )
     said.append(
-        "The limit depends on hand, friction and delay, which the paper does not give: a light hand bears far less, a "
-        "firm one far more (`stiffness` gives the interval). Nothing was fitted to the paper."
+        "The limit depends on hand, friction and delay, which the paper does not give; `stiffness` gives the range. "
+        "Hands differ little: a loop feels the grasp, and hardly the arm behind it. Nothing was fitted to the paper."
     )
     return said

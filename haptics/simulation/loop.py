@@ -1,8 +1,9 @@
 """The sampled loop: plant, encoders, controller, delay, hold, motors and a hand, one tick after the other; compiled.
 
 At each tick the encoders are read (the middle of the angle's count), the controller turns them into torques, and these
-arrive `delay` later and are held until the next ones arrive. Between ticks the plant moves on by equal Runge-Kutta
-steps. Nothing is random but the place of the encoders' counts, which a seed gives: the same seed, the same doubles.
+arrive `delay` later and are held until the next ones arrive; the age of a reading is part of that delay. Between ticks
+the plant moves on by equal Runge-Kutta steps. Nothing is random but the place of the encoders' counts and their noise,
+which a seed gives: the same seed, the same doubles.
 Importing this module loads numba.
 """
 
@@ -18,7 +19,9 @@ from delta_cad.common.jit import compiled
 from haptics.control.controller import FORCE, VELOCITY, Controller, Memory, fresh, tick
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
-from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles, energy
+from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, MOTOR, SPEED, STATES, TWIST
+from haptics.model.plant import FREE, Hand, Plant, advance, angles, energy
+from haptics.model.sensor import EXACT, SensorErrors, reading
 
 SUBSTEPS = 10
 
@@ -43,7 +46,7 @@ class SimulatedRun:
 
     Attributes:
         time: (n,) s.
-        position: (n, 3) true position of the handle, m.
+        position: (n, 3) true position of the handle, m; of the platform where the structure gives way.
         velocity: (n, 3) true velocity, m/s.
         measured: (n, 3) position by the encoders, m.
         estimated: (n, 3) velocity that the controller believes, m/s.
@@ -53,6 +56,7 @@ class SimulatedRun:
         hand: (n, 3) force of the hand on the handle, N.
         energy: (n,) kinetic and potential energy of the device, J.
         bits: (n,) the supervisor's findings.
+        knob: (n, 3) true position of what the hand holds, m.
     """
 
     time: np.ndarray
@@ -66,6 +70,7 @@ class SimulatedRun:
     hand: np.ndarray
     energy: np.ndarray
     bits: np.ndarray
+    knob: np.ndarray
 
 
 def timing(period: float = 1e-3, delay: float = 0.0, substeps: int = SUBSTEPS) -> LoopTiming:
@@ -102,6 +107,7 @@ def simulate(
     anchor: np.ndarray,
     push: np.ndarray,
     count: float,
+    errors: SensorErrors = EXACT,
     seed: int = 0,
     held: np.ndarray | None = None,
     memory: Memory | None = None,
@@ -117,8 +123,9 @@ def simulate(
         hand: The hand.
         anchor: (n, 3) where the person wants the handle at each tick, m.
         push: (n, 3) further force on the handle, N.
-        count: Count of the encoders at the joint, rad; 0 for exact readings.
-        seed: Seed of the place of the counts.
+        count: Count of the encoders at the joint, rad; 0 for none.
+        errors: What readings have beyond that.
+        seed: Seed of the place of the counts, and of the noise.
         held: (n,) whether the hand holds the handle at each tick; None for always.
         memory: Memory of the controller, changed in place; None for a fresh one, enabled at once.
 
@@ -141,13 +148,18 @@ def simulate(
     if memory is None:
         memory = fresh(controller)
         memory.supervisor[REQUEST] = ENABLE
-    offset = np.random.default_rng(seed).uniform(0.0, 1.0, 3)
-    out = np.empty((ticks, 27))
+    if hand.grasp_stiffness > 0.0 and not hand.mass > 0.0:
+        raise ValueError(f"the hand's mass is {hand.mass!r} kg; behind a grasp it must be positive")
+    random = np.random.default_rng(seed)
+    offset = random.uniform(0.0, 1.0, 3)
+    noise = random.standard_normal((ticks, 3)) if errors.noise > 0.0 else np.zeros((1, 3))
+    out = np.empty((ticks, 29))
     bits = np.zeros(ticks, dtype=np.int64)
     pending = np.zeros((clock.delay // clock.substeps + 2, 3))
     anchor, push = np.ascontiguousarray(anchor, dtype=float), np.ascontiguousarray(push, dtype=float)
-    hands = (hand, FREE)
-    _run(machine, controller, memory, laws, clock, hands, held, anchor, push, count, offset, state, pending, out, bits)
+    hands = (Hand(*map(float, hand)), FREE)
+    sensor = (SensorErrors(*map(float, errors)), float(count), offset, noise)
+    _run(machine, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits)
     return SimulatedRun(
         time=np.arange(ticks) * clock.period,
         position=out[:, 0:3],
@@ -160,34 +172,43 @@ def simulate(
         hand=out[:, 21:24],
         energy=out[:, 24] + out[:, 25],
         bits=bits,
+        knob=out[:, 26:29],
     )
 
 
 @compiled
-def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, count, offset, state, pending, out, bits):
+def _run(machine, controller, memory, laws, clock, hands, held, anchor, push, sensor, state, pending, out, bits):
     """Fills out (ticks, 27) and bits (ticks,); state and pending are changed."""
     room = np.zeros((13, STATES))
     theta, torque = np.zeros(3), np.zeros(3)
     delay_ticks, part = clock.delay // clock.substeps, clock.delay % clock.substeps
     step = clock.period / clock.substeps
     slots = pending.shape[0]
+    errors, count, offset, noise = sensor
     for k in range(anchor.shape[0]):
         hand = hands[0] if held[k] else hands[1]
         angles(machine, state, theta)
-        if count > 0.0:
-            for i in range(3):
-                theta[i] = (math.floor(theta[i] / count + offset[i]) + 0.5 - offset[i]) * count
+        drawn = noise[k % noise.shape[0]]
+        for i in range(3):
+            theta[i] = reading(errors, i, theta[i], state[TWIST + i], drawn[i], count, offset[i])
         bits[k] = tick(controller, memory, laws, k * clock.period, theta, torque)
         for i in range(3):
             pending[k % slots, i] = torque[i]
             out[k, i] = state[i]
-            out[k, 3 + i] = state[3 + i]
+            out[k, 3 + i] = state[SPEED + i]
             out[k, 6 + i] = memory.work[POSITION, i]
             out[k, 9 + i] = memory.work[VELOCITY, i]
             out[k, 12 + i] = memory.work[FORCE, i]
             out[k, 15 + i] = torque[i]
-            out[k, 18 + i] = state[9 + i]
-            out[k, 21 + i] = hand.stiffness * (anchor[k, i] - state[i]) - hand.damping * state[3 + i]
+            out[k, 18 + i] = state[MOTOR + i]
+            bends = machine.structure_stiffness > 0.0
+            place, speed = state[i] + state[KNOB + i], state[KNOB_SPEED + i] if bends else state[SPEED + i]
+            if hand.grasp_stiffness > 0.0:
+                moves = hand.grasp_damping * (state[HAND_SPEED + i] - speed)
+                out[k, 21 + i] = hand.grasp_stiffness * state[GRASP + i] + moves
+            else:
+                out[k, 21 + i] = hand.stiffness * (anchor[k, i] - place) - hand.damping * speed
+            out[k, 26 + i] = place
         out[k, 24], out[k, 25] = energy(machine, 0.0, state)
         before, after = pending[(k - delay_ticks - 1) % slots], pending[(k - delay_ticks) % slots]
         if part > 0:

@@ -1,7 +1,7 @@
 """Exact discrete-time model of a sampled haptic loop, its eigenvalues, and the largest gains that it bears.
 
-Between samples `M q'' + D q' + S q = f`: device and hand, Kelvin-Voigt to ground. Every period the controller reads q,
-estimates its rate and asks for `u = -E (K q + B rate)`, with E which coordinates the gains act on. u is held for a
+Between samples `M q'' + D q' + S q = P f`: device and hand, whatever gives way between them as springs and dampers.
+Every period the controller reads y = C q, estimates its rate and asks for `u = -(K y + B rate)`. u is held for a
 period and arrives `delay` later: whole periods and a fraction. The motor follows as `f' = (u - f) / lag`, or at once.
 Matrix exponentials carry the state over a period, in two steps where the held value changes within it; nothing is
 approximated. Left out, because the model is linear: Coulomb friction, quantisation, saturation, leaving the wall.
@@ -14,15 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 
+from haptics.stability.bodies import Ports, SampledBody, axis, continuous
 from haptics.stability.estimator_models import LinearEstimator
-
-if TYPE_CHECKING:
-    from haptics.model.plant import Hand
 
 # Eigenvalues as near to 1 as this count as at rest: they would need 1e5 periods, 100 s at 1 kHz, to move by e. A free
 # handle has such modes (it may rest anywhere), and rounding splits a double one by the root of 1e-16.
@@ -32,41 +30,6 @@ ALIGNED = 1e-9  # Share of a period below which a rest of a delay is rounding
 # above 2 m / T throws the handle over in one period; delays and filters lower that. A millionth is below 1 N/m.
 SCAN = (1e-6, 10.0)
 GROWTH = 1e-10  # Spectral radius above 1 that rounding may cause: single eigenvalues are computed to 1e-13 or better
-
-
-class SampledBody(NamedTuple):
-    """Device and hand between samples.
-
-    Attributes:
-        mass: (n, n), kg or kg m^2.
-        damping: (n, n), N s/m or N m s/rad.
-        stiffness: (n, n), N/m or N m/rad; of the hand.
-    """
-
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-
-
-def axis(mass: float, friction: float = 0.0, hand: Hand | None = None) -> SampledBody:
-    """One axis of a device in a hand.
-
-    Args:
-        mass: Effective mass of the device along the axis, kg.
-        friction: Viscous friction, N s/m.
-        hand: Who holds it; nobody if left out.
-
-    Returns:
-        The body, n = 1.
-
-    Raises:
-        ValueError: A figure is not finite or negative, or there is no mass.
-    """
-    figures = (mass, friction) if hand is None else (mass, friction, *hand)
-    if not all(math.isfinite(f) and f >= 0.0 for f in figures) or not mass > 0.0:
-        raise ValueError(f"mass {mass!r} kg, friction {friction!r} N s/m, hand {hand}: must be finite, none negative")
-    own, damping, stiffness = (0.0, 0.0, 0.0) if hand is None else hand
-    return SampledBody(*(np.array([[value]]) for value in (mass + own, friction + damping, stiffness)))
 
 
 @dataclass(frozen=True)
@@ -113,6 +76,8 @@ class SampledLoop:
         by_damping: (N, N) to be multiplied with B.
         scale: Mass that the gains see, kg; `m / T^2` and `m / T` are the scales of K and B.
         period: s.
+        ask: (2, m, N + m) command as it depends on the state and on an error of what is read, for K = 1 and B = 1.
+        error: (3, N, m) what an error of what is read adds to the state: without gains, for K = 1, for B = 1.
     """
 
     free: np.ndarray
@@ -120,6 +85,8 @@ class SampledLoop:
     by_damping: np.ndarray
     scale: float
     period: float
+    ask: np.ndarray
+    error: np.ndarray
 
     def matrix(self, stiffness: float | np.ndarray, damping: float | np.ndarray) -> np.ndarray:
         """Transition matrices.
@@ -180,7 +147,7 @@ def sampled_loop(
     body: SampledBody,
     timing: Timing,
     estimator: LinearEstimator,
-    acting: np.ndarray | None = None,
+    ports: Ports | None = None,
     scale: float | None = None,
 ) -> SampledLoop:
     """The closed loop over one period.
@@ -188,76 +155,68 @@ def sampled_loop(
     Args:
         body: Device and hand, n coordinates.
         timing: Period, delay, lag.
-        estimator: Estimator of each coordinate's rate.
-        acting: (n, n) E; a plane wall of normal n seen in coordinates q with `x = J q` has `J^T n n^T J`. The unit
-            matrix if left out.
+        estimator: Estimator of the rate of each of the m things read.
+        ports: Where the commands act and what is read; each coordinate by itself if left out. A plane wall of normal n
+            seen in coordinates q with `x = J q` has m = 1, `P = J^T n` and `C = n^T J`.
         scale: Mass along which the gains act, kg; the largest mass of the body if left out.
 
     Returns:
-        The loop. Its state: q and q' (n each), the motors' force (n, with a lag), the estimators, the commands on
-        their way.
+        The loop. Its state: q and q' (n each), the motors' force (m, with a lag), the estimators, the commands on
+        their way (m each).
     """
     n = len(body.mass)
-    act = np.eye(n) if acting is None else acting
-    step, early, late = _hold(body, timing)
+    push, see = (np.eye(n), np.eye(n)) if ports is None else ports
+    m = push.shape[1]
+    step, early, late = _hold(body, timing, push)
     plant = len(step)
     filter_step, filter_in, direct = estimator.realisation()
     filters = len(filter_step)
     way = timing.whole_periods + (timing.fraction > 0.0)
-    first_filter, first_way = plant, plant + n * filters
-    size = first_way + n * way
+    first_filter, first_way = plant, plant + m * filters
+    size = first_way + m * way
 
-    ask = np.zeros((2, n, size))  # the command as it depends on the state, for K = 1 and for B = 1
-    ask[0, :, :n] = -act
-    ask[1, :, :n] = -act * direct
+    ask = np.zeros((2, m, size + m))  # the last m: of an error of what is read
+    ask[0, :, :n], ask[0, :, size:] = -see, -np.eye(m)
+    ask[1] = direct * ask[0]
     if filters:
-        ask[1, :, first_filter : first_filter + n] = -act
+        ask[1, :, first_filter : first_filter + m] = -np.eye(m)
 
-    free = np.zeros((size, size))
+    free = np.zeros((size, size + m))
     free[:plant, :plant] = step
-    free[first_filter:first_way, first_filter:first_way] = np.kron(filter_step, np.eye(n))
-    free[first_filter:first_way, :n] = np.kron(filter_in[:, None], np.eye(n))
-    gains = np.zeros((2, size, size))
+    free[first_filter:first_way, first_filter:first_way] = np.kron(filter_step, np.eye(m))
+    for columns, read in ((slice(0, n), see), (slice(size, None), np.eye(m))):
+        free[first_filter:first_way, columns] = np.kron(filter_in[:, None], read)
+    gains = np.zeros((2, size, size + m))
     arrivals = [(timing.whole_periods, late)] + ([(timing.whole_periods + 1, early)] if timing.fraction > 0.0 else [])
-    for age, push in arrivals:
+    for age, moves in arrivals:
         if age == 0:
-            gains[:, :plant] += push @ ask
+            gains[:, :plant] += moves @ ask
         else:
-            free[:plant, first_way + n * (age - 1) : first_way + n * age] += push
+            free[:plant, first_way + m * (age - 1) : first_way + m * age] += moves
     if way:
-        gains[:, first_way : first_way + n] = ask
-        free[first_way + n :, first_way:-n] += np.eye(n * (way - 1))
+        gains[:, first_way : first_way + m] = ask
+        free[first_way + m :, first_way : size - m] += np.eye(m * (way - 1))
     return SampledLoop(
-        free=free,
-        by_stiffness=gains[0],
-        by_damping=gains[1],
+        free=free[:, :size],
+        by_stiffness=gains[0, :, :size],
+        by_damping=gains[1, :, :size],
         scale=float(np.linalg.eigvalsh(body.mass).max()) if scale is None else scale,
         period=timing.period,
+        ask=ask,
+        error=np.stack([free[:, size:], gains[0, :, size:], gains[1, :, size:]]),
     )
 
 
-def _hold(body: SampledBody, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _hold(body: SampledBody, timing: Timing, push: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transition of q, q' (and the motors' force) over a period, and what a command adds that is there before the
     delay's fraction has passed, or after it.
     """
-    n = len(body.mass)
-    lagging = timing.current_lag > 0.0
-    size = (3 if lagging else 2) * n
-    rate = np.zeros((size, size))
-    push = np.zeros((size, n))
-    rate[:n, n : 2 * n] = np.eye(n)
-    rate[n : 2 * n, :n] = -np.linalg.solve(body.mass, body.stiffness)
-    rate[n : 2 * n, n : 2 * n] = -np.linalg.solve(body.mass, body.damping)
-    if lagging:
-        rate[n : 2 * n, 2 * n :] = np.linalg.inv(body.mass)
-        rate[2 * n :, 2 * n :] = -np.eye(n) / timing.current_lag
-        push[2 * n :] = np.eye(n) / timing.current_lag
-    else:
-        push[n:] = np.linalg.inv(body.mass)
+    rate, asked = continuous(body, push, timing.current_lag)
+    size, m = asked.shape
 
     def over(seconds: float) -> tuple[np.ndarray, np.ndarray]:
-        joint = np.zeros((size + n, size + n))
-        joint[:size, :size], joint[:size, size:] = rate * seconds, push * seconds
+        joint = np.zeros((size + m, size + m))
+        joint[:size, :size], joint[:size, size:] = rate * seconds, asked * seconds
         moved = expm(joint)
         return moved[:size, :size], moved[:size, size:]
 

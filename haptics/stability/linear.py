@@ -13,8 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from haptics.model.plant import STATES, Hand, Plant, motion
-from haptics.stability.discrete import SampledBody, SampledLoop, Timing, sampled_loop
+from haptics.model.drive_train import STATES
+from haptics.model.plant import Hand, Plant, motion
+from haptics.stability.bodies import Ports, SampledBody, attached, held, loaded
+from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 
 UNIT = 1e-9  # Deviation of a normal's length from 1 that rounding may cause
@@ -26,13 +28,18 @@ class Linearised:
 
     Attributes:
         jacobian: (3 axes, 3 chains), m/rad: `v = J theta_dot`.
-        mass: (3, 3) mass matrix of the platform's coordinates, kg, without a hand.
-        viscous: Friction of each joint, N m s/rad.
+        mass: (3, 3) mass matrix of the platform's coordinates, kg, all of the device as if rigid, without a hand.
+        plant: The device.
     """
 
     jacobian: np.ndarray
     mass: np.ndarray
-    viscous: float
+    plant: Plant
+
+    @property
+    def viscous(self) -> float:
+        """Friction of each joint, N m s/rad."""
+        return self.plant.viscous
 
     @property
     def smallest_mass(self) -> float:
@@ -62,7 +69,9 @@ class Linearised:
         """
         return float(self.viscous / np.square(self.jacobian.T @ _unit(normal)).sum())
 
-    def joint_loop(self, normal: ArrayLike, hand: Hand, timing: Timing, estimator: LinearEstimator) -> SampledLoop:
+    def joint_loop(
+        self, normal: ArrayLike, hand: Hand, timing: Timing, estimator: LinearEstimator, *, at_motor: bool = False
+    ) -> SampledLoop:
         """A wall with all of the device behind it, in the joints, where velocity is estimated and commands arrive.
 
         `torque = -J^T n (K n^T J d theta + B n^T J theta_dot)`; gains in N/m and N s/m.
@@ -72,24 +81,50 @@ class Linearised:
             hand: Who holds the handle, alike in all directions.
             timing: Period, delay, lag.
             estimator: Estimator of each joint's rate.
+            at_motor: Whether the encoders sit before the cable.
 
         Raises:
             ValueError: Not a unit vector.
         """
         n = _unit(normal)
-        through = self.jacobian.T @ n
         # the gains move the hand's mass too: that sets the range of the scan
         scale = self.effective_mass(n) + hand.mass
-        return sampled_loop(self.body(hand), timing, estimator, np.outer(through, through), scale)
+        body, _ = self.body(hand)
+        return sampled_loop(body, timing, estimator, self.ports(n[:, None], len(body.mass), at_motor), scale)
 
-    def body(self, hand: Hand) -> SampledBody:
-        """Device and hand in joint coordinates: kg m^2, N m s/rad, N m/rad."""
-        j = self.jacobian
-        return SampledBody(
-            mass=j.T @ (self.mass + hand.mass * np.eye(3)) @ j,
-            damping=self.viscous * np.eye(3) + hand.damping * (j.T @ j),
-            stiffness=hand.stiffness * (j.T @ j),
-        )
+    def ports(self, along: np.ndarray, coordinates: int, at_motor: bool = False) -> Ports:
+        """Where forces along directions act on the coordinates of `body`, and what is read along them.
+
+        Args:
+            along: (3, m) directions.
+            coordinates: Of the body.
+            at_motor: Whether the encoders sit before the cable.
+        """
+        through = self.jacobian.T @ along
+        on_arm, on_rotor = np.zeros((coordinates, along.shape[1])), np.zeros((coordinates, along.shape[1]))
+        on_arm[:3] = through
+        on_rotor[(slice(3, 6) if self.plant.cable_stiffness > 0.0 else slice(0, 3))] = through
+        return Ports(on_rotor, on_rotor.T if at_motor else on_arm.T)
+
+    def body(self, hand: Hand) -> tuple[SampledBody, np.ndarray]:
+        """Device and hand: the arms' angles, then the rotors' where the cable gives way, the knob's place where the
+        structure does, the arm's mass behind a grasp; kg m^2, N m s/rad, N m/rad, and kg, N s/m, N/m.
+
+        Returns:
+            The body, and (3, n) the place of what the hand holds.
+        """
+        j, par = self.jacobian, self.plant
+        arms = SampledBody(j.T @ self.mass @ j, np.zeros((3, 3)), np.zeros((3, 3)))
+        body, place, rotor = loaded(arms, j, -par.knob), j, np.eye(3)
+        body = loaded(body, rotor, -par.rotor_inertia)
+        if par.cable_stiffness > 0.0:
+            body, rotor = attached(body, rotor, par.rotor_inertia, par.cable_damping, par.cable_stiffness)
+            place = np.hstack([place, np.zeros((3, 3))])
+        body = loaded(body, rotor, damping=par.viscous)
+        if par.structure_stiffness > 0.0:
+            body, place = attached(body, place, par.knob, par.structure_damping, par.structure_stiffness)
+        held_body = held(body, place, hand)
+        return held_body, np.pad(place, ((0, 0), (0, len(held_body.mass) - place.shape[1])))
 
 
 def linearise(par: Plant, p: ArrayLike) -> Linearised:
@@ -110,9 +145,10 @@ def linearise(par: Plant, p: ArrayLike) -> Linearised:
     m11, m22, m33, m12, m13, m23 = motion(par, 0.0, state, work)
     mass = np.array([[m11, m12, m13], [m12, m22, m23], [m13, m23, m33]])
     inverse = work[:3]
+    mass += par.knob * np.eye(3) + par.rotor_inertia * inverse.T @ inverse
     if not (np.isfinite(mass).all() and np.linalg.cond(inverse) < 1e12):  # beyond, no digit of J would be left
         raise ValueError(f"the device cannot be linearised at {np.asarray(p).tolist()} m: out of reach, or singular")
-    return Linearised(np.linalg.inv(inverse), mass, par.viscous)
+    return Linearised(np.linalg.inv(inverse), mass, par)
 
 
 def _unit(normal: ArrayLike) -> np.ndarray:

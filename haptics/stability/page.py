@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from textwrap import wrap
 from typing import Any
 
+from haptics.simulation.loops import LoopChoice
 from haptics.stability.passivity import Verdict
 from haptics.stability.stiffness import CEILING, PLACES, AxisWall, End, Range, Stiffness
 from haptics.stability.wall_limit import START
+from haptics.stability.walls import SHARE, FourWalls
 
 SCHEMA = "delta-stiffness/1"
 N_PER_MM = 1e-3  # N/m in N/mm
@@ -146,6 +149,44 @@ def stiffness_text(name: str, result: Stiffness) -> str:
                 lines += wrap(verdict.reason, WIDTH, initial_indent=" " * 7, subsequent_indent=" " * 7)
     notes = [line for note in NOTE for line in wrap(note, WIDTH, subsequent_indent="  ")]
     return "\n".join([*lines, "", *notes])
+
+
+def board_facts(loop: LoopChoice, walls: Mapping[str, FourWalls]) -> dict[str, Any]:
+    """The four walls in the loop on the board, axis by axis, as facts."""
+    return {
+        "period_ms": loop.period * 1e3,
+        "damping_N_s_per_m": loop.damping,
+        "allowed_share": SHARE,
+        "axes": {
+            axis: {
+                "own_damping_N_per_mm": wall.own * N_PER_MM,
+                "averaged_port_N_per_mm": wall.port * N_PER_MM,
+                "worst_hand_N_per_mm": wall.worst * N_PER_MM,
+                "worst_hand": wall.worst_hand,
+                "nominal_hand_N_per_mm": wall.nominal * N_PER_MM,
+                "formula_N_per_mm": wall.formula * N_PER_MM,
+                "device_friction_N_s_per_m": wall.friction,
+            }
+            for axis, wall in walls.items()
+        },
+    }
+
+
+def board_text(loop: LoopChoice, walls: Mapping[str, FourWalls]) -> list[str]:
+    """The same as lines of text."""
+    head = f"{'axis':<6}{'own damping':>13}{'averaged port':>15}{'worst hand':>12}{'nominal hand':>14}{'formula':>9}"
+    rows = [
+        f"{axis:<6}{w.own * N_PER_MM:13.2f}{w.port * N_PER_MM:15.2f}{w.worst * N_PER_MM:12.2f}"
+        f"{w.nominal * N_PER_MM:14.2f}{w.formula * N_PER_MM:9.2f}   worst: {w.worst_hand}"
+        for axis, w in walls.items()
+    ]
+    return [
+        f"In the loop on the board, {1e-3 / loop.period:g} kHz, damping {loop.damping:g} N s/m, four walls, N/mm:",
+        head,
+        *rows,
+        f"own damping: passive with any hand, B = 0; averaged port: passive as measured; rendered is {SHARE:g} of the "
+        "worst at its pose",
+    ]
 
 
 def _span(result: Range) -> str:

@@ -28,7 +28,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from haptics.stability.discrete import Timing, axis, sampled_loop
+from haptics.stability.bodies import axis
+from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 
 if TYPE_CHECKING:

@@ -14,13 +14,16 @@ from typing import Literal
 import numpy as np
 
 from delta_cad.mechanism import jacobian
-from haptics.control.supervisor.faults import LATCHING
+from haptics.control.supervisor.faults import LATCHING, FaultCode
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant
+from haptics.model.sensor import EXACT
 from haptics.rendering import law_table
-from haptics.rendering.laws.virtual_wall import AXES, axis_wall
+from haptics.rendering.laws.virtual_wall import AXES, WALL_BLEND, axis_wall
 from haptics.simulation.assumptions import DELAY, default_controller, encoder_count, joint_friction, nominal_plant
+from haptics.simulation.hardware import board_controller, reading_age, real_plant, sensor_errors
 from haptics.simulation.loop import SUBSTEPS, SimulatedRun, simulate, timing
+from haptics.simulation.loops import LoopChoice
 from haptics.stability.oscillation import Oscillation, oscillation
 
 PERIOD = 1e-3  # Period of the paper's loop, s
@@ -32,6 +35,12 @@ LEAN = 0.6
 DEEPEST = 10e-3
 READY = 0.6  # Before the hand sets out, s: the supervisor's ramp of half a second, and the handle at rest
 COMES = 0.4  # Time in which the hand's aim moves into the wall, s
+LOOP_SUBSTEPS = 2  # Steps of the plant in a period of a loop of 8 kHz: a sixth of a period of what rings fastest in it
+# Deviations of an encoder's noise that count as a count: with three of them a swing is beyond what noise draws in 1 s.
+WIDTH = 3.0
+# Swings up to three times this, 10 um peak to peak, are no oscillation, however fine the encoder: about what fingers
+# feel at 40 to 60 Hz, at which walls swing; from memory.
+LEAST = 10e-6 / 3.0
 CALMS = 0.1  # Time left out, in which what the push itself stirs up dies away, s
 WINDOW = 0.5  # Length of each of the two windows that are tested for oscillation, s
 
@@ -49,8 +58,9 @@ class WallTrial:
         depth: (n,) of the handle in the wall, m; negative before it.
         push: (n,) force of the wall that the laws ask for, N.
         verdict: Verdict from when the push is over; None where the supervisor cut the force.
-        resolution: One count at the handle along the normal, m.
+        resolution: One count at the handle along the normal, or the width of the encoder's noise, m.
         faults: What the supervisor latched.
+        limited: Whether it took force away after the push, since the wall had given the hand all the energy it may.
     """
 
     stiffness: float
@@ -60,11 +70,12 @@ class WallTrial:
     verdict: Oscillation | None
     resolution: float
     faults: int
+    limited: bool = False
 
     @property
     def stable(self) -> bool:
-        """Whether the wall stands: no oscillation, and no fault."""
-        return self.verdict is not None and not self.verdict.oscillates
+        """Whether the wall stands: no oscillation, no fault, and all of its force."""
+        return self.verdict is not None and not self.verdict.oscillates and not self.limited
 
 
 def with_friction(machine: MachineModel, level: Level) -> Plant:
@@ -98,6 +109,8 @@ class WallBench:
         seed: Seed of the places of the encoders' counts; the same seed gives the same trials.
         period: Period of the loop, s.
         substeps: Steps of the plant in a period; with 4 a trial takes 40 % of the time, and limits stay where they are.
+        loop: In place of period and delay a loop with all that the device has: cable and structure that give way, drive
+            damping, noise; its delay the nominal one, its damping the least of the wall's.
 
     Raises:
         LawError: Damping or direction are refused.
@@ -116,7 +129,12 @@ class WallBench:
         seed: int = 0,
         period: float = PERIOD,
         substeps: int = SUBSTEPS,
+        loop: LoopChoice | None = None,
     ) -> None:
+        if loop is not None:
+            period, delay = loop.period, loop.delay + reading_age(machine)
+            damping, substeps = max(damping, loop.damping), LOOP_SUBSTEPS
+        self.blend = WALL_BLEND if loop is None else loop.blend
         self.met = met if met[:1] in ("+", "-") else f"+{met}"
         axis_wall(self.met, 0.0, stiffness=0.0, damping=damping)  # refuses a wrong direction or damping
         if not (math.isfinite(hand.stiffness) and hand.stiffness > 0.0):
@@ -127,10 +145,14 @@ class WallBench:
         self.centre = machine.centre
         self.face = float(self.centre["xyz".index(self.met[1])])
         self.lean = LEAN * force
-        self.plant = with_friction(machine, friction)
-        self.controller = default_controller(machine, period)._replace(force=force)
+        self.plant, self.errors = with_friction(machine, friction), EXACT
+        if loop is not None:
+            self.plant, self.errors = real_plant(machine, loop, LEVELS.index(friction)), sensor_errors(machine)
+        controller = default_controller(machine, period) if loop is None else board_controller(machine, loop)
+        self.controller = controller._replace(force=force)
         self.clock, self.count = timing(period, delay, substeps), encoder_count(machine)
-        self.resolution = float(self.count * np.abs(self.along @ jacobian(machine.geometry, self.centre)).max())
+        reach = float(np.abs(self.along @ jacobian(machine.geometry, self.centre)).max())
+        self.resolution = max(self.count, WIDTH * self.errors.noise) * reach
         ticks = round((READY + COMES + CALMS + 2.0 * WINDOW) / period) + 1  # rounding must not shorten the windows
         share = np.clip((np.arange(ticks) * period - READY) / COMES, 0.0, 1.0)
         self.share = share**3 * (10.0 + share * (6.0 * share - 15.0))
@@ -148,17 +170,18 @@ class WallBench:
         """
         start = self.centre - GAP * self.along
         depth = min(self.lean / stiffness, DEEPEST) if stiffness > 0.0 else DEEPEST
-        way = GAP + depth + min(self.lean, stiffness * depth) / self.hand.stiffness
+        way = GAP + depth + min(self.lean, stiffness * depth) / self.hand.leaning
         recording = simulate(
             self.plant,
             self.controller,
-            law_table(axis_wall(self.met, self.face, stiffness=stiffness, damping=self.damping)),
+            law_table(axis_wall(self.met, self.face, stiffness=stiffness, damping=self.damping, blend=self.blend)),
             self.clock,
             start,
             hand=self.hand,
             anchor=start + self.share[:, None] * way * self.along,
             push=self.still,
             count=self.count,
+            errors=self.errors,
             seed=self.seed,
         )
         depth = (recording.position - self.centre) @ self.along
@@ -167,5 +190,8 @@ class WallBench:
         settled = slice(round((READY + COMES + CALMS) / self.clock.period), None)
         verdict = None
         if not faults and (push[settled] != 0.0).any():
-            verdict = oscillation(depth[settled], push[settled], self.clock.period, self.resolution, window=WINDOW)
-        return WallTrial(stiffness, recording, depth, push, verdict, self.resolution, faults)
+            verdict = oscillation(
+                depth[settled], push[settled], self.clock.period, max(self.resolution, LEAST), window=WINDOW
+            )
+        limited = bool(int(np.bitwise_or.reduce(recording.bits[settled])) & FaultCode.ENERGY_LIMITED.bit)
+        return WallTrial(stiffness, recording, depth, push, verdict, self.resolution, faults, limited)

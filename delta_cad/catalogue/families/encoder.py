@@ -29,6 +29,7 @@ class Encoder(CatalogueRow):
         noise_rms_deg: Noise of one reading, rms; None when no source was opened.
         nonlinearity_deg: Largest error of the angle over a turn with the magnet placed at its best, before any
             correction; None when no source was opened.
+        latency_us: Age of a reading when it can be read; None when no source was opened.
     """
 
     defaults: ClassVar = {**CatalogueRow.defaults, "hole_count": 4, "magnet": "ndfeb-6x2.5-diametric"}
@@ -50,6 +51,7 @@ class Encoder(CatalogueRow):
     mass_g: float
     noise_rms_deg: float | None
     nonlinearity_deg: float | None
+    latency_us: float | None
 
     def fault(self) -> str:
         """Says that the air gap has no width or the board is turned."""

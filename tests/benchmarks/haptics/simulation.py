@@ -76,6 +76,15 @@ def _own(found: dict[str, Any]) -> list[Figure]:
             False,
             note=f"{TICKS / 1000:g} s of a hand on a wall, controller and supervisor included; processor time",
         ),
+        of_repeats(
+            SUBJECT,
+            "simulation with all states, 8 kHz with 2 substeps",
+            found["real_time_all"],
+            "x real time",
+            REAL_TIME,
+            False,
+            note="cable, structure, grasp, stops, ripple and noise of a hand on a wall; processor time",
+        ),
         of_repeats(SUBJECT, "controller tick, Python, median", found["tick_median"], "us", TICK_US, note=tick),
         of_repeats(SUBJECT, "controller tick, Python, 99th percentile", found["tick_p99"], "us", note=tick),
         of_repeats(
@@ -137,7 +146,9 @@ def measured() -> None:
     from haptics.rendering import law_table
     from haptics.rendering.laws.virtual_wall import axis_wall
     from haptics.simulation.assumptions import default_controller, encoder_count, nominal_plant
+    from haptics.simulation.hardware import board_controller, real_plant, sensor_errors
     from haptics.simulation.loop import simulate, timing
+    from haptics.simulation.loops import BOARD
 
     machine = _machine()
     par, controller, middle = nominal_plant(machine), default_controller(machine), machine.centre
@@ -149,6 +160,15 @@ def measured() -> None:
         more = {"hand": HANDS["medium"], "anchor": aim, "push": np.zeros((ticks, 3)), "count": encoder_count(machine)}
         return simulate(par, controller, laws, timing(1e-3, 0.5e-3, substeps), middle, **more)
 
+    real, fast, errors = real_plant(machine), board_controller(machine), sensor_errors(machine)
+
+    def loop_of_all(ticks: int) -> Any:
+        aim = middle + np.sin(np.arange(ticks) * 5e-4)[:, None] * way
+        more = {"hand": HANDS["medium"], "anchor": aim, "push": np.zeros((ticks, 3)), "count": encoder_count(machine)}
+        clock = timing(BOARD.period, BOARD.delay, 2)
+        return simulate(real, fast, laws, clock, middle, errors=errors, **more)
+
+    whole = interleaved({"": lambda: loop_of_all(TICKS)}, ROUNDS, process_time)[""]
     times = interleaved({"": lambda: loop(TICKS)}, ROUNDS, process_time)[""]
     lengths = [median(interleaved({"": lambda n=n: loop(n)}, 3, process_time)[""]) for n in LENGTHS]
     turns = interleaved({str(n): lambda n=n: loop(TICKS, n) for n in SUBSTEPS}, ROUNDS, process_time)
@@ -171,6 +191,7 @@ def measured() -> None:
         json.dumps(
             {
                 "real_time": [TICKS * 1e-3 / seconds for seconds in times],
+                "real_time_all": [TICKS * BOARD.period / seconds for seconds in whole],
                 "tick_median": medians,
                 "tick_p99": tails,
                 "tick_inside": inside,

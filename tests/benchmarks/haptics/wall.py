@@ -14,6 +14,7 @@ from tests.benchmarks.timing import ROOT, python, slope, succeeded
 SUBJECT = "haptics"
 SEARCH_S = 5.0
 ROUNDS = 3
+Z_WIDTH_S = 60.0
 CHILD = (
     "import os; os.environ['OPENBLAS_NUM_THREADS'] = '1'; "
     "from tests.benchmarks.haptics.wall import measured; measured()"
@@ -36,6 +37,14 @@ def run(say: Callable[[str], None]) -> list[Figure]:
         of_repeats(
             SUBJECT, "the same by the clock on the wall", found["clock"], "s", note="others use the machine too"
         ),
+        of_repeats(
+            SUBJECT,
+            "the loop's sheet: four walls, rates, Z-width, noise",
+            found["sheet"],
+            "s",
+            Z_WIDTH_S,
+            note="hands at all corners, K-B plane of 4 rates; processor time",
+        ),
         of_repeats(SUBJECT, "one simulated push against a wall", found["push"], "s", note="2.1 s of loop, 4 substeps"),
         Figure(SUBJECT, "growth: wall search against axes, log-log slope", slope(*axes), "", note=_told(axes)),
         Figure(SUBJECT, "growth: wall search against hands, log-log slope", slope(*hands), "", note=_told(hands)),
@@ -49,6 +58,7 @@ def _told(grown: tuple[list[int], list[float]]) -> str:
 def measured() -> None:
     """Measures in this process and prints the times as JSON."""
     from delta_cad.design import load_design
+    from haptics.feel.loops import loop_sheet
     from haptics.model.hands import HANDS
     from haptics.stability.stiffness import NOMINAL_HAND, SUBSTEPS, largest_walls
     from haptics.stability.wall_trial import WallBench
@@ -74,9 +84,12 @@ def measured() -> None:
     nominal_first = sorted(HANDS, key=lambda name: name != NOMINAL_HAND)
     sets = [{name: HANDS[name] for name in nominal_first[:n]} for n in (1, 2)]
     hands = [median(seconds(lambda s=s: largest_walls(machine, hands=s)) for _ in range(ROUNDS)) for s in sets]
+    loop_sheet(machine)  # compiles what is not in the cache
+    sheet = [seconds(lambda: loop_sheet(machine)) for _ in range(ROUNDS)]
     print(
         json.dumps(
             {
+                "sheet": sheet,
                 "times": times,
                 "clock": clock,
                 "pushes": sum(wall.trials for wall in found.axes),

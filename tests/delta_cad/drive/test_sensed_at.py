@@ -32,8 +32,8 @@ def assembly(design: Design) -> Assembly:
 
 
 def test_a_count_at_the_motor_is_worth_the_less_the_higher_the_ratio(best: Design, design: Design) -> None:
-    """500 lines in four edges each, times the ratio, beside 16384 counts on the shoulder's shaft."""
-    assert joint_counts_per_turn(best) == 16384
+    """500 lines in four edges each, times the ratio, beside 2^21 counts on the shoulder's shaft."""
+    assert joint_counts_per_turn(best) == 2**21
     ratio = design.hardware.capstan_ratio
     assert joint_counts_per_turn(design) == 500 * 4 * ratio
     hardware = design.hardware.model_copy(update={"capstan_ratio": 2 * ratio})
@@ -48,7 +48,7 @@ def test_the_controller_and_the_simulation_take_it_through_the_ratio(best: Desig
         def __init__(self, design: Design) -> None:
             self.design = design
 
-    for known, counts in ((best, 16384.0), (design, 2000.0 * design.hardware.capstan_ratio)):
+    for known, counts in ((best, 2.0**21), (design, 2000.0 * design.hardware.capstan_ratio)):
         model: MachineModel = Known(known)  # type: ignore[assignment]
         assert encoder_count(model) == pytest.approx(2.0 * pi / counts)
 

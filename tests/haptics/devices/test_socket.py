@@ -250,7 +250,7 @@ def test_the_command_serves_the_design(masses: Path) -> None:
         words = process.stdout.readline().split()
         assert words[:3] == ["listening", "on", "127.0.0.1"]
         device = RemoteDevice(UdpLink(words[2], int(words[3])), timeout=PATIENT)
-        assert (device.torque_limit, device.counts_per_turn) == (0.8, 16384)
+        assert (device.torque_limit, device.counts_per_turn) == (0.8, 2**21)
         recording = run(device, wavy, ticks=20)
         assert len(recording.time) == 20
         # the zero torque at the end is one more, or two; a busy machine may make a COMMAND late

@@ -11,17 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+import haptics.feel.loops
 import haptics.feel.sheet
 from delta_cad.design import Design, design_from_dict
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import SingularError
 from haptics.commands.cli import main
+from haptics.feel.loop_page import WALLS
+from haptics.feel.loops import DEFINITIONS, LoopSheet, loop_sheet
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
 from haptics.feel.reference_devices import FILE, LABELS, reference_devices
 from haptics.feel.sheet import (
     HARD,
     MASS_ERROR,
-    QUANTITIES,
     RIGID,
     Feel,
     buzzes,
@@ -30,16 +32,20 @@ from haptics.feel.sheet import (
     hard,
     joint_drive,
     stays,
-    summarise,
 )
+from haptics.feel.summary import QUANTITIES, summarise
+from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
 from haptics.simulation.assumptions import joint_friction
+from haptics.stability.noise import NoiseFigures
 from haptics.stability.stiffness import Corner, Stiffness, largest_walls
 from haptics.stability.wall_limit import Predicate
+from haptics.stability.walls import SHARE
 from tests.committed import BEST, Built, changed
 from tests.haptics.scene_machine import scene_machine
 
-FEW = (3, 3, 3)
+FEW = (2, 2, 3)
+DRAWN = (*MAPS, "z_width", "impedance")
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +64,18 @@ def quick_walls(machine: MachineModel, limits: dict[str, float] | None = None) -
 
 
 @pytest.fixture(scope="module")
-def found(machine: MachineModel) -> Feel:
-    return feel(machine, walls=quick_walls)
+def loop(machine: MachineModel) -> LoopSheet:
+    """The real one, of fewer hands and rates."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(haptics.feel.loops, "RATES_Hz", (1000.0, 8000.0))
+        patch.setattr(haptics.feel.loops, "DAMPINGS", (0.0, 2.0))
+        patch.setattr(haptics.feel.loops, "CORNERS", {"10010": CORNERS["10010"]})
+        return loop_sheet(machine)
+
+
+@pytest.fixture(scope="module")
+def found(machine: MachineModel, loop: LoopSheet) -> Feel:
+    return feel(machine, walls=quick_walls, loops=lambda _machine: loop)
 
 
 def test_summary_is_of_the_cube(machine: MachineModel, found: Feel) -> None:
@@ -97,11 +113,13 @@ def test_points_fill_the_cube(machine: MachineModel) -> None:
     assert (np.ptp(p[0, 0], axis=0) > 0.0).tolist() == [True, False, False]  # the last index runs along x
 
 
-def test_linear_walls_over_the_cube_hold_the_centre(found: Feel) -> None:
+def test_walls_over_the_cube_hold_the_centre(found: Feel) -> None:
     nz, ny, nx = found.walls.shape
     middle = found.walls[nz // 2, ny // 2, nx // 2]
     assert found.summaries["wall"].centre == pytest.approx(middle, rel=1e-9)
-    assert middle == pytest.approx(found.stiffness.axes[0].linear_nominal, rel=0.01)  # x there, the worst axis here
+    worst = min(walls.worst for walls in found.loop.walls.values())
+    assert 0.5 * worst < middle < SHARE * worst  # of the latest delay and the least friction
+    assert found.summaries["wall"].worst[0] >= 2000.0
 
 
 def test_whether_the_handle_stays(machine: MachineModel, found: Feel) -> None:
@@ -117,28 +135,63 @@ def test_whether_the_handle_stays(machine: MachineModel, found: Feel) -> None:
 
 
 @pytest.mark.parametrize(("limit", "short"), [(0.99 * HARD, "No."), (1.01 * HARD, "Yes."), (1.01 * RIGID, "Yes.")])
-def test_whether_the_wall_is_hard(machine: MachineModel, limit: float, short: str) -> None:
-    answer = hard(quick_walls(machine, {"light": 1200.0, "medium": limit, "firm": 20e3}))
+def test_whether_the_wall_is_hard(found: Feel, limit: float, short: str) -> None:
+    """The worst pose decides, and what is rendered there."""
+    wall = found.summaries["wall"]
+    answer = hard(found.loop, replace(wall, worst=(limit, wall.worst[1])))
     assert (answer.short, answer.good) == (short, short == "Yes.")
     assert f"{limit / 1e3:.1f} N/mm" in answer.text
+    for figure in ("own", "port", "worst", "nominal"):
+        assert f"{getattr(found.loop.worst[1], figure) / 1e3:.1f}" in answer.text
 
 
-def test_whether_it_buzzes(machine: MachineModel, found: Feel) -> None:
-    summaries = found.summaries
-    steady = buzzes(quick_walls(machine), summaries)
+def test_whether_it_buzzes(found: Feel) -> None:
+    summaries, loop = found.summaries, found.loop
+    steady = buzzes(loop, summaries)
     assert (steady.short, steady.good) == ("No.", True)
-    shaken = buzzes(quick_walls(machine, {"light": 800.0, "medium": 4400.0, "firm": 9000.0}), summaries)
+    shaken = buzzes(replace(loop, standing={**loop.standing, ("x", "light"): False}), summaries)
     assert (shaken.short, shaken.good) == ("Yes.", False)
-
-    def at_corners(_axis: str, case: Corner, _seed: int) -> Predicate:
-        return lambda stiffness: stiffness <= (2000.0 if case.friction == "nominal" else 500.0)
-
-    doubtful = buzzes(largest_walls(machine, axes=("x",), ask=at_corners), summaries)
-    assert doubtful.short == "Not with nominal friction and delay."
+    assert "x with the light hand" in shaken.text
+    loud = buzzes(replace(loop, wall_noise=NoiseFigures(0.06, 1e-8, True)), summaries)
+    assert (loud.short, loud.good) == ("Yes.", False)
     step = found.summaries["position_step"]
-    for way, says in ((1e-6, "too little to be felt"), (1e-4, "while moving"), (1e-3, "felt as grain")):
+    for way, says in ((1e-6, "too little to be felt"), (3e-5, "while moving"), (1e-3, "felt as grain")):
         coarse = summaries | {"position_step": replace(step, worst=(way, step.worst[1]))}
-        assert says in buzzes(quick_walls(machine), coarse).text
+        assert says in buzzes(loop, coarse).text.split("One count")[1]
+
+
+def test_the_loop_is_told_with_its_definitions(found: Feel) -> None:
+    page, facts, text = feel_markdown(found), feel_facts(found)["loop"], feel_text(found)
+    for axis, walls in found.loop.walls.items():
+        told = facts["walls_N_per_mm"][axis]
+        assert told["own"] < told["port"] < told["worst"] < told["nominal"]
+        row = next(line for line in page.splitlines() if line.startswith(f"| {axis} | {walls.friction:.2f} |"))
+        assert [cell.strip() for cell in row.split("|")[3:7]] == [f"{told[name]:.1f}" for name in WALLS]
+        assert f"{told['worst']:.2f}" in next(line for line in text.splitlines() if line.startswith(f"{axis}   "))
+    assert set(facts["rates"]) == {"1000_Hz", "8000_Hz"}
+    assert facts["rates"]["8000_Hz"]["x"]["worst"] > 5.0 * facts["rates"]["1000_Hz"]["x"]["worst"]
+    for definition in DEFINITIONS.values():
+        assert definition in page
+    force, friction = (found.summaries[name].worst[0] for name in ("force_continuous", "friction_max"))
+    assert facts["dynamic_range"] == pytest.approx(force / friction)
+    assert 0.2 * 132.0 < facts["first_resonance_Hz"] < 132.0  # the structure's own first mode at the centre
+    # the free handle is its mass at low frequencies, the wall its stiffness
+    w = 2.0 * np.pi * found.loop.frequency
+    low = (w > 15.0) & (w < 60.0)
+    assert found.loop.free[low] / w[low] == pytest.approx(np.full(low.sum(), found.summaries["mass_x"].centre), rel=0.1)
+    slow = w < 5.0
+    assert found.loop.at_wall[slow] * w[slow] == pytest.approx(np.full(slow.sum(), 3760.0), rel=0.02)  # 5 and 15 N/mm
+
+
+def test_a_plane_of_gains_is_drawn(found: Feel) -> None:
+    from haptics.feel.loop_pictures import impedance, z_width
+
+    figure = z_width(found.loop, "device")
+    figure.canvas.draw()
+    (ax,) = figure.axes
+    assert ax.get_ylabel() == "largest stable stiffness, N/mm"
+    assert {"1 kHz", "8 kHz", "passive, averaged"} <= {text.get_text() for text in ax.get_legend().get_texts()}
+    impedance(found.loop, "device").canvas.draw()
 
 
 def test_page_and_facts_tell_the_same(found: Feel) -> None:
@@ -154,7 +207,8 @@ def test_page_and_facts_tell_the_same(found: Feel) -> None:
     for answer in found.answers:
         assert f"**{answer.question} {answer.short}** {answer.text}" in page
         assert answer.question in text
-    assert {line.split("(")[1][:-5] for line in page.splitlines() if line.startswith("![")} == set(MAPS)
+    drawn = {line.split("(")[1][:-5] for line in page.splitlines() if line.startswith("![")}
+    assert drawn == {*MAPS, "z_width", "impedance"}
     for row in reference_devices():
         assert row.source in page
         assert row.shown in page
@@ -182,13 +236,15 @@ def test_the_force_beside_other_devices_is_what_the_controller_gives(machine: Ma
     assert not any(f"{motor:.1f}" in line and line.startswith("| force, peak") for line in page)
 
 
-def test_motors_below_the_designs_limit_decide(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_motors_below_the_designs_limit_decide(
+    machine: MachineModel, loop: LoopSheet, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(haptics.feel.sheet, "WALL_GRID", FEW)  # the walls are another test's
     asking = design_from_dict(changed(requirements__joint_torque_N_m=1.2, requirements__peak_torque_N_m=1.5))
     weak = replace(machine, design=asking, drive=drive_torque(asking))
     drive, motor = joint_drive(weak), machine.drive
     assert (drive.continuous, drive.peak, drive.motor) == (motor.continuous_torque_N_m, *[motor.peak_torque_N_m] * 2)
-    page = feel_markdown(feel(weak, walls=quick_walls))
+    page = feel_markdown(feel(weak, walls=quick_walls, loops=lambda _machine: loop))
     assert "The motors' own limit, 1.18 N m at a joint, is no more than the 1.5 N m that the design asks for." in page
     assert "motor's own limit, N |" not in page
 
@@ -224,14 +280,14 @@ def masses(built: Built) -> Path:
 
 
 @pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
+def quick(loop: LoopSheet, monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
     limits = {"light": 1500.0, "medium": 4400.0, "firm": 9000.0}
     real = feel
     monkeypatch.setattr(haptics.feel.sheet, "WALL_GRID", FEW)  # all of them are `found`'s
     monkeypatch.setattr(
         haptics.feel.sheet,
         "feel",
-        lambda machine, **more: real(machine, walls=lambda m: quick_walls(m, limits), **more),
+        lambda machine, **more: real(machine, walls=lambda m: quick_walls(m, limits), loops=lambda _: loop, **more),
     )
     return limits
 
@@ -256,8 +312,8 @@ def test_files_and_table(
     assert told.out.startswith("dashboard-joystick: what it will feel like")
     (folder,) = tmp_path.iterdir()
     assert folder.name == "dashboard-joystick-feel"
-    assert {file.name for file in folder.iterdir()} == {"feel.md", "feel.json", *(f"{name}.png" for name in MAPS)}
-    for name in MAPS:
+    assert {file.name for file in folder.iterdir()} == {"feel.md", "feel.json", *(f"{name}.png" for name in DRAWN)}
+    for name in DRAWN:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     facts = json.loads((folder / "feel.json").read_text())
     assert facts["schema"] == "delta-feel/1"

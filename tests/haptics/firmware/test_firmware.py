@@ -354,7 +354,9 @@ def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pyte
     masses, folder = built.folder / "mass_properties.json", tmp_path / "board"
     command = ["firmware", "--design", str(BEST), "--masses", str(masses), "--out", str(folder)]
     assert main(command) == 0
-    assert main([*command, "--json"]) == 0  # again: replaced
+    assert "#define DELTA_PERIOD_S 0.000125\n" in (folder / "delta_controller.h").read_text()
+    assert main([*command, "--rate", "1000", "--json"]) == 0  # again: replaced
+    assert "#define DELTA_PERIOD_S 0.001\n" in (folder / "delta_controller.h").read_text()
     assert sorted(path.name for path in folder.iterdir()) == ["README.md", "delta_controller.c", "delta_controller.h"]
     (folder / "mine.txt").write_text("keep")
     assert main(command) == 2

@@ -274,7 +274,8 @@ def test_walls_stand_below_the_limit_and_oscillate_above(machine: MachineModel, 
             assert f["stiffness_N_per_mm"] == 1.1
         if f["role"] == "above":
             assert not f["stable"]
-            assert f["force_swing_N"] > 0.5
+            assert f["swing_um"] > 10.0  # it begins small, where friction all but holds it
+            assert f["force_swing_N"] == pytest.approx(1e-3 * f["stiffness_N_per_mm"] * f["swing_um"], rel=0.35)
             assert 5.0 < f["frequency_Hz"] < 100.0
         # the wall's law at the measured place, and never a pull
         k = "xyz".index(f["axis"])
@@ -288,10 +289,11 @@ def test_walls_stand_below_the_limit_and_oscillate_above(machine: MachineModel, 
             assert abs(lean - f["force_at_end_N"]) <= friction_holds(machine)
 
 
-def test_a_light_hand_bears_less(machine: MachineModel, pushed: Scene) -> None:
+def test_a_light_hand_bears_about_as_much(machine: MachineModel, pushed: Scene) -> None:
+    """Through a grasp no hand adds the arm's damping: limits lie within half of one another, not at a quarter."""
     light = wall(machine, hand="light")
     for axis, limit in light.facts["limits"].items():
-        assert limit["simulated_N_per_mm"] < 0.5 * pushed.facts["limits"][axis]["simulated_N_per_mm"]
+        assert 0.5 < limit["simulated_N_per_mm"] / pushed.facts["limits"][axis]["simulated_N_per_mm"] < 1.3
     assert HANDS["light"].mass == light.facts["hand"]["mass"]
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from haptics.model.plant import Hand
-from haptics.stability.discrete import SampledLoop, StableGains, Timing, axis, sampled_loop
+from haptics.stability.bodies import axis
+from haptics.stability.discrete import SampledLoop, StableGains, Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator
 from haptics.stability.linear import Linearised
 

@@ -10,7 +10,8 @@ from scipy import signal
 
 from haptics.control.filters import backward_difference, foaw, low_pass
 from haptics.model.plant import FREE, Hand
-from haptics.stability.discrete import DampingCap, Timing, axis, damping_cap, limits, sampled_loop
+from haptics.stability.bodies import SampledBody, axis
+from haptics.stability.discrete import DampingCap, Timing, damping_cap, limits, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator, linear_models
 from tests.haptics.one_axis import STEPS, growth, one_axis
 from tests.haptics.stability.loops import monotone
@@ -163,7 +164,6 @@ def test_fraction_of_a_delay_is_continuous_between_whole_ones() -> None:
 
 def test_two_axes_are_two_loops() -> None:
     """A diagonal body with diagonal gains has the eigenvalues of both; a turned one the same."""
-    from haptics.stability.discrete import SampledBody
 
     one, two = axis(0.2, 1.0, FREE), axis(0.5, 3.0, FREE)
     both = SampledBody(*(np.diag([float(a[0, 0]), float(b[0, 0])]) for a, b in zip(one, two, strict=True)))

@@ -11,7 +11,8 @@ from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinemat
 from haptics.control.filters import backward_difference, low_pass
 from haptics.gravity import gravity_torque
 from haptics.model.plant import FREE, STATES, Hand, advance, energy, plant
-from haptics.stability.discrete import SampledBody, Timing, sampled_loop
+from haptics.stability.bodies import Ports, SampledBody
+from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
 from tests.haptics.stability.loops import axis_loop, monotone
@@ -132,7 +133,7 @@ def test_joints_and_platform_coordinates_are_the_same_loop() -> None:
         3e-4 * inverse.T @ inverse + GRIP.damping * np.eye(3),
         GRIP.stiffness * np.eye(3),
     )
-    platform = sampled_loop(body, timing, SMOOTH, np.outer(NORMAL, NORMAL))
+    platform = sampled_loop(body, timing, SMOOTH, Ports(NORMAL[:, None], NORMAL[None, :]))
     joints = here.joint_loop(NORMAL, GRIP, timing, SMOOTH)
     assert float(joints.radius(5000.0, 5.0)) == pytest.approx(float(platform.radius(5000.0, 5.0)), rel=1e-9)
     assert joints.stiffness_limit(5.0).value == pytest.approx(platform.stiffness_limit(5.0).value, rel=1e-6)

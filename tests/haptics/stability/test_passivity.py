@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from haptics.control.filters import backward_difference, foaw, low_pass
 from haptics.model.hands import HANDS
 from haptics.model.plant import Hand
-from haptics.stability.discrete import Timing, axis, sampled_loop
+from haptics.stability.bodies import axis
+from haptics.stability.discrete import Timing, sampled_loop
 from haptics.stability.estimator_models import LinearEstimator, linear_models
 from haptics.stability.passivity import PassivityClass, friction_demand, required_friction, verdict
 

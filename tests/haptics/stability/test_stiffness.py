@@ -199,7 +199,7 @@ def test_the_simulation_of_best(simulated: Stiffness) -> None:
         assert wall.nominal.protocol <= wall.nominal.bisection <= wall.nominal.protocol + STEP
         low, high = wall.simulated.lowest, wall.simulated.highest
         assert low.stiffness < wall.nominal.bisection < high.stiffness
-        assert (low.corner.hand, high.corner.hand) == ("light", "firm")
+        assert low.corner.hand == "light"  # the upper end is friction's, whoever holds it
         assert (low.corner.delay, high.corner.delay) == (T, 0.0)
         # what counts and the criterion take off is below a third; friction that sticks can only help
         assert wall.nominal.bisection > 0.67 * wall.linear_nominal
@@ -213,10 +213,10 @@ def test_later_torques_and_lighter_hands_bear_less(machine: MachineModel) -> Non
     """With the least friction, where the simulation comes near the linear model."""
     for hand, delay in (("medium", 2e-3), ("light", 0.5e-3)):
         stands = WallBench(machine, "x", HANDS[hand], "least", delay, substeps=4).stands
-        assert not stands(7000.0)
+        assert not stands(1100.0)
     usual = WallBench(machine, "x", HANDS["medium"], "least", 0.5e-3, substeps=4).stands
-    assert usual(7000.0)
-    assert not usual(14000.0)  # half as much again as the linear limit of 9.5 N/mm
+    assert usual(1100.0)
+    assert not usual(2500.0)  # half as much again as the linear limit of 1.65 N/mm
 
 
 def test_what_is_asked_for_reaches_the_loop(machine: MachineModel) -> None:

@@ -17,7 +17,7 @@ from tests.haptics.control.supervisor.rig import DESIGN, GEOMETRY, LIMITS, with_
 
 def test_they_follow_from_the_design() -> None:
     assert LIMITS.torque == 0.8
-    assert LIMITS.encoder_count == 2.0 * math.pi / 16384
+    assert LIMITS.encoder_count == 2.0 * math.pi / 2**21
     assert LIMITS.motor.continuous == pytest.approx(9.85 * 0.96 * 0.085)
     assert LIMITS.energy == pytest.approx(3.0 * math.sqrt(3.0) * 0.075)
     assert LIMITS.joint_acceleration == pytest.approx(2.0 * 0.8 / (9.85**2 * 3.33e-6))

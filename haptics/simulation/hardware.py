@@ -1,0 +1,185 @@
+"""Sensors and drives as they are: what catalogue and design tell of them, and what is assumed where they do not.
+
+`nominal_plant` of `assumptions` is rigid, without stops and ripple; `real_plant` here has them all. Importing this
+module loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
+from delta_cad.dimensions import DimensionError, Dimensions, dimensions
+from haptics.control.controller import Controller
+from haptics.control.filters import low_pass
+from haptics.model.machine import MachineModel
+from haptics.model.plant import Plant
+from haptics.model.sensor import SensorErrors
+from haptics.simulation.assumptions import default_controller, joint_friction, nominal_plant
+from haptics.simulation.loops import BOARD, LoopChoice
+
+# Noise of a reading whose row in the catalogue tells none, rad rms: a count of 18 bits, or a count of its own where
+# that is coarser. Of 21-bit chips no maker's figure could be opened; a quarter to four times it is the range.
+UNKNOWN_NOISE = 2.0 * math.pi / 2**18
+# Share of a sensor's non-linearity that is left after it was calibrated against the mechanism's own closure or a
+# fixture.
+LEFT_OVER = 0.1
+# Pull over stretch of a rope whose row tells none, N/mm^2 of its circle: the softest of those listed.
+ROPE_N_mm2 = 42.4e3
+# Share of critical damping of cable and structure, least, nominal, largest: wire rope with grease and bolted aluminium;
+# loss factors of 0.02 to 0.1, from memory.
+LOSS = (0.01, 0.02, 0.05)
+# Least stiffness at the knob, N/m, of a design that asks for none: what omega.3's maker is said to claim, from memory.
+STRUCTURE = 14.5e3
+# Deviation of a brushed motor's torque from its current's, as a share, with its waves a turn: 13 segments make 26; of
+# brushless ones six waves a pole pair, of which 8 are assumed. From memory; 1 to 5 % is the range.
+RIPPLE, SEGMENT_WAVES, POLE_WAVES = 0.02, 26.0, 48.0
+STOP_STIFFNESS, STOP_RATIO = 500.0, 0.3  # N m/rad of an arm's steel pin on its stop, share of critical damping: guesses
+# Way of a strand from the sector's rim to where it is held, mean of both, m: nose, anchor and carriage.
+BEYOND = 10.7e-3
+RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
+
+
+@dataclass(frozen=True)
+class Compliance:
+    """What gives way in a device.
+
+    Attributes:
+        cable: Stiffness of a joint's cable, N m/rad; 0 for a direct drive.
+        structure: Stiffness of the rest at the knob in its softest direction, N/m.
+        knob: Mass that swings on it, kg: the platform with all it carries, since most of what gives way are joints,
+            rods and bars under it.
+    """
+
+    cable: float
+    structure: float
+    knob: float
+
+
+def compliance(machine: MachineModel) -> Compliance:
+    """Computes what gives way: two strands of rope on the sector, and the stiffness that the design asks for.
+
+    The strands are taken as equal, at the middle of the sector's turn, where the cable is softest; the sector's rim and
+    the motor's shaft take some 3 % off. The structure is as stiff as `stiffness_min_N_mm`, which the build checks.
+    """
+    design = machine.design
+    asked = design.requirements.stiffness_min_N_mm
+    structure = STRUCTURE if asked is None else asked * MM_PER_M
+    knob = machine.masses.platform
+    if design.hardware.drive != "capstan":
+        return Compliance(0.0, structure, knob)
+    row = catalogue.cable.chosen(design.hardware)
+    pull = row.axial_stiffness_N or ROPE_N_mm2 * math.pi / 4.0 * row.diameter_mm**2
+    sizes = _sizes(machine)
+    low, high = (0.0, RIM) if sizes is None or sizes.capstan is None else sizes.capstan.rim_angles_rad
+    radius = design.hardware.sector_radius_mm / MM_PER_M
+    strand = radius * (high - low) / 2.0 + BEYOND
+    return Compliance(2.0 * pull / strand * radius**2, structure, knob)
+
+
+def _sizes(machine: MachineModel) -> Dimensions | None:
+    """The dimensions of a design; None where it cannot be built, which has no stops and a sector as wide as most."""
+    try:
+        return dimensions(machine.design)
+    except DimensionError:
+        return None
+
+
+def sensor_errors(machine: MachineModel) -> SensorErrors:
+    """Errors of a design's encoders beyond their count; what is left of the non-linearity once they are calibrated.
+
+    Half of it goes with one wave a turn, half with two. Optical encoders on motors have counts and no noise.
+    """
+    hardware = machine.design.hardware
+    if hardware.encoder_at == "motor":
+        return SensorErrors(turns=machine.drive.ratio, at_motor=1.0)
+    row = catalogue.encoder.chosen(hardware)
+    count = 2.0 * math.pi / row.counts_per_turn
+    noise = max(UNKNOWN_NOISE, count) if row.noise_rms_deg is None else math.radians(row.noise_rms_deg)
+    wave = 0.5 * LEFT_OVER * math.radians(row.nonlinearity_deg or 0.0)
+    return SensorErrors(noise, wave, wave)
+
+
+def reading_age(machine: MachineModel) -> float:
+    """Age of a reading when it is read, s; 0 where no source tells it."""
+    hardware = machine.design.hardware
+    age = None if hardware.encoder_at == "motor" else catalogue.encoder.chosen(hardware).latency_us
+    return (age or 0.0) * 1e-6
+
+
+def drive_damping(machine: MachineModel, share: float) -> float:
+    """Physical damping of a joint by its motor, N m s/rad at the joint.
+
+    Args:
+        machine: The device.
+        share: Of the short-circuit damping `k_t^2 / R`, which a resistor across the motor of (1 / share - 1) R gives,
+            or the amplifier's inner loop; no controller takes part.
+    """
+    motor = catalogue.motor.chosen(machine.design.hardware)
+    return share * machine.drive.ratio**2 * motor.torque_constant_N_m_A**2 / motor.resistance_ohm
+
+
+def stiff_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) -> Plant:
+    """The device in a loop, rigid, with friction at a place of its range: 0 least, 1 nominal, 2 largest."""
+    par = joint_friction(machine).of(nominal_plant(machine), place)
+    viscous = par.viscous + drive_damping(machine, loop.drive_damping)
+    return par._replace(viscous=viscous, current_lag=loop.current_lag)
+
+
+def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) -> Plant:
+    """The device in a loop with all that it has: cable and structure that give way, stops, ripple, cogging.
+
+    Args:
+        machine: The device.
+        loop: Whose current loop and drive damping it has.
+        place: Of friction and of what cable and structure damp: 0 least, 1 nominal, 2 largest.
+
+    Returns:
+        The plant.
+    """
+    friction, gives = joint_friction(machine), compliance(machine)
+    par, design = stiff_plant(machine, loop, place), machine.design
+    motor = catalogue.motor.chosen(design.hardware)
+    sizes = _sizes(machine)
+    low, high = (-math.inf, math.inf) if sizes is None else sizes.stops_rad
+    stop_damping = 2.0 * STOP_RATIO * math.sqrt(STOP_STIFFNESS * par.joint_inertia)
+    waves = SEGMENT_WAVES if motor.commutation == "brushed" else POLE_WAVES
+    par = par._replace(
+        platform=par.platform - gives.knob,
+        knob=gives.knob,
+        structure_stiffness=gives.structure,
+        structure_damping=2.0 * LOSS[place] * math.sqrt(gives.structure * gives.knob),
+        stop_low=low,
+        stop_high=high,
+        stop_stiffness=STOP_STIFFNESS,
+        stop_damping=stop_damping,
+        ripple=RIPPLE,
+        ripple_per_rad=waves * machine.drive.ratio,
+        cogging=machine.drive.ratio * (motor.cogging_torque_N_m or 0.0),
+        cogging_per_rad=waves * machine.drive.ratio,
+    )
+    if gives.cable == 0.0:
+        return par
+    rotor, arm = machine.masses.rotor_inertia, machine.masses.arm_inertia
+    both = rotor * arm / (rotor + arm)
+    return par._replace(
+        coulomb=friction.drive[place],
+        arm_coulomb=friction.coulomb[place] - friction.drive[place],
+        joint_inertia=arm,
+        rotor_inertia=rotor,
+        cable_stiffness=gives.cable,
+        cable_damping=2.0 * LOSS[place] * math.sqrt(gives.cable * both),
+    )
+
+
+def board_controller(machine: MachineModel, loop: LoopChoice = BOARD, **limits: float) -> Controller:
+    """The controller of a device in a loop: its period and velocity filter.
+
+    Args:
+        machine: The device.
+        loop: The loop.
+        **limits: Any of `SafetyLimits`, to replace what follows from the design.
+    """
+    return default_controller(machine, loop.period, low_pass(loop.period, loop.corner), **limits)

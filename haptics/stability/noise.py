@@ -1,0 +1,172 @@
+"""What the noise of the encoders does to a rendered spring or wall: force and motion, exact for the sampled linear
+loop.
+
+Readings err by independent normal numbers of one deviation. With the state's transition A and what an error adds, G,
+the covariance X of the state solves `X = A X A^T + G R G^T` (Lyapunov), that of the command follows, and at a
+frequency w the handle moves by `L (e^(jwT) - A)^-1 G` for each unit of error. Left out: counts (a twelfth of their
+square is their variance, where noise is wider than they are), friction that sticks, which makes a resting handle
+quieter.
+
+Source:
+    Thresholds of a grasped cylinder lie lowest at 150 to 200 Hz, below 0.01 um of some subjects: A. J. Brisben, S. S.
+    Hsiao, K. O. Johnson, J. Neurophysiology 81, 1999 (abstract, as a study of this project tells it; not opened again).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+
+from haptics.control.filters import low_pass
+from haptics.model.machine import MachineModel
+from haptics.model.plant import FREE, Hand
+from haptics.simulation.assumptions import encoder_count
+from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
+from haptics.simulation.loops import BOARD, LoopChoice
+from haptics.stability.discrete import SampledLoop, Timing, sampled_loop
+from haptics.stability.estimator_models import linear_models
+from haptics.stability.linear import linearise
+
+# What a hand may not notice: force that is commanded, N rms, and motion of the handle in the band in which skin feels
+# most, m rms.
+FORCE, MOTION, BAND_Hz = 0.05, 0.05e-6, (150.0, 500.0)
+POINTS = 600  # Frequencies of the band, even: the loop's response is smooth over 0.6 Hz
+SPRING = (400.0, 20.0)  # N/m and N s/m of the spring that is held
+MOST_DAMPING = 1e3  # N s/m; beyond what any loop here bears
+
+
+@dataclass(frozen=True)
+class NoiseFigures:
+    """What noise does.
+
+    Attributes:
+        force: Command at the handle in its noisiest direction, N rms.
+        motion: Handle in that band and its noisiest direction, m rms.
+        steady: Whether the loop is stable at all; else both are infinite.
+    """
+
+    force: float
+    motion: float
+    steady: bool
+
+    @property
+    def quiet(self) -> bool:
+        """Whether a hand would hardly notice."""
+        return self.steady and self.force <= FORCE and self.motion <= MOTION
+
+
+def covariance(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance of a loop's state and of its command.
+
+    Args:
+        loop: A stable loop.
+        stiffness: K, N/m.
+        damping: B, N s/m.
+        error: (m, m) covariance of the errors of what is read.
+
+    Returns:
+        (N, N), and (m, m) N^2.
+    """
+    moves, enters = loop.matrix(stiffness, damping), _enters(loop, stiffness, damping)
+    balanced, (scale, _) = matrix_balance(moves, permute=False, separate=True)  # units of the state differ by 1e12
+    enters = enters / scale[:, None]
+    solved = solve_discrete_lyapunov(balanced, enters @ error @ enters.T)
+    state = np.asarray(solved) * np.outer(scale, scale)
+    asks = stiffness * loop.ask[0] + damping * loop.ask[1]
+    by_state, by_error = asks[:, : len(moves)], asks[:, len(moves) :]
+    return state, by_state @ state @ by_state.T + by_error @ error @ by_error.T
+
+
+def band(loop: SampledLoop, stiffness: float, damping: float, error: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Covariance of a place's motion in the band.
+
+    Args:
+        loop: A stable loop.
+        stiffness: K, N/m.
+        damping: B, N s/m.
+        error: (m, m) covariance of the errors of what is read.
+        place: (k, n) of the body's coordinates.
+
+    Returns:
+        (k, k) m^2.
+    """
+    moves, enters = loop.matrix(stiffness, damping), _enters(loop, stiffness, damping)
+    low, high = (2.0 * math.pi * f for f in BAND_Hz)
+    w = np.linspace(low, min(high, math.pi / loop.period), POINTS)
+    shifted = np.exp(1j * w * loop.period)[:, None, None] * np.eye(len(moves)) - moves
+    response = np.linalg.solve(shifted, np.broadcast_to(enters + 0j, (POINTS, *enters.shape)))
+    moved = place @ response[:, : place.shape[1]]
+    density = np.real(moved @ error @ np.conj(np.swapaxes(moved, -1, -2)))
+    return loop.period / math.pi * np.trapezoid(density, w, axis=0)
+
+
+def _enters(loop: SampledLoop, stiffness: float, damping: float) -> np.ndarray:
+    return loop.error[0] + stiffness * loop.error[1] + damping * loop.error[2]
+
+
+class NoisyLoop:
+    """The loop of a device about a pose, with the noise of its encoders.
+
+    Args:
+        machine: The device.
+        loop: The loop.
+        p: (3,) pose, m; the cube's centre if left out.
+        hand: Who holds the handle.
+        noise: Of a reading, rad; the design's own encoder's, counts included, if left out.
+        corner: Of the velocity filter, Hz; the loop's if left out.
+        normal: (3,) of a wall; a spring in all directions if left out.
+    """
+
+    def __init__(
+        self,
+        machine: MachineModel,
+        loop: LoopChoice = BOARD,
+        p: np.ndarray | None = None,
+        hand: Hand = FREE,
+        *,
+        noise: float | None = None,
+        corner: float | None = None,
+        normal: np.ndarray | None = None,
+    ) -> None:
+        here = linearise(real_plant(machine, loop), machine.centre if p is None else p)
+        body, self.place = here.body(hand)
+        along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
+        errors, count = sensor_errors(machine), encoder_count(machine)
+        deviation = math.hypot(errors.noise, count / math.sqrt(12.0)) if noise is None else noise
+        ports = here.ports(along, len(body.mass), bool(errors.at_motor))
+        (estimator,) = linear_models(low_pass(loop.period, loop.corner if corner is None else corner))
+        timing = Timing(loop.period, loop.delay + reading_age(machine), loop.current_lag)
+        self.loop = sampled_loop(body, timing, estimator, ports, here.effective_mass(np.eye(3)[0]) + hand.mass)
+        through = here.jacobian.T @ along
+        self.error = deviation**2 * through.T @ through
+
+    def figures(self, stiffness: float, damping: float) -> NoiseFigures:
+        """What noise does to a spring or wall of K (N/m) and B (N s/m)."""
+        if not self.loop.radius(stiffness, damping) < 1.0:
+            return NoiseFigures(math.inf, math.inf, False)
+        _, command = covariance(self.loop, stiffness, damping, self.error)
+        motion = band(self.loop, stiffness, damping, self.error, self.place)
+        force, moved = (math.sqrt(float(np.linalg.eigvalsh(one)[-1])) for one in (command, motion))
+        return NoiseFigures(force, moved, True)
+
+    def damping_limit(self, stiffness: float, force: float = FORCE) -> float:
+        """Largest damping beside a stiffness (N/m) at which noise commands no more than a force (N rms), N s/m.
+
+        Returns:
+            N s/m; 0 where none is quiet enough.
+        """
+        low, high = 0.0, MOST_DAMPING
+
+        def quiet(damping: float) -> bool:
+            return self.figures(stiffness, damping).force <= force
+
+        if not quiet(1e-2):
+            return 0.0
+        low = 1e-2
+        while high > 1.005 * low:
+            middle = math.sqrt(low * high)
+            low, high = (middle, high) if quiet(middle) else (low, middle)
+        return low

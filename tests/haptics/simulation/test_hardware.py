@@ -1,0 +1,100 @@
+"""Sensors and drives as catalogue and design tell them; the loops to choose from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from delta_cad import catalogue
+from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions import dimensions
+from delta_cad.drive import drive_torque
+from delta_cad.structure.compliance import cable_mm_N
+from delta_cad.structure.table import structure_table
+from haptics.model.machine import MachineModel
+from haptics.simulation.assumptions import joint_friction, nominal_plant
+from haptics.simulation.hardware import (
+    UNKNOWN_NOISE,
+    compliance,
+    drive_damping,
+    reading_age,
+    real_plant,
+    sensor_errors,
+    stiff_plant,
+)
+from haptics.simulation.loops import BOARD, PAPER, RATES_Hz, at_rate
+from haptics.stability.linear import linearise
+from tests.committed import changed
+from tests.haptics.scene_machine import MASSES, scene_machine
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> MachineModel:
+    return scene_machine(best)
+
+
+def with_hardware(**hardware: object) -> MachineModel:
+    design = design_from_dict(changed(**{f"hardware__{name}": value for name, value in hardware.items()}))
+    return MachineModel(design, MASSES, drive_torque(design))
+
+
+def test_the_cable_is_that_of_the_structure(machine: MachineModel) -> None:
+    """Beside the structure's own computation over the whole turn: ours is its softest, less what rim and shaft give."""
+    cable = structure_table(dimensions(machine.design)).cable
+    assert cable is not None
+    turned = np.linspace(-1.0, 1.0, 41)
+    flexible = cable_mm_N(cable, np.stack([np.cos(turned), np.sin(turned)], axis=-1))
+    softest = (cable.radius_mm**2 / flexible).min() / 1e3  # N m/rad
+    assert compliance(machine).cable == pytest.approx(softest, rel=0.05)
+    assert compliance(machine).structure == 1e3 * machine.design.requirements.stiffness_min_N_mm
+
+
+def test_noise_and_age_are_the_catalogues() -> None:
+    hall = with_hardware(encoder="as5048a-board")
+    assert sensor_errors(hall).noise == pytest.approx(np.radians(0.06))
+    assert sensor_errors(hall).once + sensor_errors(hall).twice == pytest.approx(0.1 * np.radians(0.8))
+    fine = with_hardware(encoder="mt6825-board")
+    assert sensor_errors(fine).noise == pytest.approx(UNKNOWN_NOISE)
+    assert reading_age(fine) == pytest.approx(2e-6)
+    assert catalogue.encoder("mt6835-board").counts_per_turn == 2**21
+    assert reading_age(with_hardware(encoder="mt6835-board")) == 0.0
+    motor = with_hardware(motor="maxon-re30-310009-500", encoder_at="motor")
+    assert sensor_errors(motor) == (0.0, 0.0, 0.0, motor.drive.ratio, 1.0)
+    assert reading_age(motor) == 0.0
+
+
+def test_a_device_with_all_weighs_and_rubs_as_the_rigid_one(machine: MachineModel) -> None:
+    rigid, real = nominal_plant(machine), real_plant(machine)
+    assert linearise(real, machine.centre).mass == pytest.approx(linearise(rigid, machine.centre).mass, rel=1e-12)
+    assert real.coulomb + real.arm_coulomb == pytest.approx(rigid.coulomb)
+    assert (real.stop_low, real.stop_high) == dimensions(machine.design).stops_rad
+    assert real.cogging == 0.0  # a winding without iron
+    for place in (0, 2):
+        assert real_plant(machine, place=place).viscous == stiff_plant(machine, place=place).viscous
+        assert real_plant(machine, place=place).coulomb == joint_friction(machine).drive[place]
+
+
+def test_a_design_that_cannot_be_built_has_no_stops(machine: MachineModel) -> None:
+    broken = with_hardware(platform_thickness_mm=6.0)
+    par = real_plant(broken)
+    assert (par.stop_low, par.stop_high) == (-np.inf, np.inf)
+    assert compliance(broken).cable == pytest.approx(compliance(machine).cable, rel=0.02)
+
+
+def test_the_drives_damping_is_a_share_of_the_short_circuits(machine: MachineModel) -> None:
+    """By power: a rotor driven at a rate through its resistance takes (k_t rate)^2 / R."""
+    motor, rate = catalogue.motor(machine.drive.motor), 3.0
+    taken = (motor.torque_constant_N_m_A * machine.drive.ratio * rate) ** 2 / motor.resistance_ohm
+    assert drive_damping(machine, 1.0) * rate**2 == pytest.approx(taken)
+    assert stiff_plant(machine).viscous - stiff_plant(machine, PAPER).viscous == pytest.approx(
+        drive_damping(machine, BOARD.drive_damping)
+    )
+
+
+def test_a_faster_loop_keeps_what_is_not_its_rate() -> None:
+    assert [round(1.0 / at_rate(rate).period) for rate in RATES_Hz] == [1000, 2000, 4000, 8000]
+    assert replace(at_rate(8000.0), name="board") == BOARD
+    assert at_rate(1000.0).current_lag == BOARD.current_lag < PAPER.current_lag
+    assert at_rate(2000.0).delay == 0.5e-3

@@ -1,0 +1,120 @@
+"""Noise: the covariance beside the simulated device in time, beside a closed form, and its figures' order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from haptics.control.filters import backward_difference, foaw, low_pass
+from haptics.model.hands import HANDS
+from haptics.model.machine import MachineModel
+from haptics.model.plant import FREE
+from haptics.model.sensor import SensorErrors
+from haptics.rendering import law_table
+from haptics.rendering.laws.spring import SpringDamper
+from haptics.scenes.noise import in_band
+from haptics.simulation.hardware import UNKNOWN_NOISE, board_controller, real_plant, sensor_errors
+from haptics.simulation.loop import simulate, timing
+from haptics.simulation.loops import BOARD, at_rate
+from haptics.stability.bodies import axis, loaded
+from haptics.stability.discrete import Timing, sampled_loop
+from haptics.stability.estimator_models import linear_models
+from haptics.stability.noise import FORCE, NoisyLoop, covariance
+from haptics.stability.walls import WallAt
+from tests.haptics.scene_machine import scene_machine
+
+T = BOARD.period
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> MachineModel:
+    return scene_machine(best)
+
+
+def test_a_stiff_hold_passes_noise_as_it_is() -> None:
+    """A handle that nothing moves: u = -K w - B (w - w before) / T, whose variance is plain."""
+    (model,) = linear_models(backward_difference(T))
+    fixed = loaded(axis(1.0, 1e3), np.eye(1), stiffness=1e6)  # gives by 5e-4 of what is asked
+    _, command = covariance(sampled_loop(fixed, Timing(T), model), 500.0, 0.3, np.array([[4e-12]]))
+    assert float(command[0, 0]) == pytest.approx(4e-12 * ((500.0 + 0.3 / T) ** 2 + (0.3 / T) ** 2), rel=5e-3)
+    (smooth,) = linear_models(low_pass(T, 300.0))
+    pole = np.exp(-2.0 * np.pi * 300.0 * T)
+    _, command = covariance(sampled_loop(fixed, Timing(T), smooth), 0.0, 0.3, np.array([[4e-12]]))
+    share = 2.0 * (1.0 - pole) ** 2 / (1.0 + pole)  # of white noise through (1 - a)(1 - 1/z) / (1 - a/z)
+    assert float(command[0, 0]) == pytest.approx(4e-12 * (0.3 / T) ** 2 * share, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "noise"),
+    [(400.0, 20.0, UNKNOWN_NOISE), pytest.param(2000.0, 4.0, 2e-4, marks=pytest.mark.slow)],
+)
+def test_the_simulated_device_shakes_as_the_covariance_says(
+    machine: MachineModel, stiffness: float, damping: float, noise: float
+) -> None:
+    """Monte Carlo: the whole nonlinear device in time, but friction that sticks; force and motion to 2 %."""
+    ticks, skip = 200_000, 8_000
+    par = real_plant(machine)._replace(coulomb=0.0, arm_coulomb=0.0)
+    controller = board_controller(machine, energy=1e3, energy_start=1e3, ramp_power=1e3)
+    laws = law_table(SpringDamper(stiffness=stiffness, damping=damping, point=machine.centre))
+    still = np.tile(machine.centre, (ticks, 1))
+    record = simulate(
+        par, controller, laws, timing(T, BOARD.delay, 2), machine.centre, hand=FREE, anchor=still,
+        push=np.zeros((ticks, 3)), count=0.0, errors=SensorErrors(noise=noise), seed=3,
+    )  # fmt: skip
+    loop = NoisyLoop(machine, noise=noise)
+    state, command = covariance(loop.loop, stiffness, damping, loop.error)
+    force = np.cov(record.force[skip:].T, bias=True)
+    assert np.sqrt(np.diag(force)) == pytest.approx(np.sqrt(np.diag(command)), rel=0.02)
+    n = loop.place.shape[1]
+    told = loop.place @ state[:n, :n] @ loop.place.T
+    moved = np.cov(record.knob[skip:].T, bias=True)
+    assert np.sqrt(np.trace(moved)) == pytest.approx(np.sqrt(np.trace(told)), rel=0.02)
+    narrow = np.cov(in_band(record.knob[skip:], T).T, bias=True)
+    figures = loop.figures(stiffness, damping)
+    assert np.sqrt(np.linalg.eigvalsh(narrow)[-1]) == pytest.approx(figures.motion, rel=0.02)
+    assert np.sqrt(np.linalg.eigvalsh(command)[-1]) == figures.force
+
+
+def test_figures_grow_with_noise_and_damping(machine: MachineModel) -> None:
+    fine, coarse = (NoisyLoop(machine, noise=noise).figures(400.0, 10.0) for noise in (UNKNOWN_NOISE, 1e-3))
+    assert coarse.force / fine.force == pytest.approx(1e-3 / UNKNOWN_NOISE)
+    assert coarse.motion / fine.motion == pytest.approx(1e-3 / UNKNOWN_NOISE)
+    assert fine.quiet
+    assert not coarse.quiet
+    loop = NoisyLoop(machine)
+    limit = loop.damping_limit(400.0)
+    assert loop.figures(400.0, 0.98 * limit).force < FORCE < loop.figures(400.0, 1.02 * limit).force
+    assert NoisyLoop(machine, noise=0.1).damping_limit(400.0) == 0.0
+
+
+def test_a_loop_that_is_not_stable_has_no_figures(machine: MachineModel) -> None:
+    figures = NoisyLoop(machine, at_rate(1000.0)).figures(400.0, 20.0)
+    assert not figures.steady
+    assert not figures.quiet
+    assert figures.force == figures.motion == np.inf
+
+
+def test_the_filter_is_chosen_for_the_noise(machine: MachineModel) -> None:
+    """300 Hz: nearly the wall of a faster filter with little more than half its noise; slower ones bear less."""
+    walls, noise = {}, {}
+    for corner in (100.0, 300.0, 1000.0):
+        loop = replace(BOARD, corner=corner)
+        walls[corner] = WallAt(machine, loop).stable(FREE)
+        noise[corner] = NoisyLoop(machine, loop, hand=HANDS["light"], normal=np.eye(3)[0]).figures(5000.0, 2.0).force
+    assert walls[300.0] > 0.97 * walls[1000.0]
+    assert noise[300.0] < 0.6 * noise[1000.0]
+    assert walls[100.0] < 0.9 * walls[300.0]
+    at = WallAt(machine)
+    at.estimator = linear_models(foaw(T, 1e-5, 32))[-1]  # a window of 4 ms that is held
+    assert at.stable(FREE) < 0.87 * walls[300.0]
+
+
+def test_the_default_wall_is_quiet_with_every_hand(machine: MachineModel) -> None:
+    """5 N/mm at the centre: at most 0.05 N rms and 0.05 um rms in 150 to 500 Hz."""
+    for hand in HANDS.values():
+        for normal in np.eye(3):
+            assert NoisyLoop(machine, hand=hand, normal=normal).figures(5000.0, BOARD.damping).quiet
+    assert sensor_errors(machine).noise == UNKNOWN_NOISE
