@@ -15,6 +15,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
+from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.range.cable import check_cable
@@ -161,6 +162,8 @@ def check_machine(
     progress("materials and sections")
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
+    progress("what a shop can make")
+    results += check_dfm(machine.assembly.parts)
     progress("loads and stiffness")
     results += check_structure(structure_report(d, bodies), required.stiffness_min_N_mm)
     return results

@@ -21,6 +21,7 @@ from delta_cad.solids.part import Bore, Hole, Triple
 from delta_cad.solids.primitive import THROUGH_MM, Point, cylinder, turned
 
 UP, DOWN = 1.0, -1.0
+THREAD_DIAMETERS = 3.0  # a screw holds no more by a longer thread, and taps break
 SAME_MM = 1e-6  # bores made from both sides share their axis to roundings
 
 
@@ -63,11 +64,14 @@ def tapped(bore: Bore, size: str, thread_mm: float | None = None) -> Bore:
     Args:
         bore: A through bore, of which only the place counts; it gets the tap drill's diameter.
         size: Such as "M4".
-        thread_mm: Usable depth of a blind thread, which is drilled deeper, with a tip; None: through.
+        thread_mm: Usable depth of a blind thread, which is drilled deeper, with a tip; None: drilled through, and
+            tapped as deep as a screw gains by it.
     """
-    drill = catalogue.screw(size).tap_drill_mm
+    row = catalogue.screw(size)
+    drill = row.tap_drill_mm
     if thread_mm is None:
-        return replace(bore, diameter_mm=drill, thread=size, thread_mm=bore.depth_mm)
+        usable = min(bore.depth_mm, THREAD_DIAMETERS * row.diameter_mm)
+        return replace(bore, diameter_mm=drill, thread=size, thread_mm=usable)
     deep = drilled_mm(size, thread_mm)
     return replace(blind(bore, TIP_DEG), diameter_mm=drill, depth_mm=deep, thread=size, thread_mm=thread_mm)
 
@@ -132,9 +136,15 @@ class Boring:
         self.tools: list[cq.Shape] = []
         self.holes: list[Hole] = []
 
-    def add(self, callout: str, bores: Iterable[Bore]) -> None:
-        """Adds a group of equal bores, tools and record; none of none."""
+    def add(self, callout: str, bores: Iterable[Bore], again: Iterable[Bore] = ()) -> None:
+        """Adds a group of equal bores, tools and record; none of none.
+
+        Args:
+            callout: What the drawing says of them.
+            bores: All of one diameter.
+            again: The same bores as they are made from their other ends, which take nothing more away.
+        """
         every = tuple(bores)
         if every:
             self.tools += map(tool, every)
-            self.holes.append(group(callout, every))
+            self.holes.append(group(callout, (*every, *again)))

@@ -6,7 +6,8 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, degrees, sin
+from dataclasses import replace
+from math import cos, degrees, floor, sin
 
 import cadquery as cq
 
@@ -32,6 +33,7 @@ from delta_cad.solids.primitive import (
     feature,
     fuse,
     hull_along_y,
+    round_inside,
 )
 
 BLOCK_SCREW = "M3"
@@ -44,6 +46,7 @@ BESIDE_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its uprig
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
 FOOT_CORNER_MM = 3.0
+PILOT_WALL_MM, HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
 ROUNDING_MM = 1e-9
 
 
@@ -52,6 +55,14 @@ def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     b, radius = d.bracket, d.motor.mount_circle_mm / 2
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
     return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screws_rad]
+
+
+def motor_counterbore_mm(d: Dimensions) -> float:
+    """Diameter of the counterbores of a motor's screws: smaller than usual where that leaves a wall to the pilot."""
+    screw, m = catalogue.screw(d.motor.mount_thread), d.motor
+    room = floor(10.0 * (m.mount_circle_mm - m.pilot_diameter_mm - 2 * PILOT_WALL_MM) + ROUNDING_MM) / 10.0
+    usual = screw.counterbore_diameter_mm  # where no wall is left it opens into the pilot's bore
+    return min(usual, room) if room >= screw.head_diameter_mm + HEAD_PLAY_MM else usual
 
 
 def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -167,7 +178,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     seat = inside + seat_depth
     rest = [along_y(screw.clearance_hole_mm, at, (seat, outside)) for at in motor_screws]
     boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
-    heads = [sunk(along_y(screw.counterbore_diameter_mm, at, (inside, seat))) for at in motor_screws]
+    heads = [sunk(along_y(motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
     boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
     _to_the_block(d, boring, (outside, inside))
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
@@ -207,7 +218,11 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     head = [(0.0, 0.0, b.head_radius_mm), *((x, z, 4.0) for x, z in board)]
     leg = [b.leg_circle_mm, *_foot(d)] if d.capstan is not None else [*head, *_foot(d)]
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
-    body = edge_break(number, body, ">Y or <Y", 0.5)
+    if d.capstan is not None and board:
+        beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
+        body = edge_break(number, beside, ">Y or <Y", 0.5)
+    else:
+        body = edge_break(number, body, ">Y or <Y", 0.5)
     if d.capstan is not None:
         round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
         upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
@@ -256,8 +271,11 @@ def make_foot_block(d: Dimensions) -> Part:
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
     body = edge_break(number, body, ">Z", 0.5)
     depth, into, boring = block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
-    cross = [tapped(along_y(0.0, at, y), BLOCK_SCREW) for at in cheek_screw_positions(d)]
-    boring.add(f"{BLOCK_SCREW} through, screws to {depth:g} from both sides", cross)
+    cross = [replace(tapped(along_y(0.0, at, y), BLOCK_SCREW), thread_mm=depth) for at in cheek_screw_positions(d)]
+    back = [
+        replace(tapped(along_y(0.0, at, (y[1], y[0])), BLOCK_SCREW), thread_mm=depth) for at in cheek_screw_positions(d)
+    ]
+    boring.add(f"{BLOCK_SCREW} x {depth:g} from both sides, drilled through", cross, back)
     up = [tapped(along_z(0.0, (u - b.shoulder_u_mm, middle), z), BASE_SCREW) for u in b.base_screw_u_mm]
     boring.add(f"{BASE_SCREW} through, screws to {BASE_THREAD_MM:g} from below", up)
     below = (z[0], z[0] + DOWEL_DEPTH_MM)

@@ -46,6 +46,7 @@ from delta_cad.solids.primitive import (
     hull_along_y,
     one_solid,
     ring_segment,
+    round_inside,
     stepped,
     swept_round,
 )
@@ -181,7 +182,8 @@ def make_sector(d: Dimensions) -> Part:
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
         rim = ring_segment(c.rim_radius_mm - RIM_MM, c.rim_radius_mm, (low, high), y)
-        support = ring_segment(inner, c.pitch_radius_mm + foot + 1.0, (low, high + under), web)
+        below = c.pitch_radius_mm + foot  # the lug's foot, which the web must reach where it ends: no wedge under it
+        support = ring_segment(inner, max(below + 1.0, below / cos(under) + 0.5), (low, high + under), web)
         x, z = c.nose_centre_mm
         share = inner / (c.rim_radius_mm - c.nose_radius_mm)
         bar = [(x, z, c.nose_bar_radius_mm), (share * x, share * z, c.nose_bar_radius_mm)]
@@ -190,7 +192,8 @@ def make_sector(d: Dimensions) -> Part:
         collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (web[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
         lug = beside(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
         anchor = beside(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
-        return fuse(plate, rim, support, nose, hub, collar, lug, anchor)
+        whole = fuse(plate, rim, support, nose, hub, collar, lug, anchor)
+        return round_inside(number, whole, (0.0, 1.0, 0.0))
 
     shape = feature(number, "outline", "hardware.sector_radius_mm", body)
     collar = d.layers.motor_cheek_mm[0]

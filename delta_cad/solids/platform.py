@@ -24,6 +24,7 @@ from delta_cad.solids.primitive import (
     feature,
     fuse,
     hull_along_z,
+    round_inside,
     stepped,
 )
 
@@ -44,13 +45,18 @@ def make_platform(d: Dimensions) -> Part:
     plate = (top - p.plate_mm, top)
 
     def body() -> cq.Shape:
-        shapes: list[cq.Shape] = [bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))]
+        hub = bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))
+        webs, shapes = list[cq.Shape](), list[cq.Shape]()
         for i in CHAINS:
             web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 5.0, 3.0), (r, 5.0 - half, 3.0)], plate)
-            shapes.append(turned_to_chain(web, i))
+            webs.append(turned_to_chain(web, i))
             barrel = bevelled(boss, (-half, half), BOSS_BEVEL_MM, (r, 0.0, 0.0))
             shapes.append(turned_to_chain(barrel, i))
-        return fuse(*shapes)
+            if plate[0] > 0.0:  # an upright flank under the plate, where the boss would be undercut
+                end = half - BOSS_BEVEL_MM
+                shapes.append(turned_to_chain(box((r - boss, -end, 0.0), (r, end, plate[0])), i))
+        star = round_inside(number, fuse(hub, *webs), (0.0, 0.0, 1.0))
+        return fuse(star, *shapes)
 
     shape = feature(number, "outline", "platform_radius_mm", body)
     boring, tools = Boring(), list[cq.Shape]()

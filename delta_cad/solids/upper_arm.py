@@ -6,7 +6,7 @@ not needed: what such a beam gives under load can be computed.
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import cos, sin
 
 import cadquery as cq
 
@@ -29,7 +29,7 @@ from delta_cad.solids.primitive import (
     hull_along_y,
 )
 
-SHOULDER_SEAT_X_MM = -8.0  # seat of the clamp screw's head; its thread begins behind the slit
+SHOULDER_SEAT_X_MM, SHOULDER_THREAD_MM = -8.0, 9.0  # seat of the clamp screw's head; thread, behind the slit
 SHOULDER_SCREW_LENGTH_MM = 16.0
 
 
@@ -86,17 +86,14 @@ def make_upper_arm(d: Dimensions) -> Part:
 
 
 def _clamp(d: Dimensions, boring: Boring) -> list[cq.Shape]:
-    """Slit, seat and bores of the screw that clamps the hub on a motor's shaft; the cutters of the former two.
-
-    The thread goes out through the hub's side, so that a tap runs free.
-    """
+    """Slit, seat and bores of the screw that clamps the hub on a motor's shaft; the cutters of the former two."""
     a, screw = d.arm, catalogue.screw(CLAMP_SCREW)
     low, high = (end + sign * THROUGH_MM for end, sign in zip(d.layers.elbow_boss_mm, (-1, 1), strict=True))
     z, outside, half = a.shoulder_clamp_z_mm, a.flange_radius_mm + THROUGH_MM, a.slit_mm / 2
-    side = sqrt(a.flange_radius_mm**2 - z**2)
     seat = f"{screw.clearance_hole_mm:g} from the open seat at x = {SHOULDER_SEAT_X_MM:g}, shoulder clamp"
     boring.add(seat, [between(screw.clearance_hole_mm, (SHOULDER_SEAT_X_MM, 0.0, z), (-half, 0.0, z))])
-    boring.add(f"{CLAMP_SCREW} through", [tapped(between(0.0, (half, 0.0, z), (side, 0.0, z)), CLAMP_SCREW)])
+    thread = tapped(between(0.0, (half, 0.0, z), (outside, 0.0, z)), CLAMP_SCREW, SHOULDER_THREAD_MM)
+    boring.add(f"{CLAMP_SCREW} x {SHOULDER_THREAD_MM:g}, drilled {thread.depth_mm:g} deep", [thread])
     return [
         box((-half, low, 0.0), (half, high, outside)),
         box((-outside, low, z - screw.counterbore_diameter_mm / 2), (SHOULDER_SEAT_X_MM, high, outside)),

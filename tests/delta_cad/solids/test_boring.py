@@ -41,7 +41,8 @@ def test_a_blind_thread_is_drilled_deeper() -> None:
     assert (bore.diameter_mm, bore.depth_mm, bore.thread, bore.thread_mm) == (3.3, 10.5, "M4", 8.0)
     assert (bore.through, bore.tip_deg) == (False, 118.0)
     through = tapped(along_y(0.0, (5, 5), (0, SIDE)), "M4")
-    assert (through.through, through.thread_mm, through.diameter_mm) == (True, SIDE, catalogue.screw("M4").tap_drill_mm)
+    drill = catalogue.screw("M4").tap_drill_mm
+    assert (through.through, through.depth_mm, through.thread_mm, through.diameter_mm) == (True, SIDE, 12.0, drill)
 
 
 def test_records_say_how_a_bore_is_made() -> None:

@@ -140,7 +140,7 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
         web |= round_cone(u, t, (0, 0), p.hub_radius_mm, (r, -wide), 3.0)
         web |= round_cone(u, t, (r, wide), 3.0, (r, -wide), 3.0)
         web |= (u >= 0) & (u <= r) & (np.abs(t) <= wide * u / r)
-        material |= plate & web
+        material |= plate & (web | rounded_valley(u, t, r, wide, p.hub_radius_mm))
         axis = np.hypot(u - r, z)
         material |= (np.abs(t) <= half) & (axis <= boss - np.maximum(np.abs(t) - (half - 0.4), 0))
         empty |= axis < p.bar_bore_mm / 2
@@ -151,6 +151,16 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
             window |= (u >= u0) & (u <= u1) & (np.abs(t) <= w * (u - u0) / (u1 - u0))
             empty |= window & (z > boss - p.plate_mm - 0.5)
     return material & ~empty
+
+
+def rounded_valley(u: np.ndarray, t: np.ndarray, r: float, wide: float, hub: float) -> np.ndarray:
+    """What a cutter of 1.6 leaves between a web, hub to (r, wide) with radius 3, and its mirror at 60 degrees."""
+    normal = np.arctan2(wide, r) + np.arccos((hub - 3.0) / np.hypot(r, wide))
+    walls = np.array([[np.cos(a), np.sin(a)] for a in (normal, 2 * np.pi / 3 - normal)])
+    off = np.array([walls[k, 0] * u + walls[k, 1] * t - hub for k in (0, 1)])
+    centre = np.linalg.solve(walls, [hub + 1.6, hub + 1.6])
+    back = np.linalg.solve(walls.T, -np.array([u - centre[0], t - centre[1]]))  # between both walls' normals
+    return (off >= 0).all(axis=0) & (back >= 0).all(axis=0) & (np.hypot(u - centre[0], t - centre[1]) > 1.6)
 
 
 def rod_cup(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
@@ -238,7 +248,10 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
         place = at[0] + m.mount_circle_mm / 2 * float(np.cos(a)), at[1] + m.mount_circle_mm / 2 * float(np.sin(a))
         reached = motor_thread_mm(m) - 6.0 + y1 - y0  # a screw of 6 mm fills the motor's thread
         empty |= within(x, z, place, screw.clearance_hole_mm)
-        empty |= within(x, z, place, screw.counterbore_diameter_mm) & (y < y0 + reached)
+        room = m.mount_circle_mm - m.pilot_diameter_mm - 2 * 0.5  # a wall of 0.5 to the pilot, if there is room
+        sunk = screw.counterbore_diameter_mm
+        sunk = min(sunk, room) if room >= screw.head_diameter_mm + 0.3 else sunk
+        empty |= within(x, z, place, sunk) & (y < y0 + reached)
     (pin,) = b.stop_pins_mm
     empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)
