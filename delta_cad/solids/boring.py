@@ -1,5 +1,8 @@
 """Bores of a part: one statement gives the tool that cuts each and the record that a machinist reads."""
 
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -22,6 +25,7 @@ from delta_cad.solids.primitive import THROUGH_MM, Point, cylinder, turned
 
 UP, DOWN = 1.0, -1.0
 THREAD_DIAMETERS = 3.0  # a screw holds no more by a longer thread, and taps break
+AXIS_MM, DIAMETER_MM = 1e-4, 1e-3  # of a face from the axis and the diameter that a bore declares
 SAME_MM = 1e-6  # bores made from both sides share their axis to roundings
 
 
@@ -122,6 +126,25 @@ def axes(bores: Iterable[Bore]) -> int:
         if all(hypot(*off) > SAME_MM for off in apart):
             found.append((point, along))
     return len(found)
+
+
+def faces_of(solid: cq.Shape, bore: Bore) -> list[cq.Face]:
+    """Finds the faces of a bore's wall in a solid: of its diameter, on its axis, between its ends."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+
+    found, start, along = list[cq.Face](), np.array(bore.start_mm), np.array(bore.direction)
+    for face in solid.Faces():
+        if face.geomType() != "CYLINDER":
+            continue
+        cylinder = BRepAdaptor_Surface(face.wrapped).Cylinder()
+        point, way = cylinder.Location(), cylinder.Axis().Direction()
+        off = np.cross(np.array([point.X(), point.Y(), point.Z()]) - start, along)
+        askew = np.cross([way.X(), way.Y(), way.Z()], along)
+        at = float((np.array(face.Center().toTuple()) - start) @ along)
+        same = abs(2 * cylinder.Radius() - bore.diameter_mm) < DIAMETER_MM and 0.0 < at < bore.depth_mm
+        if same and max(np.linalg.norm(off), np.linalg.norm(askew)) < AXIS_MM:
+            found.append(face)
+    return found
 
 
 class Boring:
