@@ -9,6 +9,7 @@ largest fitted bore is datum A, that bore datum B and square to A; the other fit
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import cadquery as cq
@@ -100,6 +101,16 @@ def mend_tolerances(model: Any) -> None:
         if isinstance(entity, StepShape_LimitsAndFits):
             grade = int(entity.Grade().ToCString()) - GRADE_TOO_HIGH
             entity.SetGrade(TCollection_HAsciiString(str(grade)))
+
+
+def without_runouts(data: bytes) -> bytes:
+    """Takes out of a file the runout zones that the kernel's writer puts beside every round zone, of no tolerance."""
+    data = re.sub(rb"#\d+ = RUNOUT_ZONE_DEFINITION\(#\d+,\(\)\);\s*", b"", data)
+    angles = re.findall(rb"#\d+ = RUNOUT_ZONE_ORIENTATION\((#\d+)\);", data)
+    data = re.sub(rb"#\d+ = RUNOUT_ZONE_ORIENTATION\(#\d+\);\s*", b"", data)
+    for angle in angles:
+        data = re.sub(rb"\n" + angle + rb" = PLANE_ANGLE_MEASURE_WITH_UNIT\([^;]*;", b"", data)
+    return data
 
 
 def add_notes(model: Any, part: Part) -> None:

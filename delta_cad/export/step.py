@@ -35,7 +35,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.fingerprint import canonical
-from delta_cad.export.pmi import add_notes, add_tolerances, mend_tolerances
+from delta_cad.export.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 
@@ -99,6 +99,7 @@ def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:
     if schema == "AP242" and part.make:
         add_tolerances(document, label, part)
     _write(document, path, schema, part.number, part if part.make else None)
+    path.write_bytes(without_runouts(path.read_bytes()))
 
 
 def _check_names(assembly: Assembly) -> None:

@@ -82,6 +82,9 @@ def test_the_text_says_what_the_drawing_asks(number: str, files: dict[str, Path]
     assert sorted(measures(found, limits)) == pytest.approx(expected, abs=1e-12)
     assert len(of_kind(found, "POSITION_TOLERANCE")) == places
     assert len(of_kind(found, "PERPENDICULARITY_TOLERANCE")) == (1 if fits or own else 0)
+    assert "RUNOUT" not in files[number].read_text()
+    named = {int(n) for text in found.values() for n in re.findall(r"#(\d+)", re.sub(r"'[^']*'", "", text))}
+    assert named <= found.keys()  # nothing refers to what was taken out
     letters = {strings(text)[-1] for text in of_kind(found, "DATUM")}
     assert letters == ({"A", "B"} if places else {"A"} if fits else set())
     told = [text for one in of_kind(found, "DESCRIPTIVE_REPRESENTATION_ITEM") for text in [strings(one)] if text]
