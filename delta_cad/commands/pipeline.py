@@ -35,9 +35,9 @@ from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
 from delta_cad.export.bom import bill_of_materials, write_bom
 from delta_cad.export.folder import output_folder
-from delta_cad.export.holes import hole_list, write_holes
 from delta_cad.export.manifest import write_manifest
 from delta_cad.export.mass_properties import mass_report
+from delta_cad.export.shop.holes import hole_list, write_holes
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.structure.report import structure_record, structure_report

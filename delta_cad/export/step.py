@@ -35,7 +35,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.fingerprint import canonical
-from delta_cad.export.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
+from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.export.pmi import GENERAL, toleranced
+from delta_cad.export.shop.pmi import GENERAL, toleranced
 from delta_cad.export.step import write_part_step
 from delta_cad.solids.part import Part
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.export.holes import HoleRow, hole_list, write_holes
+from delta_cad.export.shop.holes import HoleRow, hole_list, write_holes
 
 
 @pytest.fixture(scope="module")
