@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import ceil, cos, pi, sin
+from math import ceil, cos, hypot, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -55,7 +55,7 @@ from delta_cad.solids.upper_arm import dowel_positions, polar_positions
 BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
 LIGHTENING_MM = 7.0
 AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a rounding
-ROUNDING_MM = 1e-9
+ROUNDING_MM = 1e-6
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
@@ -179,6 +179,11 @@ def make_sector(d: Dimensions) -> Part:
         corners = [point + r * normal + s * tangent for r in (r0, r1) for s in (s0, s1)]
         return hull_along_y([(float(p[0]), float(p[2]), corner) for p in corners], wide)
 
+    def under_cable(point: np.ndarray) -> bool:
+        """Whether a corner lies where the cable leaves rim or nose: a rounding there would lift it."""
+        nose = hypot(point[0] - c.nose_centre_mm[0], point[2] - c.nose_centre_mm[1]) - c.nose_radius_mm
+        return min(abs(hypot(point[0], point[2]) - c.rim_radius_mm), abs(nose)) < ROUNDING_MM
+
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
         rim = ring_segment(c.rim_radius_mm - RIM_MM, c.rim_radius_mm, (low, high), y)
@@ -193,7 +198,7 @@ def make_sector(d: Dimensions) -> Part:
         lug = beside(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
         anchor = beside(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
         whole = fuse(plate, rim, support, nose, hub, collar, lug, anchor)
-        return round_inside(number, whole, (0.0, 1.0, 0.0))
+        return round_inside(number, whole, (0.0, 1.0, 0.0), under_cable)
 
     shape = feature(number, "outline", "hardware.sector_radius_mm", body)
     collar = d.layers.motor_cheek_mm[0]

@@ -297,13 +297,16 @@ def inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[InnerEdge]:
     return found
 
 
-def round_inside(part: str, solid: cq.Shape, along: Sequence[float]) -> cq.Shape:
+def round_inside(
+    part: str, solid: cq.Shape, along: Sequence[float], kept: Callable[[np.ndarray], bool] = lambda _: True
+) -> cq.Shape:
     """Rounds the inner corners that lie along a milling axis, as a cutter leaves them: the widest that the kernel can.
 
     Args:
         part: Part number, for the error.
         solid: Body before its bores are cut.
         along: Unit vector of the axis.
+        kept: Whether a corner there, its middle (3,), stays sharp if a cutter makes it so from a side.
 
     Returns:
         The body; a corner that no radius goes into stays sharp.
@@ -311,7 +314,8 @@ def round_inside(part: str, solid: cq.Shape, along: Sequence[float]) -> cq.Shape
     axis = np.array(along, dtype=float)
 
     def sharp(shape: cq.Shape) -> list[InnerEdge]:
-        return [e for e in closed_corners(shape) if e.is_straight and abs(e.tangent @ axis) > 1.0 - SHORT_MM]
+        found = [corner for corner, ways in corner_ways(shape) if not (ways and kept(corner.point))]
+        return [e for e in found if e.is_straight and abs(e.tangent @ axis) > 1.0 - SHORT_MM]
 
     def rounded(shape: cq.Shape, corners: list[InnerEdge], radius: float) -> cq.Shape | None:
         try:

@@ -80,7 +80,10 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     under = length / c.rim_radius_mm
     solid = web & (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
     solid |= rim & (radius >= c.rim_radius_mm - 3.5) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
-    solid |= web & (radius >= inner) & (radius <= pitch - 8.2) & (angle >= -half) & (angle <= half + under)
+    foot = max(pitch - 8.2, (pitch - 9.2) / float(np.cos(under)) + 0.5)  # beyond the lug's foot where it ends
+    solid |= web & (radius >= inner) & (radius <= foot) & (angle >= -half) & (angle <= half + under)
+    off_hub, off_end = radius - a.flange_radius_mm, radius * np.sin(angle - half - under)
+    solid |= web & (angle > 0) & rounded_corner(off_hub, off_end)
     solid |= (y >= a_side(d)) & (y <= web1) & (radius <= a.flange_radius_mm)
     solid |= (y >= web1) & (y <= d.layers.motor_cheek_mm[0]) & within(x, z, (0, 0), a.collar_diameter_mm)
     empty = within(x, z, (0, 0), a.shaft_bore_mm)
@@ -93,12 +96,15 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     solid |= web & round_cone(out, aside, (share * top, 0), bar, (top, 0), bar)
     beside, beyond = aside - cable, top - out
     solid |= (y >= web0) & (y <= y1) & (np.abs(beside) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
+    solid |= web & (aside > 0) & rounded_corner(off_hub, aside - bar)
+    solid |= web & rounded_corner(aside - bar, beyond - 6.0)
     slit = (np.hypot(beside, y - c.end_y_mm[0]) < 0.5) | (np.abs(beside) < 0.5) & (y > c.end_y_mm[0])
     empty |= slit & (beyond > -0.5) & (beyond < 6.5)
     # the other end: the cable runs on along the rim's tangent into the carriage's pocket
     out, along = x * np.cos(high) + z * np.sin(high) - pitch, -x * np.sin(high) + z * np.cos(high)
     floor, roof = c.end_y_mm[1] - 2.5, c.end_y_mm[1] + 2.6  # the pocket is open to the arm's side
     solid |= (out >= -9.2) & (out <= 4.2) & (along >= 0) & (along <= length) & (y >= floor) & (y <= y1)
+    solid |= rim & ~web & (y >= floor) & rounded_corner(c.rim_radius_mm - 3.5 - radius, -along) & (out < -3.0)
     off = (
         np.maximum(np.abs(out + 2.5) - 3.5, 0.0),
         np.maximum(np.abs(along - (length - 2.0) / 2) - (length - 7.2) / 2, 0.0),
@@ -151,6 +157,12 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
             window |= (u >= u0) & (u <= u1) & (np.abs(t) <= w * (u - u0) / (u1 - u0))
             empty |= window & (z > boss - p.plate_mm - 0.5)
     return material & ~empty
+
+
+def rounded_corner(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """What a cutter of radius 1.6 leaves between two walls square to one another, of distances off either."""
+    near = (one >= 0) & (other >= 0) & (one < 1.6) & (other < 1.6)
+    return near & (np.hypot(one - 1.6, other - 1.6) > 1.6)
 
 
 def rounded_valley(u: np.ndarray, t: np.ndarray, r: float, wide: float, hub: float) -> np.ndarray:
