@@ -288,13 +288,21 @@ def make_pinion(d: Dimensions) -> Part:
     )
     floor = y2 - c.pinion_bore_depth_mm
     middle, far, near, boring = (y1 + y2) / 2, c.collar_radius_mm, c.pinion_bore_mm / 2, Boring()
+    out = far + THROUGH_MM
     bore = fitted(along_y(c.pinion_bore_mm, (0.0, 0.0), (y2, floor)), "H7")
     if ends := floor > y0 + ROUNDING_MM:
         bore = blind(bore)
     deep = f"x {c.pinion_bore_depth_mm:.1f}" if ends else "through"
-    boring.add(f"{c.pinion_bore_mm:g} H7 {deep}, on the motor's shaft", [bore])
+    boring.holes.append(group(f"{c.pinion_bore_mm:g} H7 {deep}, on the motor's shaft", [bore]))
+    bored = (floor if ends else y0 - THROUGH_MM, y2 + THROUGH_MM)  # drawn as the motor's shaft is, seam upon seam
+    boring.tools.append(bore_y(c.pinion_bore_mm, (0.0, 0.0), bored))
     radial = [between(0.0, (far * x, middle, far * z), (near * x, middle, near * z)) for x, z in _set_screw_ways(d)]
-    boring.add(f"{SET_SCREW} radial, set screws", (tapped(at, SET_SCREW) for at in radial))
+    threads = [tapped(at, SET_SCREW) for at in radial]
+    boring.holes.append(group(f"{SET_SCREW} radial, set screws", threads))
+    boring.tools += [
+        cylinder(t.diameter_mm, (0.0, middle, 0.0), (out * x, middle, out * z))
+        for t, (x, z) in zip(threads, _set_screw_ways(d), strict=True)
+    ]  # to the axis: the bore may be narrower than they
     solid = feature(number, "bore", "motor shaft", lambda: cut(body, boring.tools))
     run, d_c = c.run, c.cable_diameter_mm
     description = (
