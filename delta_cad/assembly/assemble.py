@@ -26,8 +26,9 @@ from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES, LinkPlacement, chain_frame
-from delta_cad.solids import brackets, fasteners, forearm, platform, shaft, upper_arm
+from delta_cad.solids import brackets, forearm, platform, shaft, upper_arm
 from delta_cad.solids.base_plate import between_chains, make_base_plate
+from delta_cad.solids.bought import fasteners
 from delta_cad.solids.bought.ball import make_joint_ball
 from delta_cad.solids.bought.encoder_board import make_encoder_board
 from delta_cad.solids.bought.foot import make_foot

@@ -10,7 +10,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.rules import require
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids import fasteners
+from delta_cad.solids.bought import fasteners
 from delta_cad.solids.part import Fit, Occurrence, Part
 
 ROUNDING_MM = 1e-9  # sums of a few lengths of 10 mm

@@ -31,7 +31,8 @@ from delta_cad.dimensions.forearm import (
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POCKET_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids import brackets, fasteners, platform
+from delta_cad.solids import brackets, platform
+from delta_cad.solids.bought import fasteners
 from delta_cad.solids.bought.bearing import PRELOAD_PLAY_MM
 from delta_cad.solids.forearm import RING_GLUE_MM, rim_mm
 from delta_cad.solids.part import Anchor, Contact, Stop

@@ -8,7 +8,8 @@ from delta_cad.assembly.bench import BESIDE_MM, Bench, at, longest, longest_dowe
 from delta_cad.dimensions.arm import CLAMP_SCREW, INSIDE_RING_MM, WASHER_MM
 from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, TENSION_SCREW_LENGTH_MM
 from delta_cad.mechanism.placement import chain_frame
-from delta_cad.solids import capstan, fasteners, shaft, upper_arm
+from delta_cad.solids import capstan, shaft, upper_arm
+from delta_cad.solids.bought import fasteners
 from delta_cad.solids.bought.bearing import make_bearing, make_wave_spring
 
 BESIDE = (  # what of an arm passes what of its own bracket at less than the clearance of others

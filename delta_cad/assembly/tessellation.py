@@ -4,7 +4,8 @@ The bound is the largest, over the faces of a solid, of `face + edges`:
     face: distance of the triangles from the face's surface. Linear interpolation over a triangle whose parameter
         ranges are du and dv strays at most `(A du^2 + 2 B du dv + C dv^2) / 8` (Taylor's theorem at the point, and
         Popoviciu's bound on the variance of the corners), where A, B, C bound the second derivatives uu, uv, vv of the
-        surface: 0 on planes; A = r on cylinders; A = r_max, B = |sin a| on cones; A = R + r, B = C = r on tori.
+        surface: 0 on planes; A = r on cylinders; A = r_max, B = |sin a| on cones; A = R + r, B = C = r on tori. A
+        triangle from a cone's tip strays most on its opposite side, whose ranges are taken.
         On spheres it is `r - (smallest distance of a triangle from the centre)`.
     edges: distance of the face's boundary polygons from the exact edges: 0 on lines, the sagitta
         `r (1 - cos(span / 2))` on circles. A point of the face between an arc and its chord is that close to the
@@ -224,8 +225,12 @@ def _face_deviation(face: Any, nodes: np.ndarray, uv: np.ndarray, triangles: np.
     if kind == GeomAbs_Cone:
         cone = surface.Cone()
         slope = abs(np.sin(cone.SemiAngle()))
-        radius = np.abs(cone.RefRadius() + uv[:, 1] * np.sin(cone.SemiAngle())).max()
-        return float((radius * du**2 + 2.0 * slope * du * dv).max() / 8.0)
+        radii = np.abs(cone.RefRadius() + uv[:, 1] * np.sin(cone.SemiAngle()))
+        tips = (radii[triangles] < MERGE_MM)[..., None]  # u is anything there, and rulings lead from it to the others
+        most = np.where(tips, -np.inf, uv[triangles]).max(axis=1)
+        least = np.where(tips, np.inf, uv[triangles]).min(axis=1)
+        du, dv = np.maximum(most - least, 0.0).T
+        return float((radii.max() * du**2 + 2.0 * slope * du * dv).max() / 8.0)
     if kind == GeomAbs_Torus:
         torus = surface.Torus()
         large, small = torus.MajorRadius(), torus.MinorRadius()

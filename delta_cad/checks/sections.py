@@ -19,7 +19,8 @@ import numpy as np
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.contact.features import Cylinder, features
 from delta_cad.checks.report import CheckResult
-from delta_cad.solids.part import Part, location_of
+from delta_cad.dimensions.tolerances import tip_mm
+from delta_cad.solids.part import Bore, Part, location_of
 from delta_cad.structure.spans import Span
 
 if TYPE_CHECKING:
@@ -188,6 +189,8 @@ def _cut(part: Part, solid: cq.Shape, span: Span, stations: np.ndarray) -> _Cut:
         for bore in (c.moved(inward) for c in features(part.solid).cylinders if c.is_bore):
             if any(abs(2.0 * bore.radius_mm - diameter) <= DIAMETER_MM for diameter in declared):
                 moments += _plug(bore, stations)
+        for drilled in (b for hole in part.holes for b in hole.bores if b.tip_deg):
+            moments += _tip(drilled, inward, stations)
     area = np.maximum(moments[:, 0], np.finfo(float).tiny)
     about_z = moments[:, 3] - moments[:, 1] ** 2 / area
     about_y = moments[:, 4] - moments[:, 2] ** 2 / area
@@ -231,6 +234,18 @@ def _moments(face: Any) -> np.ndarray:
     area, centre, inertia = props.Mass(), props.CentreOfMass(), props.MatrixOfInertia()
     y, z = centre.Y(), centre.Z()
     return np.array([area, area * y, area * z, inertia.Value(3, 3) + area * y**2, inertia.Value(2, 2) + area * z**2])
+
+
+def _tip(bore: Bore, inward: np.ndarray, stations: np.ndarray) -> np.ndarray:
+    """(n, 5) the same of the tip of a drill along x, seen from a span's frame."""
+    start, along = inward[:3, :3] @ bore.start_mm + inward[:3, 3], inward[:3, :3] @ bore.direction
+    if np.linalg.norm(along[1:]) > ALONG:
+        return np.zeros((len(stations), 5))
+    height, (y, z) = tip_mm(bore.diameter_mm, bore.tip_deg), start[1:]
+    into = (stations - start[0]) * along[0] - bore.depth_mm
+    radius = np.where(into > 0.0, np.clip(1.0 - into / height, 0.0, 1.0), 0.0) * bore.diameter_mm / 2.0
+    areas = np.pi * radius**2
+    return np.stack([areas, areas * y, areas * z, areas * (radius**2 / 4 + y**2), areas * (radius**2 / 4 + z**2)], 1)
 
 
 def _plug(bore: Cylinder, stations: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 
 from delta_cad.assembly.tessellation import Mesh, MeshLibrary
 from delta_cad.checks.contact.features import Cylinder, features
+from delta_cad.checks.dfm.located import location_faults
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Part
 
@@ -48,6 +49,7 @@ def _checked(part: Part, meshes: MeshLibrary) -> CheckResult:
         elif bare:
             faults.append(f"its mesh has no points on {len(bare)} cylinders, the first of {bare[0]:g} mm diameter")
         faults += compared_bores(part, bore_counts(part.solid))[0] + extent_faults(part)
+        faults += location_faults(part)
         if undeclared := compared_bores(part, bore_counts(part.solid, WHOLE_RAD))[1]:
             faults.append(f"bores that are not declared: {undeclared}")
     sound = f"one valid closed solid, {len(part.holes)} kinds of declared bores present, as long and wide as declared"

@@ -16,7 +16,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
-from delta_cad.checks.makes import check_makes
+from delta_cad.checks.dfm.check import check_dfm
+from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
@@ -33,10 +34,11 @@ from delta_cad.dimensions.joint import known_joints
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
-from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
+from delta_cad.export.bom import bill_of_materials, write_bom
 from delta_cad.export.folder import output_folder
 from delta_cad.export.manifest import versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
+from delta_cad.export.shop.holes import hole_list, write_holes
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.report.page import write_report
@@ -167,6 +169,8 @@ def check_machine(
     progress("materials and sections")
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
+    progress("what a shop can make")
+    results += check_dfm(machine.assembly.parts)
     progress("loads and stiffness")
     results += check_structure(structure_report(d, bodies), required.stiffness_min_N_mm)
     return results

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, cos, hypot, sin
+from math import ceil, cos, floor, hypot, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
@@ -141,7 +141,7 @@ def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_
         radius_mm=radius,
         thickness_mm=thickness_mm,
         top_mm=bracket.base_top_mm,
-        centre_hole_mm=2 * (bracket.foot_u_mm[0] - 8.0),
+        centre_hole_mm=float(floor(2 * (bracket.foot_u_mm[0] - 8.0))),
         foot_circle_mm=2 * (radius - 10.0),
         mount_circle_mm=2 * (radius - 8.0),
         mount_hole_mm=5.5,

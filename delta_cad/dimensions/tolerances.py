@@ -1,8 +1,9 @@
-"""Tolerances of what a shoulder is made of, and what they make of the bearings' preload and of their alignment."""
+"""Fits, thread run-outs and drills of what is made; what tolerances make of a shoulder's preload and alignment."""
 
 from __future__ import annotations
 
-from math import pi, radians
+from bisect import bisect_left
+from math import ceil, pi, radians, tan
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import BracketDimensions
@@ -24,6 +25,63 @@ Source: RBC Bearings, misalignment: 0.0005 to 0.003 (rbcbearings.com/ballbearing
 """
 END_TORQUE_N_m = {"M2.5": 0.5, "M3": 1.0, "M4": 2.2}
 """Torque of a stainless screw in a shaft's end: 0.7 of its proof stress at a friction of 0.14 (VDI 2230)."""
+
+BAR_WIDER_UM = 20.0  # by which a cross-bar's bore may be wider than nominal: the bond's thickness
+NOMINAL_MM = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0)
+"""Upper ends of the ranges of nominal diameter of the two tables below."""
+GRADES_UM = {
+    5: (4, 5, 6, 8, 9, 11, 13, 15),
+    6: (6, 8, 9, 11, 13, 16, 19, 22),
+    7: (10, 12, 15, 18, 21, 25, 30, 35),
+}
+"""Standard tolerances, um. Source: ISO 286-1, table 1; 6, 7 as precisemetal.in/tolerence-table.php has them."""
+FREE_UM = {"H": (0,) * 8, "G": (2, 4, 5, 6, 7, 9, 10, 12)}
+"""Least deviations of a bore from its nominal diameter, um. Source: ISO 286-1, table 6."""
+FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
+"""Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
+PLACE_MM, SQUARE_MM = 0.05, 0.02
+"""Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+RUN_OUT_MM = {0.4: 1.5, 0.45: 1.6, 0.5: 1.8, 0.7: 2.4, 0.8: 2.7, 1.0: 3.2, 1.25: 3.9, 1.5: 4.6}
+"""From a thread's usable end to the full depth of its blind drill, by pitch, mm. Source: DIN 76-1, e2 (short)."""
+DRILL_STEP_MM = 0.5  # to which the depth of a drill is rounded up
+TIP_DEG = 118.0  # point angle of a twist drill, DIN 338 type N
+
+
+def deviations_um(fit: str, nominal_mm: float) -> tuple[int, int]:
+    """Looks up the lower and the upper deviation of a bore, or of a shaft `h`, um.
+
+    Args:
+        fit: Tolerance class, such as "H7", "G7", "h6".
+        nominal_mm: Nominal diameter, above 0 and up to 120 mm.
+
+    Raises:
+        ValueError: The class or the diameter is not in the tables.
+    """
+    letter, grade = fit[:1], int(fit[1:]) if fit[1:].isdigit() else 0
+    if letter not in (*FREE_UM, "h") or grade not in GRADES_UM or not 0.0 < nominal_mm <= NOMINAL_MM[-1]:
+        raise ValueError(
+            f"fit {fit} of {nominal_mm:g} mm: known are G, H and h of grades {min(GRADES_UM)} to {max(GRADES_UM)} "
+            f"up to {NOMINAL_MM[-1]:g} mm"
+        )
+    row = bisect_left(NOMINAL_MM, nominal_mm)
+    wide = GRADES_UM[grade][row]
+    return (-wide, 0) if letter == "h" else (FREE_UM[letter][row], FREE_UM[letter][row] + wide)
+
+
+def drilled_mm(size: str, thread_mm: float) -> float:
+    """Computes how deep a blind hole is drilled, to its full diameter, for a usable depth of thread, mm.
+
+    Args:
+        size: Thread, such as "M4".
+        thread_mm: Usable depth.
+    """
+    depth = thread_mm + RUN_OUT_MM[catalogue.screw(size).pitch_mm]
+    return DRILL_STEP_MM * ceil(depth / DRILL_STEP_MM - 1e-9)
+
+
+def tip_mm(diameter_mm: float, tip_deg: float = TIP_DEG) -> float:
+    """Gives the height of a drill's tip, mm; 0 for a flat end, `tip_deg` = 0."""
+    return diameter_mm / 2.0 / tan(radians(tip_deg) / 2.0) if tip_deg else 0.0
 
 
 def spring_height_mm(spring: catalogue.WaveSpring) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Bill of materials and the list of holes, as CSV for people and JSON for programs."""
+"""Bill of materials, as CSV for people and JSON for programs."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 SCHEMA = "delta-bom/1"
-HOLE_DECIMALS = 3  # a micrometre: what a bore is measured to
 MASS_DECIMALS = 4  # masses are printed to 0.1 mg, far below what any scale in a workshop shows.
 
 
@@ -40,16 +43,6 @@ class BomRow:
     standard: str
     order_code: str
     source: str
-
-
-@dataclass(frozen=True)
-class HoleRow:
-    """One group of equal bores or slots of one part: diameter or width in mm, count, callout of the drawing."""
-
-    part: str
-    diameter_mm: float
-    count: int
-    callout: str
 
 
 def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[BomRow]:
@@ -107,30 +100,15 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
     return rows
 
 
-def hole_list(assembly: Assembly) -> list[HoleRow]:
-    """Lists every declared group of bores of every part that is made, in order of first use."""
-    made = (part for part in assembly.parts if part.make)
-    return [
-        HoleRow(part.number, round(h.diameter_mm, HOLE_DECIMALS), h.count, h.callout)
-        for part in made
-        for h in part.holes
-    ]
-
-
 def write_bom(rows: list[BomRow], directory: Path) -> None:
     """Writes `bom.csv` and `bom.json` into a folder."""
-    _write_csv(directory / "bom.csv", BomRow, rows)
+    write_csv(directory / "bom.csv", BomRow, rows)
     text = json.dumps({"schema": SCHEMA, "items": [asdict(row) for row in rows]}, indent=1, ensure_ascii=False)
     (directory / "bom.json").write_text(text + "\n", encoding="utf-8")
 
 
-def write_holes(rows: list[HoleRow], path: Path) -> None:
-    """Writes the list of holes as CSV."""
-    _write_csv(path, HoleRow, rows)
-
-
-def _write_csv(path: Path, record: type[BomRow | HoleRow], rows: Sequence[BomRow | HoleRow]) -> None:
-    """Comma-separated, UTF-8, one line feed a row, so that the bytes are the same on every system."""
+def write_csv(path: Path, record: type[DataclassInstance], rows: Sequence[DataclassInstance]) -> None:
+    """Writes records of one kind, comma-separated, UTF-8, one line feed a row: the same bytes on every system."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, [field.name for field in fields(record)], lineterminator="\n")
         writer.writeheader()

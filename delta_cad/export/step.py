@@ -35,6 +35,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.export.fingerprint import canonical
+from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 
@@ -88,12 +89,17 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
 def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:
     """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
+    In AP242 a part that is made has its tolerances as data, see `pmi`.
+
     Raises:
         StepError: The schema is unknown, the part is not one solid, or the kernel refuses to write.
     """
     document, _ = _document()
-    _define(document, part)
-    _write(document, path, schema, part.number)
+    label = _define(document, part)
+    if schema == "AP242" and part.make:
+        add_tolerances(document, label, part)
+    _write(document, path, schema, part.number, part if part.make else None)
+    path.write_bytes(without_runouts(path.read_bytes()))
 
 
 def _check_names(assembly: Assembly) -> None:
@@ -160,15 +166,19 @@ def _name(label: TDF_Label, name: str) -> None:
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
 
 
-def _write(document: TDocStd_Document, path: Path, schema: str, title: str) -> None:
-    """Transfers a document, fills the header and writes the file."""
+def _write(document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None) -> None:
+    """Transfers a document, adds the notes of a part, fills the header and writes the file."""
     if schema not in SCHEMAS:
         raise StepError(f"schema {schema!r} is not one of {', '.join(SCHEMAS)}")
     with _quiet_kernel(), _settings({"write.step.schema": SCHEMAS[schema], "write.step.unit": "MM"}):
         writer = STEPCAFControl_Writer()
+        writer.SetDimTolMode(noted is not None)
         if not writer.Transfer(document, STEPControl_AsIs):
             raise StepError(f"{title}: the shapes could not be transferred to STEP")
         _mend_density_units(writer.ChangeWriter().Model(False))
+        if schema == "AP242" and noted is not None:
+            mend_tolerances(writer.ChangeWriter().Model(False))
+            add_notes(writer.ChangeWriter().Model(False), noted)
         _fill_header(writer.ChangeWriter().Model(False), title)
         if writer.Write(str(path)) == IFSelect_RetDone and path.read_bytes().rstrip().endswith(END):
             return

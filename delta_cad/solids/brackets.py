@@ -6,7 +6,8 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
-from math import cos, degrees, pi, sin
+from dataclasses import replace
+from math import cos, degrees, floor, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -19,7 +20,8 @@ from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
-from delta_cad.dimensions.tolerances import LENGTH_MM, minutes, seat_tilt_rad
+from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
+from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted, sunk, tapped
 from delta_cad.solids.making import hull_y, made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Hole, Part
@@ -27,22 +29,25 @@ from delta_cad.solids.primitive import (
     THROUGH_MM,
     Circle,
     bore_y,
-    bore_z,
     box,
     cut,
     edge_break,
     feature,
     fuse,
     hull_along_y,
+    round_inside,
 )
 
 BLOCK_SCREW = "M3"
-BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0
+BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"
-BOARD_THREAD_MM, BOARD_DRILL_MM = 8.0, 2.0  # thread, and the drill's way beyond it
+BOARD_THREAD_MM = 8.0
+UNDER_TIP_MM = 1.4  # least metal before a blind drill's tip
+BESIDE_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its upright ones: else they end flat
 STOP_SUNK_MM, STOP_ENGAGEMENT_MM = 0.5, 3.0
 BLOCK_ENGAGEMENT_DIAMETERS = 1.2
+PILOT_WALL_MM, HEAD_PLAY_MM = 0.5, 0.3  # between a motor's pilot and its screws' counterbores; of diameter, in them
 ROUNDING_MM = 1e-9
 DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
@@ -52,6 +57,14 @@ def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     b, radius = d.bracket, d.motor.mount_circle_mm / 2
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
     return [(x + radius * cos(a), z + radius * sin(a)) for a in b.motor_screws_rad]
+
+
+def motor_counterbore_mm(d: Dimensions) -> float:
+    """Diameter of the counterbores of a motor's screws: smaller than usual where that leaves a wall to the pilot."""
+    screw, m = catalogue.screw(d.motor.mount_thread), d.motor
+    room = floor(10.0 * (m.mount_circle_mm - m.pilot_diameter_mm - 2 * PILOT_WALL_MM) + ROUNDING_MM) / 10.0
+    usual = screw.counterbore_diameter_mm  # where no wall is left it opens into the pilot's bore
+    return min(usual, room) if room >= screw.head_diameter_mm + HEAD_PLAY_MM else usual
 
 
 def board_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -73,7 +86,7 @@ def cheek_dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
 
 
 def block_thread_mm(d: Dimensions) -> float:
-    """Depth of the foot block's threads from either side: they do not meet."""
+    """Depth that the foot block's threads are used to from either side: the screws do not meet."""
     return min(BLOCK_THREAD_MM, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 0.5)
 
 
@@ -118,28 +131,23 @@ def stop_pin_length_mm(d: Dimensions) -> float:
 def board_thread_mm(d: Dimensions) -> tuple[float, float | None]:
     """Depth of the encoder board's threads, and where their drill ends along the shoulder's axis; None: through."""
     face, inside = d.layers.encoder_head_mm[0], d.layers.encoder_cheek_mm[1]
-    deep = face + BOARD_THREAD_MM + BOARD_DRILL_MM
-    return (BOARD_THREAD_MM, deep) if deep < inside - BOARD_DRILL_MM else (inside - face, None)
+    deep = face + drilled_mm(BOARD_SCREW, BOARD_THREAD_MM)
+    tip = tip_mm(catalogue.screw(BOARD_SCREW).tap_drill_mm)
+    return (BOARD_THREAD_MM, deep) if deep + tip < inside - UNDER_TIP_MM else (inside - face, None)
 
 
-def _to_the_block(
-    d: Dimensions, through: tuple[float, float], outside: float, outwards: float
-) -> tuple[list[cq.Shape], list[Hole]]:
-    """Tools and holes of a cheek's screws and dowels into the foot block; `outwards` is the sense of its outer face."""
-    block, screws = catalogue.screw(BLOCK_SCREW), cheek_screw_positions(d)
-    tools: list[cq.Shape] = [bore_y(block.clearance_hole_mm, at, through) for at in screws]
-    tools += [bore_y(DOWEL_MM, at, through) for at in cheek_dowel_positions(d)]
-    holes = [
-        Hole(block.clearance_hole_mm, 2, f"{block.clearance_hole_mm:g} through, to the foot block"),
-        Hole(DOWEL_MM, 2, f"{DOWEL_MM:g} H7 through, dowels of the foot block"),
-    ]
-    inside = d.layers.motor_cheek_mm[0] if outwards > 0.0 else d.layers.encoder_cheek_mm[1]
+def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float]) -> None:
+    """Adds a cheek's bores for the screws and dowels into the foot block, from its outer face to its inner one."""
+    block, screws, (outside, inside) = catalogue.screw(BLOCK_SCREW), cheek_screw_positions(d), ends
     sink = cheek_screw_sink_mm(d, abs(outside - inside))
+    seat = outside + (sink if inside > outside else -sink)
+    rest = [along_y(block.clearance_hole_mm, at, (seat, inside)) for at in screws]
+    boring.add(f"{block.clearance_hole_mm:g} through, to the foot block", rest)
+    dowels = [fitted(along_y(DOWEL_MM, at, ends), "H7") for at in cheek_dowel_positions(d)]
+    boring.add(f"{DOWEL_MM:g} H7 through, dowels of the foot block", dowels)
     if sink > 0.0:
-        sunk = sorted((outside - outwards * sink, outside + outwards * THROUGH_MM))
-        tools += [bore_y(block.counterbore_diameter_mm, at, (sunk[0], sunk[1])) for at in screws]
-        holes.append(Hole(block.counterbore_diameter_mm, 2, f"counterbore {sink:g} deep from the outer side"))
-    return tools, holes
+        heads = [sunk(along_y(block.counterbore_diameter_mm, at, (outside, seat))) for at in screws]
+        boring.add(f"counterbore {sink:g} deep from the outer side", heads)
 
 
 def key_slot_length_mm(d: Dimensions) -> float:
@@ -156,7 +164,6 @@ def make_motor_cheek(d: Dimensions) -> Part:
     """Cheek with the motor's seat, the stop pins and (capstan) the shoulder bearing's seat, open towards the arm."""
     number, b = "motor_cheek", d.bracket
     inside, outside = d.layers.motor_cheek_mm
-    through = (inside - THROUGH_MM, outside + THROUGH_MM)
     x, z = b.motor_axis_mm[0] - b.shoulder_u_mm, b.motor_axis_mm[1]
     outline = b.motor_cheek_circles_mm
     what = "motor diameter, base_radius_mm"
@@ -165,33 +172,28 @@ def make_motor_cheek(d: Dimensions) -> Part:
     screw = catalogue.screw(d.motor.mount_thread)
     seat_depth = motor_screw_mm(d.motor, d.layers)[1]
     motor_screws = motor_screw_positions(d)
-    tools: list[cq.Shape] = [bore_y(d.motor.pilot_diameter_mm, (x, z), through)]
-    tools += [bore_y(screw.clearance_hole_mm, at, through) for at in motor_screws]
-    tools += [bore_y(screw.counterbore_diameter_mm, at, (through[0], inside + seat_depth)) for at in motor_screws]
-    screwed, screwed_holes = _to_the_block(d, through, outside, 1.0)
-    tools += screwed
+    boring, tools, slots = Boring(), list[cq.Shape](), list[Hole]()
+    pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (outside, inside)), "H7")
+    boring.add(f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot", [pilot])
+    seat = inside + seat_depth
+    rest = [along_y(screw.clearance_hole_mm, at, (seat, outside)) for at in motor_screws]
+    boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
+    heads = [sunk(along_y(motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
+    boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
+    _to_the_block(d, boring, (outside, inside))
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
-    tools += [bore_y(b.stop_pin_mm, at, through) for at in pins]
-    holes = [
-        Hole(d.motor.pilot_diameter_mm, 1, f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot"),
-        Hole(screw.clearance_hole_mm, len(motor_screws), f"{screw.clearance_hole_mm:g} through, motor screws"),
-        Hole(screw.counterbore_diameter_mm, len(motor_screws), f"counterbore {seat_depth:g} deep from the arm's side"),
-        *screwed_holes,
-        Hole(b.stop_pin_mm, len(pins), f"{b.stop_pin_mm:g} H7 through, stop pin pressed in"),
-    ]
+    pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7") for at in pins]
+    boring.add(f"{b.stop_pin_mm:g} H7 through, stop pin pressed in", pressed)
     if d.capstan is not None:
-        tools += [
-            *_bearing_seat(d, d.layers.bearings_mm[1][1], inside, 1.0),
-            _set_screw_slot(d, d.capstan, (x, z), outline),
-        ]
+        tools.append(_set_screw_slot(d, d.capstan, (x, z), outline))
         deep, angle = key_slot_floor_mm(d.capstan, inside), degrees(key_slot_rad(b, d.motor))
         slot = f"slot {KEY_SLOT_MM:g} wide, {deep:.2f} deep from the arm's side, from the pilot's bore out to the edge"
-        holes.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
-        holes += _bearing_holes(d, d.bearing.width_mm, "H7", "bearing seat")
-    solid = feature(number, "bores", "motor, bearing", lambda: cut(body, tools))
+        slots.append(Hole(KEY_SLOT_MM, 1, f"{slot} at {angle:.1f} deg to the plate's edge of the base", is_slot=True))
+        _bearing_seat(d, boring, (inside, d.layers.bearings_mm[1][1], outside), "H7", "bearing seat")
+    solid = feature(number, "bores", "motor, bearing", lambda: cut(body, [*boring.tools, *tools]))
     description = f"motor cheek, plate {outside - inside:g}{_reamed(d)}"
     extent = hull_y(outline, (inside, outside))
-    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-6082"), extent, [*boring.holes, *slots])
 
 
 def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
@@ -212,37 +214,35 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     number, b = "encoder_cheek", d.bracket
     outside, inside = d.layers.encoder_cheek_mm
     face = d.layers.encoder_head_mm[0]
-    through = (face - THROUGH_MM, inside + THROUGH_MM)
     board = board_screw_positions(d) if d.sensed_at_shoulder else []
     head = [(0.0, 0.0, b.head_radius_mm), *((x, z, BOARD_EDGE_MM) for x, z in board)]
     leg = [b.leg_circle_mm, *b.foot_circles_mm] if d.capstan is not None else [*head, *b.foot_circles_mm]
     body = feature(number, "outline", "base_radius_mm", lambda: hull_along_y(leg, (outside, inside)))
-    body = edge_break(number, body, ">Y or <Y", 0.5)
+    if d.capstan is not None and board:
+        beside = round_inside(number, fuse(body, hull_along_y(head, (outside, inside))), (0.0, 1.0, 0.0))
+        body = edge_break(number, beside, ">Y or <Y", 0.5)
+    else:
+        body = edge_break(number, body, ">Y or <Y", 0.5)
     if d.capstan is not None:
         round_head = bore_y(2 * b.head_radius_mm, (0.0, 0.0), (face, inside))
         upper = edge_break(number, hull_along_y(head, (face, inside)) if board else round_head, "<Y or >Y", 0.5)
         body = fuse(body, upper)
-    screw = catalogue.screw(BOARD_SCREW)
     thread, drilled = board_thread_mm(d)
-    tools: list[cq.Shape] = [bore_y(screw.tap_drill_mm, at, (through[0], drilled or through[1])) for at in board]
-    screwed, screwed_holes = _to_the_block(d, through, outside, -1.0)
-    tools += screwed
+    boring = Boring()
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"
-    holes = [
-        *([Hole(screw.tap_drill_mm, len(board), f"{BOARD_SCREW} {callout}, encoder board")] if board else []),
-        *screwed_holes,
-    ]
+    threads = [tapped(along_y(0.0, at, (face, inside)), BOARD_SCREW, thread if drilled else None) for at in board]
+    boring.add(f"{BOARD_SCREW} {callout}, encoder board", threads)
+    _to_the_block(d, boring, (outside, inside))
     if d.preload is not None:
-        tools += _bearing_seat(d, d.layers.bearings_mm[0][0] - d.preload.work_height_mm, inside, -1.0)
-        depth = inside - d.layers.bearings_mm[0][0] + d.preload.work_height_mm
-        holes += _bearing_holes(d, depth, "H6", "bearing slides, wave spring behind it")
+        floor = d.layers.bearings_mm[0][0] - d.preload.work_height_mm
+        _bearing_seat(d, boring, (inside, floor, face), "H6", "bearing slides, wave spring behind it")
     else:
-        tools.append(bore_y(b.passage_mm, (0.0, 0.0), through))
-        holes.append(Hole(b.passage_mm, 1, f"{b.passage_mm:g} through, passage of the stub"))
-    solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, tools))
+        passage = along_y(b.passage_mm, (0.0, 0.0), (face, inside))
+        boring.add(f"{b.passage_mm:g} through, passage of the stub", [passage])
+    solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, boring.tools))
     extent = hull_y([*leg, *head], (face, inside))
     description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:.2f}{_reamed(d)}"
-    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
 
 
 def _reamed(d: Dimensions) -> str:
@@ -253,25 +253,13 @@ def _reamed(d: Dimensions) -> str:
     return f", dowel holes reamed on the foot block with a mandrel through both seats: they tilt by {tilt:.0f}' at most"
 
 
-def _bearing_seat(d: Dimensions, floor: float, inside: float, outwards: float) -> list[cq.Shape]:
-    """Seat from a cheek's inner face to its floor, and the passage through the lip."""
-    clear = THROUGH_MM
-    ends = sorted((inside - outwards * clear, floor))
-    face = d.layers.motor_cheek_mm[1] if outwards > 0.0 else d.layers.encoder_head_mm[0]
-    through = max(5.0, abs(face - floor) + clear)
-    rest = sorted((inside - outwards * clear, floor + outwards * through))
-    return [
-        bore_y(d.bearing.outer_mm, (0.0, 0.0), (ends[0], ends[1])),
-        bore_y(d.bracket.passage_mm, (0.0, 0.0), (rest[0], rest[1])),
-    ]
-
-
-def _bearing_holes(d: Dimensions, depth: float, fit: str, what: str) -> list[Hole]:
-    outer = d.bearing.outer_mm
-    return [
-        Hole(outer, 1, f"{outer:g} {fit} x {depth:.3f} +-{LENGTH_MM:g} from the arm's side, {what}"),
-        Hole(d.bracket.passage_mm, 1, f"{d.bracket.passage_mm:g} through, shaft passage and lip"),
-    ]
+def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float], fit: str, what: str) -> None:
+    """Adds a seat from a cheek's inner face to its floor, and the passage through the lip to the outer face."""
+    outer, passage, axis = d.bearing.outer_mm, d.bracket.passage_mm, (0.0, 0.0)
+    inside, floor, face = ends
+    seat = fitted(blind(along_y(outer, axis, (inside, floor))), fit)
+    boring.add(f"{outer:g} {fit} x {seat.depth_mm:.3f} +-{LENGTH_MM:g} from the arm's side, {what}", [seat])
+    boring.add(f"{passage:g} through, shaft passage and lip", [along_y(passage, axis, (floor, face))])
 
 
 def make_foot_block(d: Dimensions) -> Part:
@@ -282,33 +270,22 @@ def make_foot_block(d: Dimensions) -> Part:
     middle, z = sum(y) / 2, (b.base_top_mm, b.base_top_mm + b.foot_height_mm)
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
     body = edge_break(number, body, ">Z", 0.5)
-    side, base = catalogue.screw(BLOCK_SCREW), catalogue.screw(BASE_SCREW)
-    depth = block_thread_mm(d)
-    tools: list[cq.Shape] = []
-    for at in cheek_screw_positions(d):
-        tools.append(bore_y(side.tap_drill_mm, at, (y[0] - THROUGH_MM, y[0] + depth)))
-        tools.append(bore_y(side.tap_drill_mm, at, (y[1] - depth, y[1] + THROUGH_MM)))
+    depth, into, boring = block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
+    cross = [replace(tapped(along_y(0.0, at, y), BLOCK_SCREW), thread_mm=depth) for at in cheek_screw_positions(d)]
+    back = [
+        replace(tapped(along_y(0.0, at, (y[1], y[0])), BLOCK_SCREW), thread_mm=depth) for at in cheek_screw_positions(d)
+    ]
+    boring.add(f"{BLOCK_SCREW} x {depth:g} from both sides, drilled through", cross, back)
+    up = [tapped(along_z(0.0, (u - b.shoulder_u_mm, middle), z), BASE_SCREW) for u in b.base_screw_u_mm]
+    boring.add(f"{BASE_SCREW} through, screws to {BASE_THREAD_MM:g} from below", up)
+    below = (z[0], z[0] + DOWEL_DEPTH_MM)
+    pins = [along_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), below) for u in b.base_dowel_u_mm]
     for at in cheek_dowel_positions(d):
-        into = cheek_dowel_depth_mm(d)
-        tools.append(bore_y(DOWEL_MM, at, (y[0] - THROUGH_MM, y[0] + into)))
-        tools.append(bore_y(DOWEL_MM, at, (y[1] - into, y[1] + THROUGH_MM)))
-    for u in b.base_screw_u_mm:
-        tools.append(
-            bore_z(base.tap_drill_mm, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + BASE_THREAD_MM))
-        )
-    for u in b.base_dowel_u_mm:
-        tools.append(bore_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), (z[0] - THROUGH_MM, z[0] + DOWEL_DEPTH_MM)))
-    solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, tools))
-    holes = (
-        Hole(side.tap_drill_mm, 2, f"{BLOCK_SCREW} x {depth:g} from both sides"),
-        Hole(base.tap_drill_mm, 2, f"{BASE_SCREW} x {BASE_THREAD_MM:g} from below"),
-        Hole(
-            DOWEL_MM,
-            4,
-            f"{DOWEL_MM:g} H7: 2 x {DOWEL_DEPTH_MM:g} deep from below, "
-            f"2 x {cheek_dowel_depth_mm(d):g} deep from both sides",
-        ),
-    )
+        pins += [along_y(DOWEL_MM, at, (y[0], y[0] + into)), along_y(DOWEL_MM, at, (y[1], y[1] - into))]
+    depths = f"2 x {DOWEL_DEPTH_MM:g} deep from below, 2 x {into:g} deep from both sides"
+    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + BESIDE_TIP_MM else 0.0
+    boring.add(f"{DOWEL_MM:g} H7: {depths}", [fitted(blind(pin, tip), "H7") for pin in pins])
+    solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z
     description = f"foot block between the cheeks, {y[1] - y[0]:.3f} +-{LENGTH_MM:g} wide"
-    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import ceil, cos, pi, sin
+from math import ceil, cos, hypot, pi, sin
 
 import cadquery as cq
 import numpy as np
@@ -31,13 +31,13 @@ from delta_cad.dimensions.capstan import (
 )
 from delta_cad.dimensions.tolerances import LENGTH_MM
 from delta_cad.mechanism.placement import frames
+from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, tapped
 from delta_cad.solids.making import bought_part, made_part, round_y, round_z
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,
-    bore_z,
     box,
     cut,
     cylinder,
@@ -46,6 +46,7 @@ from delta_cad.solids.primitive import (
     hull_along_y,
     one_solid,
     ring_segment,
+    round_inside,
     stepped,
     swept_round,
 )
@@ -54,6 +55,7 @@ from delta_cad.solids.upper_arm import dowel_positions, polar_positions
 BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
 LIGHTENING_MM = 7.0
 AXIS_DIGITS = 12  # of a direction along an axis, which cosines miss by a rounding
+ROUNDING_MM = 1e-6
 RIM_MM = 3.5  # height of the rim's full width under the cable
 DRAWN_PLAY_MM = 0.03  # of diameter, by which the cable is drawn thinner: it touches no drum in a line
 ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
@@ -133,15 +135,23 @@ def _set_screw_ways(d: Dimensions) -> list[tuple[float, float]]:
 
 def lightening(c: CapstanDimensions) -> list[tuple[float, float]]:
     """(x, z) of the lightening holes between slot and rim, as many as leave walls of 2 mm."""
-    low = c.slot_radius_mm + c.slot_width_mm / 2 + 2.0
-    high = c.rim_radius_mm - 2.0
+    low, high = _lightening_room_mm(c)
     if high - low < LIGHTENING_MM:
         return []
-    radius = (low + high) / 2
+    radius = _lightening_radius_mm(c)
     first, last = (c.rim_angles_rad[0] + 6.0 / radius, c.rim_angles_rad[1] - 6.0 / radius)
     count = int((last - first) * radius / (LIGHTENING_MM + 4.0))
     step = (last - first) / max(count, 1)
     return polar_positions(radius, tuple(first + (k + 0.5) * step for k in range(count)))
+
+
+def _lightening_room_mm(c: CapstanDimensions) -> tuple[float, float]:
+    """Radii between which the lightening holes lie, with walls of 2 mm to slot and rim."""
+    return c.slot_radius_mm + c.slot_width_mm / 2 + 2.0, c.rim_radius_mm - 2.0
+
+
+def _lightening_radius_mm(c: CapstanDimensions) -> float:
+    return sum(_lightening_room_mm(c)) / 2
 
 
 def make_sector(d: Dimensions) -> Part:
@@ -169,10 +179,16 @@ def make_sector(d: Dimensions) -> Part:
         corners = [point + r * normal + s * tangent for r in (r0, r1) for s in (s0, s1)]
         return hull_along_y([(float(p[0]), float(p[2]), corner) for p in corners], wide)
 
+    def under_cable(point: np.ndarray) -> bool:
+        """Whether a corner lies where the cable leaves rim or nose: a rounding there would lift it."""
+        nose = hypot(point[0] - c.nose_centre_mm[0], point[2] - c.nose_centre_mm[1]) - c.nose_radius_mm
+        return min(abs(hypot(point[0], point[2]) - c.rim_radius_mm), abs(nose)) < ROUNDING_MM
+
     def body() -> cq.Shape:
         plate = ring_segment(inner, c.rim_radius_mm, (low, high), web)
         rim = ring_segment(c.rim_radius_mm - RIM_MM, c.rim_radius_mm, (low, high), y)
-        support = ring_segment(inner, c.pitch_radius_mm + foot + 1.0, (low, high + under), web)
+        below = c.pitch_radius_mm + foot  # the lug's foot, which the web must reach where it ends: no wedge under it
+        support = ring_segment(inner, max(below + 1.0, below / cos(under) + 0.5), (low, high + under), web)
         x, z = c.nose_centre_mm
         share = inner / (c.rim_radius_mm - c.nose_radius_mm)
         bar = [(x, z, c.nose_bar_radius_mm), (share * x, share * z, c.nose_bar_radius_mm)]
@@ -181,82 +197,82 @@ def make_sector(d: Dimensions) -> Part:
         collar = bore_y(a.collar_diameter_mm, (0.0, 0.0), (web[1] - THROUGH_MM, d.layers.motor_cheek_mm[0]))
         lug = beside(1, (foot, top), (0.0, length), (pocket_y[0], y[1]))
         anchor = beside(0, (-ANCHOR_SIDE_MM, ANCHOR_SIDE_MM), (0.0, ANCHOR_MM), (web[0], y[1]))
-        return fuse(plate, rim, support, nose, hub, collar, lug, anchor)
+        whole = fuse(plate, rim, support, nose, hub, collar, lug, anchor)
+        return round_inside(number, whole, (0.0, 1.0, 0.0), under_cable)
 
     shape = feature(number, "outline", "hardware.sector_radius_mm", body)
-    through = (arm - THROUGH_MM, d.layers.motor_cheek_mm[0] + THROUGH_MM)
-    screw, pins = catalogue.screw(TENSION_SCREW), dowel_positions(d)
-    tools: list[cq.Shape] = [bore_y(a.shaft_bore_mm, (0.0, 0.0), through)]
-    tools += [bore_y(DOWEL_MM, at, through) for at in pins]
+    collar = d.layers.motor_cheek_mm[0]
+    through = (arm - THROUGH_MM, collar + THROUGH_MM)
+    screw, boring, tools = catalogue.screw(TENSION_SCREW), Boring(), list[cq.Shape]()
+    shaft = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (arm, collar)), "G7")
+    boring.add(f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft", [shaft])
+    dowels = [fitted(along_y(DOWEL_MM, at, (arm, web[1])), "H7") for at in dowel_positions(d)]
+    boring.add(f"{DOWEL_MM:g} H7 through, dowels", dowels)
+    ends = [along_y(c.slot_width_mm, at, web) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
+    boring.add(f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends", ends)
     half = c.slot_width_mm / 2
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
-    tools += [bore_y(c.slot_width_mm, at, through) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
-    lights = lightening(c)
-    tools += [bore_y(LIGHTENING_MM, at, through) for at in lights]
+    into_rim = _lightening_radius_mm(c) + LIGHTENING_MM / 2 > c.rim_radius_mm - RIM_MM
+    lights = [along_y(LIGHTENING_MM, at, y if into_rim else web) for at in lightening(c)]
+    boring.add(f"{LIGHTENING_MM:g} through, lightening", lights)
     free = POCKET_PLAY_MM
     pocket = (POCKET_FROM_MM, length - LUG_WALL_MM[1])
     radial = (CARRIAGE_RADII_MM[0] - free, CARRIAGE_RADII_MM[1] + free)
     tools.append(beside(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1]), POCKET_CORNER_MM))
     slot = c.cable_slot_mm
-    half = slot / 2
+    half, cables = slot / 2, list[Bore]()
     for end, last, side in (
         (0, ANCHOR_MM + THROUGH_MM, y[1] + THROUGH_MM),
         (1, POCKET_FROM_MM + THROUGH_MM, pocket_y[0] - THROUGH_MM),
     ):
         point, tangent, _ = rim_end(d, end)
-        tools.append(cylinder(slot, tuple(point - THROUGH_MM * tangent), tuple(point + last * tangent)))
+        begin, floor = (tuple((point + s * tangent).tolist()) for s in (-THROUGH_MM, last - THROUGH_MM))
+        cables.append(between(slot, begin, floor))
+        tools.append(cylinder(slot, begin, tuple((point + last * tangent).tolist())))
         open_y = min(c.end_y_mm[end], side), max(c.end_y_mm[end], side)
         tools.append(beside(end, (-half, half), (-THROUGH_MM, last), open_y))
     point, tangent, normal = rim_end(d, 1)
     line = point + CARRIAGE_SCREW_MM * normal
-    ends = (length - LUG_WALL_MM[1] - THROUGH_MM, length + THROUGH_MM)
-    tools.append(cylinder(screw.clearance_hole_mm, *(tuple(line + s * tangent) for s in ends)))
-    solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, tools))
-    holes = (
-        Hole(a.shaft_bore_mm, 1, f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft"),
-        Hole(DOWEL_MM, len(pins), f"{DOWEL_MM:g} H7 through, dowels"),
-        Hole(c.slot_width_mm, 2, f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends"),
-        Hole(screw.clearance_hole_mm, 1, f"{screw.clearance_hole_mm:g} into the pocket, tension screw"),
-        Hole(
-            slot,
-            2,
-            f"tangential slot {slot:g} wide with a round bottom, cable; open to the motor's side, and to the arm's",
-        ),
-        *([Hole(LIGHTENING_MM, len(lights), f"{LIGHTENING_MM:g} through, lightening")] if lights else []),
-    )
+    line_ends = (tuple((line + s * tangent).tolist()) for s in (length, length - LUG_WALL_MM[1]))
+    tension = between(screw.clearance_hole_mm, *line_ends)
+    boring.add(f"{screw.clearance_hole_mm:g} into the pocket, tension screw", [tension])
+    cable = f"tangential slot {slot:g} wide with a round bottom, cable; open to the motor's side, and to the arm's"
+    boring.holes.append(group(cable, cables))
+    solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, [*boring.tools, *tools]))
     lead = c.run.pitch_mm * c.ratio
     description = (
         f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
         f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
     )
     extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
-    return made_part(number, description, solid, material("aluminium-7075"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)
 
 
 def make_carriage(d: Dimensions) -> Part:
     """Block in the sector's pocket that pulls the cable's sleeve by a screw and cannot turn; frame `carriage_frame`."""
     number, c = "tension_carriage", capstan_of(d)
     (low, high), (length, thick) = CARRIAGE_RADII_MM, CARRIAGE_MM
-    screw, slot = catalogue.screw(TENSION_SCREW), c.cable_slot_mm
+    slot = c.cable_slot_mm
     seat, into, open_y = CRIMP_MM[0] + 0.2, length - CRIMP_MM[1], -thick / 2 - THROUGH_MM
     r = POCKET_CORNER_MM
     corners = [(x, z, r) for x in (low + r, high - r) for z in (r, length - r)]
     body = hull_along_y(corners, (-thick / 2, thick / 2))
+    boring, axis = Boring(), (0.0, 0.0)
+    laid = f"slot {slot:g} wide with a round bottom, open to the arm's side, cable"
+    boring.add(laid, [along_z(slot, axis, (0.0, into))])
+    sleeve = f"slot {seat:g} wide with a round bottom, {CRIMP_MM[1]:g} from the end, open likewise, sleeve"
+    boring.add(sleeve, [blind(along_z(seat, axis, (length, into)))])
+    boring.add(
+        f"{TENSION_SCREW} through", [tapped(along_z(0.0, (CARRIAGE_SCREW_MM, 0.0), (0.0, length)), TENSION_SCREW)]
+    )
     tools = [
-        bore_z(slot, (0.0, 0.0), (-THROUGH_MM, length)),
+        *boring.tools,
         box((-slot / 2, open_y, -THROUGH_MM), (slot / 2, 0.0, length)),
-        bore_z(seat, (0.0, 0.0), (into, length + THROUGH_MM)),
         box((-seat / 2, open_y, into), (seat / 2, 0.0, length + THROUGH_MM)),
-        bore_z(screw.tap_drill_mm, (CARRIAGE_SCREW_MM, 0.0), (-THROUGH_MM, length + THROUGH_MM)),
     ]
     solid = feature(number, "bores", "hardware.cable", lambda: cut(body, tools))
-    holes = (
-        Hole(slot, 1, f"slot {slot:g} wide with a round bottom, open to the arm's side, cable"),
-        Hole(seat, 1, f"slot {seat:g} wide with a round bottom, {CRIMP_MM[1]:g} from the end, open likewise, sleeve"),
-        Hole(screw.tap_drill_mm, 1, f"{TENSION_SCREW} through"),
-    )
     extent = CARRIAGE_RADII_MM, (-thick / 2, thick / 2), (0.0, length)
-    return made_part(number, "carriage that tensions the cable", solid, material("brass"), extent, holes)
+    return made_part(number, "carriage that tensions the cable", solid, material("brass"), extent, boring.holes)
 
 
 def make_pinion(d: Dimensions) -> Part:
@@ -271,24 +287,30 @@ def make_pinion(d: Dimensions) -> Part:
         (crest, y0, first), (bottom, first, last), (crest, last, end), (neck, end, y1), (c.collar_radius_mm, y1, y2)
     )
     floor = y2 - c.pinion_bore_depth_mm
-    screw, middle = catalogue.screw(SET_SCREW), (y1 + y2) / 2
-    tools = [bore_y(c.pinion_bore_mm, (0.0, 0.0), (floor if floor > y0 else y0 - THROUGH_MM, y2 + THROUGH_MM))]
-    reach = c.collar_radius_mm + THROUGH_MM
-    tools += [
-        cylinder(screw.tap_drill_mm, (0.0, middle, 0.0), (reach * x, middle, reach * z)) for x, z in _set_screw_ways(d)
-    ]
-    solid = feature(number, "bore", "motor shaft", lambda: cut(body, tools))
+    middle, far, near, boring = (y1 + y2) / 2, c.collar_radius_mm, c.pinion_bore_mm / 2, Boring()
+    out = far + THROUGH_MM
+    bore = fitted(along_y(c.pinion_bore_mm, (0.0, 0.0), (y2, floor)), "H7")
+    if ends := floor > y0 + ROUNDING_MM:
+        bore = blind(bore)
+    deep = f"x {c.pinion_bore_depth_mm:.1f}" if ends else "through"
+    boring.holes.append(group(f"{c.pinion_bore_mm:g} H7 {deep}, on the motor's shaft", [bore]))
+    bored = (floor if ends else y0 - THROUGH_MM, y2 + THROUGH_MM)  # drawn as the motor's shaft is, seam upon seam
+    boring.tools.append(bore_y(c.pinion_bore_mm, (0.0, 0.0), bored))
+    radial = [between(0.0, (far * x, middle, far * z), (near * x, middle, near * z)) for x, z in _set_screw_ways(d)]
+    threads = [tapped(at, SET_SCREW) for at in radial]
+    boring.holes.append(group(f"{SET_SCREW} radial, set screws", threads))
+    boring.tools += [
+        cylinder(t.diameter_mm, (0.0, middle, 0.0), (out * x, middle, out * z))
+        for t, (x, z) in zip(threads, _set_screw_ways(d), strict=True)
+    ]  # to the axis: the bore may be narrower than they
+    solid = feature(number, "bore", "motor shaft", lambda: cut(body, boring.tools))
     run, d_c = c.run, c.cable_diameter_mm
     description = (
         f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.2f}, "
         f"pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, hard anodised"
     )
-    holes = (
-        Hole(c.pinion_bore_mm, 1, f"{c.pinion_bore_mm:g} H7 x {c.pinion_bore_depth_mm:.1f}, on the motor's shaft"),
-        Hole(screw.tap_drill_mm, 2, f"{SET_SCREW} radial, set screws"),
-    )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
-    return made_part(number, description, solid, material("aluminium-7075"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)
 
 
 def make_cable(d: Dimensions, end: int) -> Part:

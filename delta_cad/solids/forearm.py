@@ -19,14 +19,14 @@ from delta_cad.dimensions.forearm import (
     ForearmDimensions,
 )
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM, CUP_MATERIAL, POCKET_MM
+from delta_cad.solids.boring import Boring, along_y, between
 from delta_cad.solids.making import made_part, ordered, round_y
 from delta_cad.solids.materials import BLUE, material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     Point,
     ball,
-    bore_y,
     box,
     cut,
     cylinder,
@@ -98,19 +98,18 @@ def make_cup_shell(d: Dimensions) -> Part:
     number, f = "cup_shell", d.forearm
     outer, lip = f.liner_radius_mm, f.lip_mm
     shape = feature(number, "body", "hardware.ball_diameter_mm", lambda: _bowl(outer, lip))
-    tools: list[cq.Shape] = [
-        ball(f.seat_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-        bore_y(POCKET_MM, (0.0, 0.0), (lip, outer + 1.0)),
-    ]
-    solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, tools))
-    hole = Hole(POCKET_MM, 1, f"{POCKET_MM:g} through at the pole: grease")
+    boring = Boring()
+    pole = along_y(POCKET_MM, (0.0, 0.0), (f.seat_diameter_mm / 2, outer))
+    boring.add(f"{POCKET_MM:g} through at the pole: grease", [pole])
+    seat = ball(f.seat_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat, *boring.tools]))
     description = (
         f"shell {2 * outer:.3f} round, bonded in its cup; then seat {f.seat_diameter_mm:.3f} "
         f"+-{2 * CLEARANCE_TOLERANCE_MM:g} finished with ball and paste, gauged"
     )
     wide, top = sqrt(outer**2 - lip**2), sqrt(outer**2 - (POCKET_MM / 2) ** 2)
     extent = (-wide, wide), (lip, top), (-wide, wide)
-    return made_part(number, description, solid, material(CUP_MATERIAL, BLUE), extent, [hole])
+    return made_part(number, description, solid, material(CUP_MATERIAL, BLUE), extent, boring.holes)
 
 
 def _bowl(radius: float, lip: float) -> cq.Shape:
@@ -132,30 +131,27 @@ def make_rod_eye(d: Dimensions) -> Part:
         lug = box((-LUG_MM / 2, y - around, 0.0), (LUG_MM / 2, y + around, z + around))
         return fuse(cylinder(wide, (-width / 2, 0, 0), (width / 2, 0, 0)), lug)
 
-    tools = [
-        cylinder(bore, (-width, 0, 0), (width, 0, 0)),
-        cylinder(f.eye_diameter_mm, (-LUG_MM, y, z), (LUG_MM, y, z)),
-    ]
+    boring = Boring()
+    boring.add(f"{bore:g} through, bonded on the tube", [between(bore, (-width / 2, 0, 0), (width / 2, 0, 0))])
+    eye = between(f.eye_diameter_mm, (-LUG_MM / 2, y, z), (LUG_MM / 2, y, z))
+    boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)
-    solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, tools))
-    holes = (
-        Hole(bore, 1, f"{bore:g} through, bonded on the tube"),
-        Hole(f.eye_diameter_mm, 1, f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring"),
-    )
+    solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, boring.tools))
     first, second = f.eyes_x_mm
     description = f"spring's eye on a rod, {first:.1f} and {second:.1f} from the elbow's seat centre"
     extent = (-width / 2, width / 2), (-wide / 2, wide / 2), (-wide / 2, z + around)
-    return made_part(number, description, solid, material("aluminium-6082"), extent, holes)
+    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
 
 
 def make_rod_tube(d: Dimensions) -> Part:
     """Tube of a rod, cut to length; along x from the origin."""
     number, f = "rod_tube", d.forearm
     tube = cylinder(f.tube_outer_mm, (0, 0, 0), (f.tube_length_mm, 0, 0))
-    bore = cylinder(f.tube_bore_mm, (-THROUGH_MM, 0, 0), (f.tube_length_mm + THROUGH_MM, 0, 0))
-    row, hole = d.tube, Hole(f.tube_bore_mm, 1, f"{f.tube_bore_mm:g} through, as bought")
+    row, boring = d.tube, Boring()
+    boring.add(f"{f.tube_bore_mm:g} through, as bought", [between(f.tube_bore_mm, (0, 0, 0), (f.tube_length_mm, 0, 0))])
     length = f"cut {f.tube_length_mm:.2f}; bond in a jig to {f.length_mm:.3f} between seat centres"
     description = f"{row.description}, {length}"
     across = (-f.tube_outer_mm / 2, f.tube_outer_mm / 2)
     extent = (0.0, f.tube_length_mm), across, across
-    return made_part(number, description, cut(tube, [bore]), material(row.material), extent, [hole], **ordered(row))
+    solid = cut(tube, boring.tools)
+    return made_part(number, description, solid, material(row.material), extent, boring.holes, **ordered(row))

@@ -116,4 +116,5 @@ def _joined(same: list[Hole]) -> Hole:
     callouts = "; ".join(f"{hole.count}x {hole.callout}" for hole in same)
     if len(same) == 1:
         return same[0]
-    return replace(same[0], count=sum(hole.count for hole in same), callout=callouts)
+    bores = tuple(bore for hole in same for bore in hole.bores)
+    return replace(same[0], count=sum(hole.count for hole in same), callout=callouts, bores=bores)

@@ -1,4 +1,4 @@
-"""The records that solids, assembly, checks and export share: material, hole, part, occurrence, joint, fit, contact.
+"""The records that solids, assembly, checks and export share: material, bore, part, occurrence, joint, fit, contact.
 
 Loads no geometry kernel on import: `Part.solid` is a `cadquery.Solid` that only `solids` makes.
 """
@@ -31,6 +31,44 @@ class Material:
     colour: tuple[float, float, float]
 
 
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Bore:
+    """One bore of a part: where it is and how it is made, as a machinist sets it up.
+
+    Attributes:
+        start_mm: Where its axis enters what is bored, part's frame.
+        direction: Unit vector along the axis, into the material.
+        diameter_mm: Of the bore: a thread's tap drill, a fit's nominal diameter.
+        depth_mm: Of the full diameter, without the tip; of a through bore as far as it goes.
+        through: Whether it comes out.
+        tip_deg: Point angle of the drill at a blind end; 0: flat, milled or bored.
+        thread: Such as "M4", or "".
+        thread_mm: Usable depth of the thread from the start.
+        fit: ISO 286 tolerance class, such as "H7", or "".
+        deviations_um: Lower and upper deviation of the diameter; None: the general tolerance.
+        surface_um: Roughness Ra of its wall; None: the general one.
+        is_counterbore: Whether a head is sunk in it.
+        callout: What the drawing says of it and its likes.
+    """
+
+    start_mm: Triple
+    direction: Triple
+    diameter_mm: float
+    depth_mm: float
+    through: bool = False
+    tip_deg: float = 0.0
+    thread: str = ""
+    thread_mm: float = 0.0
+    fit: str = ""
+    deviations_um: tuple[float, float] | None = None
+    surface_um: float | None = None
+    is_counterbore: bool = False
+    callout: str = ""
+
+
 @dataclass(frozen=True)
 class Hole:
     """A group of equal bores of one part, as a machinist reads them.
@@ -40,12 +78,14 @@ class Hole:
         count: Number of distinct bore axes with a concave cylinder of this diameter.
         callout: What the drawing says, such as "M3 x 8" or "16 H7 x 5".
         is_slot: Whether it is a slot of that width, between two planes, and not a bore.
+        bores: Each bore of the group; two that are made from either side may share an axis.
     """
 
     diameter_mm: float
     count: int
     callout: str
     is_slot: bool = False
+    bores: tuple[Bore, ...] = ()
 
 
 @dataclass(frozen=True)

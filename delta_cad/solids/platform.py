@@ -7,15 +7,16 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BOSS_BEVEL_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM, PlatformDimensions
+from delta_cad.dimensions.tolerances import BAR_WIDER_UM
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.solids.fasteners import CORE_PLAY_MM
+from delta_cad.solids.boring import Boring, along_z, between, tapped, within
+from delta_cad.solids.bought.fasteners import CORE_PLAY_MM
 from delta_cad.solids.making import bought_part, made_part, round_z
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Hole, Part, Span
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bevelled,
-    bore_y,
     bore_z,
     box,
     cut,
@@ -23,6 +24,7 @@ from delta_cad.solids.primitive import (
     feature,
     fuse,
     hull_along_z,
+    round_inside,
     stepped,
 )
 
@@ -41,22 +43,32 @@ def make_platform(d: Dimensions) -> Part:
     r, half, boss = p.radius_mm, p.boss_length_mm / 2, p.boss_diameter_mm / 2
     top = boss
     plate = (top - p.plate_mm, top)
-    stem = catalogue.screw(p.stem_thread)
 
     def body() -> cq.Shape:
-        shapes: list[cq.Shape] = [bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))]
+        hub = bore_z(2 * p.hub_radius_mm, (0.0, 0.0), (-top, top))
+        webs, shapes = list[cq.Shape](), list[cq.Shape]()
         for i in CHAINS:
             web = hull_along_z([(0.0, 0.0, p.hub_radius_mm), (r, half - 5.0, 3.0), (r, 5.0 - half, 3.0)], plate)
-            shapes.append(turned_to_chain(web, i))
+            webs.append(turned_to_chain(web, i))
             barrel = bevelled(boss, (-half, half), BOSS_BEVEL_MM, (r, 0.0, 0.0))
             shapes.append(turned_to_chain(barrel, i))
-        return fuse(*shapes)
+            if plate[0] > 0.0:  # an upright flank under the plate, where the boss would be undercut
+                end = half - BOSS_BEVEL_MM
+                shapes.append(turned_to_chain(box((r - boss, -end, 0.0), (r, end, plate[0])), i))
+        star = round_inside(number, fuse(hub, *webs), (0.0, 0.0, 1.0))
+        return fuse(star, *shapes)
 
     shape = feature(number, "outline", "platform_radius_mm", body)
-    tools: list[cq.Shape] = [bore_z(stem.tap_drill_mm, (0.0, 0.0), (-top - THROUGH_MM, top + THROUGH_MM))]
+    boring, tools = Boring(), list[cq.Shape]()
+    bars = []
+    for i in CHAINS:
+        u, t = chain_frame(i)[:3, 0], chain_frame(i)[:3, 1]
+        ends = (tuple((r * u + side * t).tolist()) for side in (-half, half))
+        bars.append(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM))
+    boring.add(f"{p.bar_bore_mm:g} through each boss, cross-bar bonded on its middle", bars)
+    boring.add(f"{p.stem_thread} through, handle", [tapped(along_z(0.0, (0.0, 0.0), (top, -top)), p.stem_thread)])
     near, far = p.hub_radius_mm + RIB_MM, r - boss - 1.0
     for i in CHAINS:
-        tools.append(turned_to_chain(bore_y(p.bar_bore_mm, (r, 0.0), (-half - THROUGH_MM, half + THROUGH_MM)), i))
         if far - near >= 4.0:
             reach = (half - 5.0) * far / r - RIB_MM
             window = hull_along_z(
@@ -66,15 +78,14 @@ def make_platform(d: Dimensions) -> Part:
             if reach >= 3.0:
                 tools.append(turned_to_chain(window, i))
     solid = feature(
-        number, "bores and windows", "platform_radius_mm, parallelogram_width_mm", lambda: cut(shape, tools)
-    )
-    holes = (
-        Hole(p.bar_bore_mm, 3, f"{p.bar_bore_mm:g} through each boss, cross-bar bonded on its middle"),
-        Hole(stem.tap_drill_mm, 1, f"{p.stem_thread} through, handle"),
+        number,
+        "bores and windows",
+        "platform_radius_mm, parallelogram_width_mm",
+        lambda: cut(shape, [*boring.tools, *tools]),
     )
     description = f"platform, wrist radius {r:g}"
     extent = *_reach(p), (-top, top)
-    return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, holes)
+    return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, boring.holes)
 
 
 def _reach(p: PlatformDimensions) -> tuple[Span, Span]:

@@ -3,9 +3,13 @@
 Planes: chain and arm parts are drawn in their (first, third) axes and extruded along the second, the shoulder axis.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from math import acos, atan2, cos, hypot, pi, sin, tau
 from typing import cast
 
@@ -16,6 +20,11 @@ Point = tuple[float, float]
 Circle = tuple[float, float, float]  # centre and radius; radius 0 is a corner
 
 SHORT_MM = 1e-9  # two circles of a hull that touch inside have no line between them
+CORNERS_MM = 1.6, 1.1, 0.8, 0.6  # radii of inner corners, the first that has room: cutters of 3, 2, 1.5 and 1 mm
+BESIDE_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a floor
+FAR_MM = 1e3  # beyond every part
+SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
+LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
 THROUGH_MM = 0.5  # a tool that goes through a face sticks out by this, so that no faces coincide
 
 
@@ -222,3 +231,145 @@ def edge_break(part: str, solid: cq.Shape, faces: str, size: float) -> cq.Shape:
         return solid.chamfer(size, None, edges)  # type: ignore[attr-defined]
 
     return feature(part, f"edge break {size:g}", faces, build)
+
+
+@dataclass(frozen=True, eq=False)
+class InnerEdge:
+    """An edge in which two faces meet with the material outside, seen in its middle.
+
+    Attributes:
+        edge: The kernel's.
+        point: (3,) its middle, mm.
+        tangent: (3,) unit vector along it there.
+        normals: (2, 3) unit normals of the faces out of the material.
+        planes: Whether either face is plane.
+    """
+
+    edge: cq.Edge
+    point: np.ndarray
+    tangent: np.ndarray
+    normals: np.ndarray
+    planes: tuple[bool, bool]
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether it is a straight line."""
+        return self.edge.geomType() == "LINE"
+
+
+def inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[InnerEdge]:
+    """Finds the edges of a solid in which faces meet at an inner corner.
+
+    Args:
+        shape: A solid.
+        least_sine: Of the angle between the faces' normals; what is smoother is none.
+    """
+    from OCP.BRep import BRep_Tool
+    from OCP.gp import gp_Pnt, gp_Vec
+    from OCP.TopAbs import TopAbs_EDGE, TopAbs_REVERSED
+    from OCP.TopExp import TopExp, TopExp_Explorer
+    from OCP.TopTools import TopTools_IndexedMapOfShape
+
+    known, faces = TopTools_IndexedMapOfShape(), shape.Faces()
+    TopExp.MapShapes_s(shape.wrapped, TopAbs_EDGE, known)
+    uses: dict[int, list[tuple[cq.Face, cq.Edge]]] = {}
+    for face in faces:
+        explorer = TopExp_Explorer(face.wrapped, TopAbs_EDGE)  # gives edges as they go round this face
+        while explorer.More():
+            uses.setdefault(known.FindIndex(explorer.Current()), []).append((face, cq.Edge(explorer.Current())))
+            explorer.Next()
+    found = []
+    for (one, edge), *others in uses.values():
+        if len(others) != 1 or others[0][0] is one or BRep_Tool.Degenerated_s(edge.wrapped):
+            continue
+        curve, point, along = edge._geomAdaptor(), gp_Pnt(), gp_Vec()
+        curve.D1((curve.FirstParameter() + curve.LastParameter()) / 2.0, point, along)
+        tangent = np.array([along.X(), along.Y(), along.Z()]) / along.Magnitude()
+        if edge.wrapped.Orientation() == TopAbs_REVERSED:
+            tangent = -tangent
+        middle = cq.Vector(point)
+        normals = np.array([face.normalAt(middle).toTuple() for face in (one, others[0][0])])
+        across = np.cross(normals[0], normals[1])
+        # the first face lies to the left of its edge, seen along it from outside
+        if np.linalg.norm(across) >= least_sine and np.cross(normals[0], tangent) @ normals[1] > 0.0:
+            planes = one.geomType() == "PLANE", others[0][0].geomType() == "PLANE"
+            found.append(InnerEdge(edge, np.array(middle.toTuple()), tangent, normals, planes))
+    return found
+
+
+def round_inside(
+    part: str, solid: cq.Shape, along: Sequence[float], kept: Callable[[np.ndarray], bool] = lambda _: True
+) -> cq.Shape:
+    """Rounds the inner corners that lie along a milling axis, as a cutter leaves them: the widest that the kernel can.
+
+    Args:
+        part: Part number, for the error.
+        solid: Body before its bores are cut.
+        along: Unit vector of the axis.
+        kept: Whether a corner there, its middle (3,), stays sharp if a cutter makes it so from a side.
+
+    Returns:
+        The body; a corner that no radius goes into stays sharp.
+    """
+    axis = np.array(along, dtype=float)
+
+    def sharp(shape: cq.Shape) -> list[InnerEdge]:
+        found = [corner for corner, ways in corner_ways(shape) if not (ways and kept(corner.point))]
+        return [e for e in found if e.is_straight and abs(e.tangent @ axis) > 1.0 - SHORT_MM]
+
+    def rounded(shape: cq.Shape, corners: list[InnerEdge], radius: float) -> cq.Shape | None:
+        try:
+            found = shape.fillet(radius, [corner.edge for corner in corners])  # type: ignore[attr-defined]
+        except Exception:  # the kernel's own: it says no more than that it did not do it
+            return None
+        return found if found.isValid() else None
+
+    def build() -> cq.Shape:
+        corners, shape = sharp(solid), solid
+        whole = rounded(solid, corners, CORNERS_MM[0]) if corners else solid
+        if whole is not None:
+            return whole
+        for point in [corner.point for corner in corners]:
+            left = [corner for corner in sharp(shape) if np.linalg.norm(corner.point - point) < THROUGH_MM]
+            tried = (rounded(shape, left, radius) for radius in CORNERS_MM if left)
+            shape = next((found for found in tried if found is not None), shape)
+        return shape
+
+    return feature(part, "inner corners", "outline", build)
+
+
+def left_mm(corner: InnerEdge, radius: float = CORNERS_MM[0]) -> float:
+    """What a round cutter leaves in a corner between two walls, from the corner to the rounding, mm."""
+    between = acos(min(max(float(corner.normals[0] @ corner.normals[1]), -1.0), 1.0))
+    return radius * (1.0 / max(cos(between / 2.0), SHORT_MM) - 1.0)
+
+
+def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
+    """Finds the inner edges of a solid, each with the (3,) directions from which a flat end mill makes it sharp.
+
+    One of its faces is then a floor, which is plane, the other a wall upright on it or leaning outwards; a cutter comes
+    there where a line off the floor, beside the wall, leaves the part. Corners so open that a cutter leaves next to
+    nothing in them are left out.
+    """
+    from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
+    from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
+
+    lines = IntCurvesFace_ShapeIntersector()
+    lines.Load(shape.wrapped, 1e-6)
+
+    def reached(corner: InnerEdge, floor: int) -> bool:
+        up, wall = corner.normals[floor], corner.normals[1 - floor]
+        if not corner.planes[floor] or up @ wall < -SHORT_MM:
+            return False
+        off = wall - (wall @ up) * up
+        start = corner.point + BESIDE_MM * off / np.linalg.norm(off) + SHIFT_MM * up
+        lines.Perform(gp_Lin(gp_Pnt(*start.tolist()), gp_Dir(*up.tolist())), 0.0, FAR_MM)
+        return lines.NbPnt() == 0
+
+    sharp = (corner for corner in inner_edges(shape) if left_mm(corner) > LEFT_MM)
+    return [(corner, [corner.normals[k] for k in (0, 1) if reached(corner, k)]) for corner in sharp]
+
+
+def closed_corners(shape: cq.Shape) -> list[InnerEdge]:
+    """Finds the inner edges that no flat end mill makes, from wherever it comes."""
+    return [corner for corner, ways in corner_ways(shape) if not ways]

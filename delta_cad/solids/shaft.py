@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.arm import END_DRILL_MM, FLATS_LONG_MM, WASHER_MM
+from delta_cad.dimensions.arm import FLATS_LONG_MM, WASHER_MM
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
+from delta_cad.solids.boring import Boring, along_y, blind, tapped
 from delta_cad.solids.making import made_part, round_y
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import THROUGH_MM, bore_y, box, cut, feature, turned
 
 if TYPE_CHECKING:
@@ -28,25 +29,25 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
         profile += [(head, s.head_to_y_mm), (r, s.head_to_y_mm)]
     profile += [(r, y1 - EDGE_MM), (r - EDGE_MM, y1), (0.0, y1)]
     tools: list[cq.Shape] = []
-    holes: list[Hole] = []
+    boring, axis = Boring(), (0.0, 0.0)
     if d.sensed_at_shoulder:
-        tools.append(bore_y(s.magnet_bore_mm, (0.0, 0.0), (y0 - THROUGH_MM, y0 + s.magnet_depth_mm)))
-        holes.append(Hole(s.magnet_bore_mm, 1, f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush"))
+        seat = blind(along_y(s.magnet_bore_mm, axis, (y0, y0 + s.magnet_depth_mm)))
+        boring.add(f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush", [seat])
     if s.end_screw:
-        drill = catalogue.screw(s.end_screw).tap_drill_mm
-        tools.append(bore_y(drill, (0.0, 0.0), (y1 - s.end_thread_mm - END_DRILL_MM, y1 + THROUGH_MM)))
-        holes.append(Hole(drill, 1, f"{s.end_screw} x {s.end_thread_mm:g}, clamps the inner rings"))
+        thread = tapped(along_y(0.0, axis, (y1, y0)), s.end_screw, s.end_thread_mm)
+        deep = f"{s.end_screw} x {s.end_thread_mm:g}, drilled {thread.depth_mm:g} deep"
+        boring.add(f"{deep}, clamps the inner rings", [thread])
     if s.flats_mm:
         for side in (-1.0, 1.0):
             edges = sorted((side * s.flats_mm / 2, side * (head + THROUGH_MM)))
             tools.append(box((-head, y0 - THROUGH_MM, edges[0]), (head, y0 + FLATS_LONG_MM, edges[1])))
-    solid = feature(number, "bores", "hardware.magnet", lambda: cut(turned(profile), tools))
+    solid = feature(number, "bores", "hardware.magnet", lambda: cut(turned(profile), [*boring.tools, *tools]))
     description = f"shoulder shaft {s.diameter_mm:g} h6 x {y1 - y0:.1f}"
     if s.end_screw:
         torque = END_TORQUE_N_m[s.end_screw]
         held = f"flats {s.flats_mm:g} across on its head" if s.flats_mm else "its head held in soft jaws"
         description += f", {held}, {s.end_screw} in its end tightened to {torque:g} N m"
-    return made_part(number, description, solid, material("stainless-1.4305"), round_y(head, s.y_mm), holes)
+    return made_part(number, description, solid, material("stainless-1.4305"), round_y(head, s.y_mm), boring.holes)
 
 
 def make_shoulder_washer(d: Dimensions) -> Part:
@@ -54,11 +55,9 @@ def make_shoulder_washer(d: Dimensions) -> Part:
     number, s = "shoulder_washer", d.shaft
     bore = catalogue.screw(s.end_screw).clearance_hole_mm
     body = bore_y(s.washer_diameter_mm, (0.0, 0.0), (0.0, WASHER_MM))
-    solid = feature(
-        number, "bore", "hardware.bearing", lambda: cut(body, [bore_y(bore, (0.0, 0.0), (-1.0, WASHER_MM + 1.0))])
-    )
+    boring = Boring()
+    boring.add(f"{bore:g} through", [along_y(bore, (0.0, 0.0), (0.0, WASHER_MM))])
+    solid = feature(number, "bore", "hardware.bearing", lambda: cut(body, boring.tools))
     extent = round_y(s.washer_diameter_mm / 2, (0.0, WASHER_MM))
     description = f"shoulder washer {s.washer_diameter_mm:g} x {WASHER_MM:g}"
-    return made_part(
-        number, description, solid, material("stainless-1.4305"), extent, [Hole(bore, 1, f"{bore:g} through")]
-    )
+    return made_part(number, description, solid, material("stainless-1.4305"), extent, boring.holes)

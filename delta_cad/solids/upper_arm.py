@@ -13,24 +13,23 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
-from delta_cad.dimensions.tolerances import LENGTH_MM
+from delta_cad.dimensions.tolerances import BAR_WIDER_UM, LENGTH_MM
+from delta_cad.solids.boring import Boring, along_y, between, fitted, tapped, within
 from delta_cad.solids.making import cut_circle, made_part
 from delta_cad.solids.materials import ORANGE, material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,
     box,
     cut,
-    cylinder,
     edge_break,
     feature,
     fuse,
     hull_along_y,
 )
 
-SHOULDER_SEAT_X_MM = -8.0  # seat of the clamp screw's head; its thread begins behind the slit
-SHOULDER_THREAD_END_X_MM = 10.0
+SHOULDER_SEAT_X_MM, SHOULDER_THREAD_MM = -8.0, 9.0  # seat of the clamp screw's head; thread, behind the slit
 SHOULDER_SCREW_LENGTH_MM = 16.0
 
 
@@ -48,7 +47,6 @@ def make_upper_arm(d: Dimensions) -> Part:
     """Upper arm, milled from plate: clamped beside its sector along the shaft, or split around a motor's shaft."""
     number, a = "upper_arm", d.arm
     y, boss = d.layers.arm_mm, d.layers.elbow_boss_mm
-    through = (boss[0] - THROUGH_MM, boss[1] + THROUGH_MM)
     length, bar = a.length_mm, a.bar_bore_mm
 
     def body() -> cq.Shape:
@@ -58,51 +56,45 @@ def make_upper_arm(d: Dimensions) -> Part:
 
     shape = feature(number, "outline", "upper_arm_length_mm", body)
     shape = edge_break(number, shape, ">Y or <Y", 0.4)
-    tools: list[cq.Shape] = [bore_y(bar, (length, 0.0), through)]
-    fitted = "clamped along the shaft" if d.capstan is not None else f"split {a.slit_mm:g} mm"
-    holes = [
-        Hole(a.shaft_bore_mm, 1, f"{a.shaft_bore_mm:g} H7 through, {fitted}, shoulder"),
-        Hole(bar, 1, f"{bar:g} +0.02 through, cross-bar bonded"),
-    ]
+    boring, tools = Boring(), list[cq.Shape]()
+    held = "clamped along the shaft" if d.capstan is not None else f"split {a.slit_mm:g} mm"
+    first = y[0] if d.capstan is None else d.layers.bearings_mm[0][1]  # the collar's end
+    shoulder = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7")
+    boring.add(f"{a.shaft_bore_mm:g} H7 through, {held}, shoulder", [shoulder])
+    bonded = within(along_y(bar, (length, 0.0), boss), 0.0, BAR_WIDER_UM)
+    boring.add(f"{bar:g} +{BAR_WIDER_UM / 1000:g} through, cross-bar bonded", [bonded])
     if d.capstan is not None:  # after the edges are broken: the collar's own carries the inner ring
-        collar = d.layers.bearings_mm[0][1]
-        shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (collar, y[0] + THROUGH_MM)))
-        tools.append(bore_y(a.shaft_bore_mm, (0.0, 0.0), (collar - THROUGH_MM, through[1])))
-        tools += [bore_y(DOWEL_MM, at, through) for at in dowel_positions(d)]
-        holes.append(Hole(DOWEL_MM, len(a.dowel_angles_rad), f"{DOWEL_MM:g} H7 through, sector dowels"))
-        first, cut_off = min(collar, boss[0]), 0.0
+        shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (first, y[0] + THROUGH_MM)))
+        dowels = [fitted(along_y(DOWEL_MM, at, y), "H7") for at in dowel_positions(d)]
+        boring.add(f"{DOWEL_MM:g} H7 through, sector dowels", dowels)
+        cut_off = 0.0
     else:
-        tools.append(bore_y(a.shaft_bore_mm, (0.0, 0.0), through))
-        slit_tools, slit_holes = _clamp(d, through)
-        tools += slit_tools
-        holes += slit_holes
-        first, cut_off = min(y[0], boss[0]), a.slit_mm / 2
-    solid = feature(number, "bores", "arm_thickness_mm", lambda: cut(shape, tools))
+        tools += _clamp(d, boring)
+        cut_off = a.slit_mm / 2
+    solid = feature(number, "bores", "arm_thickness_mm", lambda: cut(shape, [*boring.tools, *tools]))
     flange = max(a.flange_radius_mm, a.beam_root_radius_mm)
-    extent = (-flange, length + a.boss_radius_mm), (first, max(y[1], boss[1])), (-flange, cut_circle(flange, cut_off))
+    extent = (
+        (-flange, length + a.boss_radius_mm),
+        (min(first, boss[0]), max(y[1], boss[1])),
+        (-flange, cut_circle(flange, cut_off)),
+    )
     description = f"upper arm, {length:g} mm between axes"
     if d.capstan is not None:
         stack = y[1] - d.layers.bearings_mm[0][1]
         description += f", {stack:.3f} +-{LENGTH_MM:g} from its collar to the sector"
-    return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, holes)
+    return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, boring.holes)
 
 
-def _clamp(d: Dimensions, through: tuple[float, float]) -> tuple[list[cq.Shape], list[Hole]]:
-    """Slit and screw that clamp the hub on a motor's shaft."""
+def _clamp(d: Dimensions, boring: Boring) -> list[cq.Shape]:
+    """Slit, seat and bores of the screw that clamps the hub on a motor's shaft; the cutters of the former two."""
     a, screw = d.arm, catalogue.screw(CLAMP_SCREW)
+    low, high = (end + sign * THROUGH_MM for end, sign in zip(d.layers.elbow_boss_mm, (-1, 1), strict=True))
     z, outside, half = a.shoulder_clamp_z_mm, a.flange_radius_mm + THROUGH_MM, a.slit_mm / 2
-    tools: list[cq.Shape] = [
-        box((-half, through[0], 0.0), (half, through[1], outside)),
-        cylinder(screw.clearance_hole_mm, (-outside, 0, z), (0, 0, z)),
-        box((-outside, through[0], z - screw.counterbore_diameter_mm / 2), (SHOULDER_SEAT_X_MM, through[1], outside)),
-        cylinder(screw.tap_drill_mm, (0, 0, z), (SHOULDER_THREAD_END_X_MM, 0, z)),
+    seat = f"{screw.clearance_hole_mm:g} from the open seat at x = {SHOULDER_SEAT_X_MM:g}, shoulder clamp"
+    boring.add(seat, [between(screw.clearance_hole_mm, (SHOULDER_SEAT_X_MM, 0.0, z), (-half, 0.0, z))])
+    thread = tapped(between(0.0, (half, 0.0, z), (outside, 0.0, z)), CLAMP_SCREW, SHOULDER_THREAD_MM)
+    boring.add(f"{CLAMP_SCREW} x {SHOULDER_THREAD_MM:g}, drilled {thread.depth_mm:g} deep", [thread])
+    return [
+        box((-half, low, 0.0), (half, high, outside)),
+        box((-outside, low, z - screw.counterbore_diameter_mm / 2), (SHOULDER_SEAT_X_MM, high, outside)),
     ]
-    holes = [
-        Hole(
-            screw.clearance_hole_mm,
-            1,
-            f"{screw.clearance_hole_mm:g} from the open seat at x = {SHOULDER_SEAT_X_MM:g}, shoulder clamp",
-        ),
-        Hole(screw.tap_drill_mm, 1, f"{CLAMP_SCREW} to x = {SHOULDER_THREAD_END_X_MM:g}"),
-    ]
-    return tools, holes

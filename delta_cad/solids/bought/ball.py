@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import BALL_GLUE_MM
+from delta_cad.solids.boring import Boring, along_y, blind
 from delta_cad.solids.making import made_part, ordered
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import ball, bore_y, cut, feature
+from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import ball, cut, feature
 
 HOLE_ROOM_MM = 0.3  # between the pin's end and the floor of the hole: adhesive
 
@@ -18,15 +19,11 @@ def make_joint_ball(d: Dimensions) -> Part:
     hole, radius = f.pin_diameter_mm + 2 * BALL_GLUE_MM, f.ball_diameter_mm / 2
     floor = -f.pin_past_mm - HOLE_ROOM_MM
     sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    solid = feature(
-        number,
-        "hole",
-        "hardware.ball_diameter_mm",
-        lambda: cut(sphere, [bore_y(hole, (0.0, 0.0), (floor, radius + 1.0))]),
-    )
-    deep = radius - floor
-    callout = Hole(hole, 1, f"{hole:.2f} x {deep:g} from the ball's surface, eroded on centre")
+    deep, boring = radius - floor, Boring()
+    eroded = blind(along_y(hole, (0.0, 0.0), (radius, floor)))
+    boring.add(f"{hole:.2f} x {deep:g} from the ball's surface, eroded on centre", [eroded])
+    solid = feature(number, "hole", "hardware.ball_diameter_mm", lambda: cut(sphere, boring.tools))
     rim = (radius**2 - (hole / 2) ** 2) ** 0.5
     extent = (-radius, radius), (-radius, rim), (-radius, radius)
     description = f"{row.description}, eroded {hole:.2f} x {deep:g}; bonded on its stud"
-    return made_part(number, description, solid, material(row.material), extent, [callout], **ordered(row))
+    return made_part(number, description, solid, material(row.material), extent, boring.holes, **ordered(row))

@@ -6,7 +6,7 @@ from typing import cast
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.fasteners import CORE_PLAY_MM
+from delta_cad.solids.bought.fasteners import CORE_PLAY_MM
 from delta_cad.solids.making import bought_part, round_z
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import bore_z, cut, fuse

@@ -20,6 +20,7 @@ SHAPES = {
     "ball": ball(4),
     "torus": cq.Solid.makeTorus(20, 4),
     "cone": cq.Solid.makeCone(5, 2, 8),
+    "tip": cq.Solid.makeCone(5, 0, 3),
     "plate": solid(cq.Workplane().box(60, 30, 8).edges("|Z").fillet(3).faces(">Z").workplane().hole(4).val()),
     "spline": solid(cq.Workplane().spline([(0, 0), (4, 3), (9, 1), (6, -4)], periodic=True).close().extrude(5).val()),
 }
@@ -41,7 +42,7 @@ def test_mesh_is_watertight_and_strays_no_farther_than_it_says(name: str, linear
         assert surface.distance(cq.Vertex.makeVertex(*point)) <= mesh.deviation_mm
 
 
-@pytest.mark.parametrize("name", ["cylinder", "ball", "torus", "cone"])
+@pytest.mark.parametrize("name", ["cylinder", "ball", "torus", "cone", "tip"])
 def test_the_bound_is_not_wasteful(name: str) -> None:
     coarse, fine = (tessellate(SHAPES[name], linear, 1.5) for linear in (0.4, 0.025))
     assert fine.deviation_mm < coarse.deviation_mm / 4.0

@@ -15,6 +15,7 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.dfm.check import RULES
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline
@@ -325,7 +326,8 @@ def own_checks(machine: BuiltMachine, design: Design, monkeypatch: pytest.Monkey
 
 def test_torque_and_drive_are_checked(machine: BuiltMachine, best: Design, monkeypatch: pytest.MonkeyPatch) -> None:
     found = own_checks(machine, best, monkeypatch)
-    names = [name for name in found if not name.startswith("structure ")]
+    assert [name for name in found if name.startswith("dfm ")] == [rule.name for rule in RULES]
+    names = [name for name in found if not name.startswith(("structure ", "dfm "))]
     drive = ["drive torque", "drive peak torque", "cable fleet angle", "cable on its groove", "cable bend ratio"]
     made = ["parts made as stated", "sections carry", "sections no heavier"]
     assert names == ["lean", "torque with gravity", *drive, *made]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 import pytest
@@ -12,12 +12,21 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import (
+    DOWEL_PLAY_MM,
+    GRADES_UM,
+    MANDREL_MM,
+    NOMINAL_MM,
+    RUN_OUT_MM,
+    SEATS_MM,
     TILT_RAD,
     END_TORQUE_N_m,
+    deviations_um,
+    drilled_mm,
     minutes,
     preload_range_N,
     seat_tilt_rad,
     spring_height_mm,
+    tip_mm,
     working_mm,
 )
 from delta_cad.structure.holds import holds, screw_N
@@ -82,3 +91,46 @@ def test_the_torque_of_the_shaft_s_screw_is_that_of_its_clamping_force(size: str
     under_head = (row.head_diameter_mm + row.clearance_hole_mm) / 4
     torque = screw_N(size) * (0.16 * row.pitch_mm + 0.58 * flank * 0.14 + under_head * 0.14) / 1000.0
     assert END_TORQUE_N_m[size] == pytest.approx(torque, rel=0.1)
+
+
+def test_grades_follow_the_formulas_of_the_standard() -> None:
+    """ISO 286-1: i = 0.45 D^(1/3) + 0.001 D, 7, 10 and 16 times it; D^0.34 for G; rounded by hand in the tables."""
+    for k, (low, high) in enumerate(zip((1.0, *NOMINAL_MM), NOMINAL_MM, strict=False)):
+        mean = sqrt(low * high)
+        unit = 0.45 * mean ** (1 / 3) + 0.001 * mean
+        for grade, times in ((5, 7.0), (6, 10.0), (7, 16.0)):
+            coarser = 1.5 if k == 0 else 1.0  # up to 3 mm the tables are rounded up
+            assert GRADES_UM[grade][k] == pytest.approx(times * unit, abs=coarser)
+        assert deviations_um("G7", high)[0] == pytest.approx(2.5 * mean**0.34, abs=1.1)
+
+
+def test_deviations_as_printed() -> None:
+    assert [deviations_um("H7", d) for d in (3.0, 3.01, 6.0, 8.0, 16.0, 30.0)] == [
+        (0, 10), (0, 12), (0, 12), (0, 15), (0, 18), (0, 21),
+    ]  # fmt: skip
+    assert [deviations_um("G7", 8.0), deviations_um("H6", 16.0), deviations_um("h6", 8.0)] == [
+        (5, 20),
+        (0, 11),
+        (-9, 0),
+    ]
+    for fit, nominal in (("K7", 8.0), ("H8", 8.0), ("H", 8.0), ("", 8.0), ("H7", 0.0), ("H7", 121.0)):
+        with pytest.raises(ValueError, match="known are G, H and h"):
+            deviations_um(fit, nominal)
+
+
+def test_the_seats_tolerances_are_those_of_their_fits() -> None:
+    seat = 16.0
+    assert (deviations_um("H7", seat)[1] / 1000, deviations_um("H6", seat)[1] / 1000) == SEATS_MM
+    assert -deviations_um("h5", seat)[0] / 1000 == MANDREL_MM
+    m6_least = 0.002  # of 3 mm, ISO 286-2
+    assert (deviations_um("H7", 3.0)[1] / 1000 - m6_least) / 2 == pytest.approx(DOWEL_PLAY_MM)
+
+
+def test_a_blind_thread_has_its_run_out_and_its_tip() -> None:
+    assert [drilled_mm("M4", 8.0), drilled_mm("M2.5", 8.0), drilled_mm("M3", 7.0)] == [10.5, 10.0, 9.0]
+    assert tip_mm(10.0) == pytest.approx(3.0043, abs=1e-4)  # 0.3 of the diameter, as shops reckon
+    assert tip_mm(10.0, 0.0) == 0.0
+    for row in catalogue.screw.rows.values():
+        assert drilled_mm(row.id, 5.0) - 5.0 >= RUN_OUT_MM[row.pitch_mm]
+    for pitch, way in RUN_OUT_MM.items():
+        assert 3.0 * pitch <= way <= 4.0 * pitch  # a tap's lead of form C, 2 to 3 turns, and one turn more

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.export.bom import bill_of_materials, hole_list, write_bom, write_holes
+from delta_cad.export.bom import bill_of_materials, write_bom
 from delta_cad.export.manifest import ManifestError, versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_assembly_step
@@ -62,13 +62,6 @@ def test_the_bill_adds_up_to_the_mass_of_the_machine(machine: Assembly, tmp_path
 def test_given_masses_are_used(machine: Assembly) -> None:
     masses = {part.number: 0.5 for part in machine.parts}
     assert {row.unit_mass_g for row in bill_of_materials(machine, masses)} == {500.0}
-
-
-def test_holes_for_the_machinist(machine: Assembly, tmp_path: Path) -> None:
-    write_holes(hole_list(machine), tmp_path / "holes.csv")
-    assert (tmp_path / "holes.csv").read_text() == (
-        "part,diameter_mm,count,callout\nbase_plate,4.5,6,4.5 through\nupper_arm,6.0,1,6 H7 through\n"
-    )
 
 
 def test_the_manifest_lists_every_file_with_its_digest(build: Path, step_file: Path) -> None:

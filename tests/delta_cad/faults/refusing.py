@@ -16,7 +16,7 @@ from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
-from delta_cad.checks.makes import check_makes
+from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.cable import check_cable

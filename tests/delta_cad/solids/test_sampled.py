@@ -80,7 +80,10 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     under = length / c.rim_radius_mm
     solid = web & (radius >= inner) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
     solid |= rim & (radius >= c.rim_radius_mm - 3.5) & (radius <= c.rim_radius_mm) & (np.abs(angle) <= half)
-    solid |= web & (radius >= inner) & (radius <= pitch - 8.2) & (angle >= -half) & (angle <= half + under)
+    foot = max(pitch - 8.2, (pitch - 9.2) / float(np.cos(under)) + 0.5)  # beyond the lug's foot where it ends
+    solid |= web & (radius >= inner) & (radius <= foot) & (angle >= -half) & (angle <= half + under)
+    off_hub, off_end = radius - a.flange_radius_mm, radius * np.sin(angle - half - under)
+    solid |= web & (angle > 0) & rounded_corner(off_hub, off_end)
     solid |= (y >= a_side(d)) & (y <= web1) & (radius <= a.flange_radius_mm)
     solid |= (y >= web1) & (y <= d.layers.motor_cheek_mm[0]) & within(x, z, (0, 0), a.collar_diameter_mm)
     empty = within(x, z, (0, 0), a.shaft_bore_mm)
@@ -93,12 +96,15 @@ def sector(d: Dimensions, part: Part, x: Points, y: Points, z: Points) -> np.nda
     solid |= web & round_cone(out, aside, (share * top, 0), bar, (top, 0), bar)
     beside, beyond = aside - cable, top - out
     solid |= (y >= web0) & (y <= y1) & (np.abs(beside) <= 3.2) & (beyond >= 0) & (beyond <= 6.0)
+    solid |= web & (aside > 0) & rounded_corner(off_hub, aside - bar)
+    solid |= web & rounded_corner(aside - bar, beyond - 6.0)
     slit = (np.hypot(beside, y - c.end_y_mm[0]) < 0.5) | (np.abs(beside) < 0.5) & (y > c.end_y_mm[0])
     empty |= slit & (beyond > -0.5) & (beyond < 6.5)
     # the other end: the cable runs on along the rim's tangent into the carriage's pocket
     out, along = x * np.cos(high) + z * np.sin(high) - pitch, -x * np.sin(high) + z * np.cos(high)
     floor, roof = c.end_y_mm[1] - 2.5, c.end_y_mm[1] + 2.6  # the pocket is open to the arm's side
     solid |= (out >= -9.2) & (out <= 4.2) & (along >= 0) & (along <= length) & (y >= floor) & (y <= y1)
+    solid |= rim & ~web & (y >= floor) & rounded_corner(c.rim_radius_mm - 3.5 - radius, -along) & (out < -3.0)
     off = (
         np.maximum(np.abs(out + 2.5) - 3.5, 0.0),
         np.maximum(np.abs(along - (length - 2.0) / 2) - (length - 7.2) / 2, 0.0),
@@ -140,7 +146,7 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
         web |= round_cone(u, t, (0, 0), p.hub_radius_mm, (r, -wide), 3.0)
         web |= round_cone(u, t, (r, wide), 3.0, (r, -wide), 3.0)
         web |= (u >= 0) & (u <= r) & (np.abs(t) <= wide * u / r)
-        material |= plate & web
+        material |= plate & (web | rounded_valley(u, t, r, wide, p.hub_radius_mm))
         axis = np.hypot(u - r, z)
         material |= (np.abs(t) <= half) & (axis <= boss - np.maximum(np.abs(t) - (half - 0.4), 0))
         empty |= axis < p.bar_bore_mm / 2
@@ -151,6 +157,22 @@ def platform(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndar
             window |= (u >= u0) & (u <= u1) & (np.abs(t) <= w * (u - u0) / (u1 - u0))
             empty |= window & (z > boss - p.plate_mm - 0.5)
     return material & ~empty
+
+
+def rounded_corner(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """What a cutter of radius 1.6 leaves between two walls square to one another, of distances off either."""
+    near = (one >= 0) & (other >= 0) & (one < 1.6) & (other < 1.6)
+    return near & (np.hypot(one - 1.6, other - 1.6) > 1.6)
+
+
+def rounded_valley(u: np.ndarray, t: np.ndarray, r: float, wide: float, hub: float) -> np.ndarray:
+    """What a cutter of 1.6 leaves between a web, hub to (r, wide) with radius 3, and its mirror at 60 degrees."""
+    normal = np.arctan2(wide, r) + np.arccos((hub - 3.0) / np.hypot(r, wide))
+    walls = np.array([[np.cos(a), np.sin(a)] for a in (normal, 2 * np.pi / 3 - normal)])
+    off = np.array([walls[k, 0] * u + walls[k, 1] * t - hub for k in (0, 1)])
+    centre = np.linalg.solve(walls, [hub + 1.6, hub + 1.6])
+    back = np.linalg.solve(walls.T, -np.array([u - centre[0], t - centre[1]]))  # between both walls' normals
+    return (off >= 0).all(axis=0) & (back >= 0).all(axis=0) & (np.hypot(u - centre[0], t - centre[1]) > 1.6)
 
 
 def rod_cup(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
@@ -238,7 +260,10 @@ def motor_cheek(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.n
         place = at[0] + m.mount_circle_mm / 2 * float(np.cos(a)), at[1] + m.mount_circle_mm / 2 * float(np.sin(a))
         reached = motor_thread_mm(m) - 6.0 + y1 - y0  # a screw of 6 mm fills the motor's thread
         empty |= within(x, z, place, screw.clearance_hole_mm)
-        empty |= within(x, z, place, screw.counterbore_diameter_mm) & (y < y0 + reached)
+        room = m.mount_circle_mm - m.pilot_diameter_mm - 2 * 0.5  # a wall of 0.5 to the pilot, if there is room
+        sunk = screw.counterbore_diameter_mm
+        sunk = min(sunk, room) if room >= screw.head_diameter_mm + 0.3 else sunk
+        empty |= within(x, z, place, sunk) & (y < y0 + reached)
     (pin,) = b.stop_pins_mm
     empty |= within(x, z, (pin[0] - b.shoulder_u_mm, pin[1]), 4.0)
     empty |= within(x, z, (0, 0), d.bearing.outer_mm) & (y < y0 + d.bearing.width_mm)

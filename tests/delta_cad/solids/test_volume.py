@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, cos, pi, radians, sqrt
+from math import acos, cos, pi, radians, sqrt, tan
 
 import pytest
 from scipy.integrate import quad
@@ -28,6 +28,11 @@ def broken(diameter: float, leg: float) -> float:
     return pi * leg**2 * (diameter / 2 - leg / 3)
 
 
+def tip(diameter: float) -> float:
+    """What a drill with a point of 118 degrees takes beyond its full diameter."""
+    return pi / 12 * diameter**2 * (diameter / 2 / tan(radians(59.0)))
+
+
 def cap(radius: float, height: float) -> float:
     return pi * height**2 * (3 * radius - height) / 3
 
@@ -41,9 +46,8 @@ def foot_block(d: Dimensions) -> float:
     b, m3, m4 = d.bracket, catalogue.screw("M3"), catalogue.screw("M4")
     long, wide = b.foot_u_mm[1] - b.foot_u_mm[0], d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]
     edge = (long + wide) * 0.5**2 - 4 * 0.5**3 / 3
-    depth = min(7.0, wide / 2 - 0.5)
-    bores = 4 * cyl(m3.tap_drill_mm, depth) + 2 * cyl(m4.tap_drill_mm, 11.0) + 2 * cyl(3.0, 6.0)
-    bores += 4 * cyl(3.0, min(5.0, wide / 2 - 2.0))
+    bores = 2 * cyl(m3.tap_drill_mm, wide) + 2 * cyl(m4.tap_drill_mm, b.foot_height_mm)
+    bores += 2 * (cyl(3.0, 6.0) + tip(3.0)) + 4 * (cyl(3.0, min(5.0, wide / 2 - 2.0)) + tip(3.0))
     return long * wide * b.foot_height_mm - edge - bores
 
 
@@ -90,7 +94,8 @@ def shoulder_shaft(d: Dimensions) -> float:
     flat, reach = s.flats_mm / 2, s.head_diameter_mm / 2  # two flats of 2.5 mm, the first 0.3 mm on the broken edge
     first = float(quad(lambda y: segment(reach - 0.3 + y, flat), 0.0, 0.3)[0])
     head -= 2 * (first + 2.2 * segment(reach, flat))
-    return head + bar - cyl(d.magnet.diameter_mm + 0.1, d.magnet.thickness_mm) - cyl(thread.tap_drill_mm, 8.0 + 2.0)
+    drilled = cyl(thread.tap_drill_mm, 8.0 + 2.5) + tip(thread.tap_drill_mm)
+    return head + bar - cyl(d.magnet.diameter_mm + 0.1, d.magnet.thickness_mm) - drilled
 
 
 def shoulder_washer(d: Dimensions) -> float:

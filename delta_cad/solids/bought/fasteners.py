@@ -8,10 +8,11 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.mechanism.geometry import SIN_60
+from delta_cad.solids.boring import Boring, along_z
 from delta_cad.solids.making import bought_part, made_part, round_z
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Part
-from delta_cad.solids.primitive import THROUGH_MM, bore_z, cut, cylinder
+from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import THROUGH_MM, cut, cylinder
 
 CORE_PLAY_MM = 0.04  # the shank is drawn as its thread's core, free of the tap drill by this diameter
 
@@ -68,8 +69,9 @@ def make_dowel(key: str, length_mm: float) -> Part:
 def make_spacer(bore_mm: float, length_mm: float) -> Part:
     """Turned distance sleeve along z from 0 to its length."""
     outer = bore_mm + 2.0
-    bore = bore_z(bore_mm, (0.0, 0.0), (-THROUGH_MM, length_mm + THROUGH_MM))
-    solid = cut(cylinder(outer, (0, 0, 0), (0, 0, length_mm)), [bore])
+    boring = Boring()
+    boring.add(f"{bore_mm:g} through", [along_z(bore_mm, (0.0, 0.0), (0.0, length_mm))])
+    solid = cut(cylinder(outer, (0, 0, 0), (0, 0, length_mm)), boring.tools)
     description = f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} under the encoder board"
-    hole, extent = Hole(bore_mm, 1, f"{bore_mm:g} through"), round_z(outer / 2, (0.0, length_mm))
-    return made_part("board_spacer", description, solid, material("brass"), extent, [hole])
+    extent = round_z(outer / 2, (0.0, length_mm))
+    return made_part("board_spacer", description, solid, material("brass"), extent, boring.holes)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from delta_cad.assembly.machine import Assembly
-from delta_cad.checks.makes import check_makes
+from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.solids.part import Part
 
 

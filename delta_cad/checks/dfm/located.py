@@ -1,0 +1,142 @@
+"""Bores lie where a part declares them, as deep, with the end that is declared: read off the solid's faces."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from delta_cad.checks.contact.features import Cylinder, Features, features
+from delta_cad.dimensions.tolerances import tip_mm
+from delta_cad.solids.part import Bore, Part
+
+AXIS_MM = 1e-4  # off a declared axis: roundings of turned frames; machinists' positions differ by 0.01 mm
+ALONG = 1e-6  # sine of the angle between axes that count as one
+ENDS_MM = 0.005  # of a bore that begins and ends in planes
+DIAMETER_MM = 1e-3  # declared diameters are written to 0.01 mm at best
+BEYOND_MM = 0.02  # past a bore's end, where there is air or metal
+TIP_DEG = 1e-3  # of a drill's tip
+
+
+@dataclass(frozen=True, eq=False)
+class _Cone:
+    """A conical face with the material outside: (3,) apex, (3,) unit vector from its wide end to the apex, angle."""
+
+    apex: np.ndarray
+    direction: np.ndarray
+    tip_deg: float
+
+
+def location_faults(part: Part) -> list[str]:
+    """Says which declared bores of a part are not found where they are declared.
+
+    Args:
+        part: With a valid solid.
+
+    Returns:
+        One text a fault; nothing where bores declare no place.
+    """
+    from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+
+    bores = [bore for hole in part.holes for bore in hole.bores]
+    if not bores:
+        return []
+    seen, cones = features(part.solid), _cones(part.solid)
+    inside = BRepClass3d_SolidClassifier(part.solid.wrapped)
+    faults = []
+    for bore in bores:
+        fault = _fault(bore, bores, seen, cones, inside)
+        if fault:
+            x, y, z = bore.start_mm
+            faults.append(f"the bore of {bore.diameter_mm:g} mm at ({x:.2f}, {y:.2f}, {z:.2f}) {fault}")
+    return faults
+
+
+def _fault(bore: Bore, every: list[Bore], seen: Features, cones: list[_Cone], inside: Any) -> str:
+    """What of a bore is not as declared, or ""."""
+    start, along, radius = np.array(bore.start_mm), np.array(bore.direction), bore.diameter_mm / 2
+    end = bore.depth_mm + tip_mm(bore.diameter_mm, bore.tip_deg)
+    coaxial = [c for c in seen.cylinders if c.is_bore and _on_axis(c.point, c.direction, start, along)]
+    own = [c for c in coaxial if abs(c.radius_mm - radius) <= DIAMETER_MM / 2 and _overlaps(c, bore)]
+    if not own:
+        return "is not there"
+    spans = sorted(_span(c, start, along) for c in coaxial if c.radius_mm >= radius - DIAMETER_MM / 2)
+    low, high = (ends(_span(c, start, along)[k] for c in own) for k, ends in enumerate((min, max)))
+    reached = low
+    for first, last in spans:
+        reached = max(reached, last) if first <= reached + ENDS_MM else reached
+    slack = radius if bore.through else 0.0  # where it comes out, a wall may be hollow
+    off = abs(low) - _slack_mm(seen, start, along, radius), abs(high - bore.depth_mm) - slack
+    if max(off) > ENDS_MM or reached < high - ENDS_MM:
+        return f"goes from {low:.3f} to {min(high, reached):.3f} mm along its axis, declared 0 to {bore.depth_mm:.3f}"
+    tips = [c for c in cones if _on_axis(c.apex, c.direction, start, along) and c.direction @ along > 0.0]
+    tips = [c for c in tips if abs((c.apex - start) @ along - end) <= ENDS_MM]
+    if bool(bore.tip_deg) != bool(tips) or any(abs(c.tip_deg - bore.tip_deg) > TIP_DEG for c in tips):
+        return f"does not end as declared, with a tip of {bore.tip_deg:g} deg (0: flat)"
+    beyond = start + (end + BEYOND_MM + slack) * along
+    if not bore.through and any(_covers(other, beyond) for other in every):
+        return ""
+    is_open = not _is_inside(inside, beyond)
+    return "" if is_open == bore.through else f"is {'open' if is_open else 'closed'} at its end"
+
+
+def _on_axis(point: np.ndarray, direction: np.ndarray, start: np.ndarray, along: np.ndarray) -> bool:
+    off = np.linalg.norm(np.cross(point - start, along))
+    return bool(np.linalg.norm(np.cross(direction, along)) < ALONG and off < AXIS_MM)
+
+
+def _span(c: Cylinder, start: np.ndarray, along: np.ndarray) -> tuple[float, float]:
+    """From where to where a face goes along a bore's axis, from its start."""
+    at, sense = float((c.point - start) @ along), float(np.sign(c.direction @ along))
+    low, high = sorted((at + sense * c.start_mm, at + sense * c.end_mm))
+    return low, high
+
+
+def _slack_mm(seen: Features, point: np.ndarray, along: np.ndarray, radius_mm: float) -> float:
+    """How far the rim of a bore may lie from where its axis enters: nothing in a plane face across it."""
+    flat = (p for p in seen.planes if np.linalg.norm(np.cross(p.normal, along)) < ALONG)
+    return 0.0 if any(abs(float((p.point - point) @ along)) <= ENDS_MM for p in flat) else radius_mm
+
+
+def _overlaps(c: Cylinder, bore: Bore) -> bool:
+    low, high = _span(c, np.array(bore.start_mm), np.array(bore.direction))
+    return high > ENDS_MM and low < bore.depth_mm - ENDS_MM
+
+
+def _covers(bore: Bore, point: np.ndarray) -> bool:
+    """Whether a point lies on the axis of a bore, within it."""
+    apart, along = point - np.array(bore.start_mm), np.array(bore.direction)
+    at = float(apart @ along)
+    return -ENDS_MM <= at <= bore.depth_mm and float(np.linalg.norm(apart - at * along)) < bore.diameter_mm / 2
+
+
+def _is_inside(classifier: Any, point: np.ndarray) -> bool:
+    from OCP.gp import gp_Pnt
+    from OCP.TopAbs import TopAbs_IN
+
+    classifier.Perform(gp_Pnt(*point.tolist()), 1e-7)
+    return classifier.State() == TopAbs_IN
+
+
+def _cones(solid: Any) -> list[_Cone]:
+    """The conical faces of a solid with the material outside."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Cone
+
+    found = []
+    for face in solid.Faces():
+        surface = BRepAdaptor_Surface(face.wrapped)
+        if surface.GetType() != GeomAbs_Cone:
+            continue
+        cone = surface.Cone()
+        apex, axis = cone.Apex(), cone.Axis().Direction()
+        point, direction = (np.array([v.X(), v.Y(), v.Z()]) for v in (apex, axis))
+        to_apex = point - np.array(face.Center().toTuple())
+        direction = direction if direction @ to_apex > 0.0 else -direction
+        if np.array(face.normalAt().toTuple()) @ direction < 0.0:
+            found.append(_Cone(point, direction, 2.0 * abs(float(np.degrees(cone.SemiAngle())))))
+    return found

@@ -1,0 +1,52 @@
+"""How often a part is clamped: the directions from which its bores and its sharp inner edges are made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from delta_cad.checks.dfm.bores import Finding, round_bores
+from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import corner_ways
+
+MOST = 4.0  # each loses a hundredth of a millimetre, and costs as much as the cutting
+SAME = 1e-4  # sine of the angle between directions that one clamping has
+
+
+def setups(part: Part) -> Iterator[Finding]:
+    """The fewest clampings found from which a tool comes to every bore and every sharp inner edge.
+
+    A clamping is a direction of the tool, or all that are square to one axis: the part then turns on a rotary table.
+    They are found one by one, each time the direction that most of what is left is made from; the least may be smaller.
+    A bore that goes through is made from either end.
+    """
+    asked: list[list[np.ndarray]] = []
+    for bore in round_bores(part):
+        along = np.array(bore.direction)
+        asked.append([-along, along] if bore.through else [-along])
+    asked += [ways for corner, ways in corner_ways(part.solid) if ways and corner.is_straight]
+    plain = _directions(asked)
+    told = f"{len(plain)} directions"
+    count = len(plain)
+    for axis in (*np.eye(3), *plain):
+        rest = [ways for ways in asked if all(abs(float(way @ axis)) > SAME for way in ways)]
+        if len(rest) < len(asked) and (turned := 1 + len(_directions(rest))) < count:
+            x, y, z = np.round(axis, 2) + 0.0
+            count, told = turned, f"{len(plain)} directions, a rotary table turns about ({x:g}, {y:g}, {z:g})"
+    yield Finding(part.number, float(max(count, 1)), MOST, f"{part.number}: {max(count, 1)}, {told}")
+
+
+def _directions(asked: list[list[np.ndarray]]) -> list[np.ndarray]:
+    """Directions of which each of what is asked has one."""
+    found: list[np.ndarray] = []
+    while asked:
+        every = [way for ways in asked for way in ways]
+        best = max(every, key=lambda way: sum(_has(ways, way) for ways in asked))
+        found.append(best)
+        asked = [ways for ways in asked if not _has(ways, best)]
+    return found
+
+
+def _has(ways: list[np.ndarray], way: np.ndarray) -> bool:
+    return any(other @ way > 0.0 and float(np.linalg.norm(np.cross(other, way))) < SAME for other in ways)

@@ -1,0 +1,107 @@
+"""The list of holes: every bore of every made part, where it is and how it is made, one a row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from string import ascii_uppercase
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.export.bom import write_csv
+from delta_cad.solids.part import Bore, Hole
+
+DECIMALS = 3  # a micrometre: what a bore is measured to
+UNIT_DECIMALS = 6  # of a direction
+
+
+@dataclass(frozen=True)
+class HoleRow:
+    """One bore or slot of one part, in the part's frame as its STEP file has it; None where there is nothing to say.
+
+    Attributes:
+        part: Part number.
+        hole: Letter of its group of equal diameter and number within it, such as "A2"; of slots the letter.
+        x_mm: Where its axis enters what is bored, as `y_mm` and `z_mm`.
+        direction_x: Unit vector along the axis into the material, as `direction_y` and `direction_z`.
+        diameter_mm: Of the bore, a thread's drill; of a slot its width.
+        depth_mm: Of the full diameter, without a tip.
+        end: "through", "flat", or the angle of the drill's tip, deg.
+        thread: Such as "M4".
+        thread_depth_mm: Usable depth of the thread.
+        fit: ISO 286 class.
+        lower_um: Lower deviation of the diameter; where there is none the general tolerance holds.
+        upper_um: Upper deviation.
+        surface_ra_um: Roughness of the wall.
+        callout: What the drawing says.
+    """
+
+    part: str
+    hole: str
+    x_mm: float | None = None
+    y_mm: float | None = None
+    z_mm: float | None = None
+    direction_x: float | None = None
+    direction_y: float | None = None
+    direction_z: float | None = None
+    diameter_mm: float = 0.0
+    depth_mm: float | None = None
+    end: str = ""
+    thread: str = ""
+    thread_depth_mm: float | None = None
+    fit: str = ""
+    lower_um: float | None = None
+    upper_um: float | None = None
+    surface_ra_um: float | None = None
+    callout: str = ""
+
+
+def hole_list(assembly: Assembly) -> list[HoleRow]:
+    """Lists every declared bore and slot of every part that is made, in order of first use."""
+    made = (part for part in assembly.parts if part.make)
+    return [row for part in made for k, hole in enumerate(part.holes) for row in _rows(part.number, _letters(k), hole)]
+
+
+def write_holes(rows: list[HoleRow], path: Path) -> None:
+    """Writes the list of holes as CSV."""
+    write_csv(path, HoleRow, rows)
+
+
+def _letters(k: int) -> str:
+    """Names a group: A to Z, then AA, AB, ..."""
+    first, last = divmod(k, len(ascii_uppercase))
+    return (ascii_uppercase[first - 1] if first else "") + ascii_uppercase[last]
+
+
+def _rows(part: str, letter: str, hole: Hole) -> Iterator[HoleRow]:
+    if not hole.bores:
+        yield HoleRow(part, letter, diameter_mm=round(hole.diameter_mm, DECIMALS), callout=hole.callout)
+    for number, bore in enumerate(hole.bores, start=1):
+        yield _row(part, f"{letter}{number}", bore)
+
+
+def _row(part: str, name: str, bore: Bore) -> HoleRow:
+    """The row of a bore, without a negative zero."""
+    x, y, z = (round(v, DECIMALS) + 0.0 for v in bore.start_mm)
+    u, v, w = (round(v, UNIT_DECIMALS) + 0.0 for v in bore.direction)
+    lower, upper = bore.deviations_um or (None, None)
+    return HoleRow(
+        part=part,
+        hole=name,
+        x_mm=x,
+        y_mm=y,
+        z_mm=z,
+        direction_x=u,
+        direction_y=v,
+        direction_z=w,
+        diameter_mm=round(bore.diameter_mm, DECIMALS),
+        depth_mm=round(bore.depth_mm, DECIMALS),
+        end="through" if bore.through else f"{bore.tip_deg:g}" if bore.tip_deg else "flat",
+        thread=bore.thread,
+        thread_depth_mm=round(bore.thread_mm, DECIMALS) if bore.thread else None,
+        fit=bore.fit,
+        lower_um=lower,
+        upper_um=upper,
+        surface_ra_um=bore.surface_um,
+        callout=bore.callout,
+    )

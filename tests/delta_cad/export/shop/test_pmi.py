@@ -1,0 +1,158 @@
+"""Tolerances in the AP242 files of parts: in the text, read without the kernel, and by the kernel's reader."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.export.shop.pmi import GENERAL, toleranced
+from delta_cad.export.step import write_part_step
+from delta_cad.solids.part import Part
+
+Entities = dict[int, str]
+# part -> fits as (letter, grade) and their deviations in mm, threads, places of bores, by hand from the drawing
+DRAWN: dict[str, tuple[dict[tuple[str, str], int], int, int]] = {
+    "upper_arm": ({("H", "7"): 3}, 0, 3),  # shoulder, two dowels; cross-bar has its own deviations
+    "encoder_cheek": ({("H", "6"): 1, ("H", "7"): 2}, 4, 2),
+    "foot_block": ({("H", "7"): 6}, 4, 5),
+    "sector": ({("G", "7"): 1, ("H", "7"): 2}, 0, 2),
+    "pinion": ({("H", "7"): 1}, 2, 0),
+    "platform": ({}, 1, 2),
+    "cross_bar": ({}, 0, 0),
+}
+
+
+def entities(path: Path) -> Entities:
+    """Number -> text of every instance of a Part 21 file, blanks outside strings left out."""
+    body = path.read_text().split("DATA;", 1)[1]
+    pieces = re.split(r"('(?:[^']|'')*')", body)
+    text = "".join(piece if k % 2 else re.sub(r"\s+", "", piece) for k, piece in enumerate(pieces))
+    found: Entities = {}
+    for match in re.finditer(r"#(\d+)=((?:'(?:[^']|'')*'|[^;'])*);", text):
+        found[int(match[1])] = match[2]
+    return found
+
+
+def of_kind(found: Entities, kind: str) -> list[str]:
+    return [text for text in found.values() if re.search(rf"(^|[()]){kind}\(", text)]
+
+
+def strings(text: str) -> list[str]:
+    return [one.replace("\n", "").replace("''", "'") for one in re.findall(r"'((?:[^']|'')*)'", text)]
+
+
+def measures(found: Entities, texts: list[str]) -> list[float]:
+    """The measures that instances refer to."""
+    values = []
+    for text in texts:
+        for number in re.findall(r"#(\d+)", text):
+            values += [float(v) for v in re.findall(r"_MEASURE\(([-+.\dE]+)\)", found[int(number)])]
+    return values
+
+
+@pytest.fixture(scope="module")
+def files(best_assembly: Assembly, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pmi")
+    parts = {part.number: part for part in best_assembly.parts}
+    for number in DRAWN:
+        write_part_step(parts[number], folder / f"{number}.step")
+    return {number: folder / f"{number}.step" for number in DRAWN}
+
+
+def the_part(assembly: Assembly, number: str) -> Part:
+    return next(part for part in assembly.parts if part.number == number)
+
+
+@pytest.mark.parametrize("number", DRAWN)
+def test_the_text_says_what_the_drawing_asks(number: str, files: dict[str, Path], best_assembly: Assembly) -> None:
+    fits, threads, places = DRAWN[number]
+    found, part = entities(files[number]), the_part(best_assembly, number)
+    said = [tuple(strings(text)) for text in of_kind(found, "LIMITS_AND_FITS")]
+    assert {fit: said.count((fit[0], "hole", fit[1], "")) for fit in fits} == fits
+    assert len(said) == sum(fits.values())
+    own = sum(b.deviations_um is not None and not b.fit for hole in part.holes for b in hole.bores)
+    assert len(of_kind(found, "DIMENSIONAL_SIZE")) == len(said) + threads + own == len(toleranced(part))
+    limits = of_kind(found, "TOLERANCE_VALUE")
+    expected = sorted(um / 1000 for bore in toleranced(part) for um in bore.deviations_um or ())
+    assert sorted(measures(found, limits)) == pytest.approx(expected, abs=1e-12)
+    assert len(of_kind(found, "POSITION_TOLERANCE")) == places
+    assert len(of_kind(found, "PERPENDICULARITY_TOLERANCE")) == (1 if fits or own else 0)
+    assert "RUNOUT" not in files[number].read_text()
+    named = {int(n) for text in found.values() for n in re.findall(r"#(\d+)", re.sub(r"'[^']*'", "", text))}
+    assert named <= found.keys()  # nothing refers to what was taken out
+    letters = {strings(text)[-1] for text in of_kind(found, "DATUM")}
+    assert letters == ({"A", "B"} if places else {"A"} if fits else set())
+    told = [text for one in of_kind(found, "DESCRIPTIVE_REPRESENTATION_ITEM") for text in [strings(one)] if text]
+    assert sum(text[0] == "thread" for text in told) == threads
+    notes = {text[0]: text[1] for text in told}
+    assert {key: notes[key] for key in GENERAL} == GENERAL
+    assert notes["material"] == part.material.name
+    assert notes["remark"] == part.description
+
+
+def test_the_kernel_still_states_grades_two_too_high(
+    best_assembly: Assembly, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A kernel that is mended must be noticed: then `mend_tolerances` goes."""
+    monkeypatch.setattr("delta_cad.export.step.mend_tolerances", lambda _: None)
+    write_part_step(the_part(best_assembly, "pinion"), tmp_path / "p.step")
+    (fit,) = of_kind(entities(tmp_path / "p.step"), "LIMITS_AND_FITS")
+    assert strings(fit)[2] == "9"
+
+
+def read(path: Path) -> Any:
+    """The kernel's tool for dimensions and tolerances of a file."""
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document, reader = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF")), STEPCAFControl_Reader()
+    reader.SetGDTMode(True)
+    reader.ReadFile(str(path))
+    assert reader.Transfer(document)
+    return document, XCAFDoc_DocumentTool.DimTolTool_s(document.Main())
+
+
+@pytest.mark.parametrize("number", ["encoder_cheek", "upper_arm"])
+def test_a_reader_gets_values_and_deviations_back(number: str, files: dict[str, Path], best_assembly: Assembly) -> None:
+    from OCP.TDF import TDF_LabelSequence
+    from OCP.XCAFDoc import XCAFDoc_Dimension, XCAFDoc_GeomTolerance
+
+    document, tool = read(files[number])
+    assert document is not None  # its labels live as long as it does
+    sizes, zones = TDF_LabelSequence(), TDF_LabelSequence()
+    tool.GetDimensionLabels(sizes)
+    tool.GetGeomToleranceLabels(zones)
+    got = []
+    for k in range(1, sizes.Length() + 1):
+        size = XCAFDoc_Dimension.Set_s(sizes.Value(k)).GetObject()  # the one that is there
+        deviations = (size.GetLowerTolValue(), size.GetUpperTolValue()) if size.IsDimWithPlusMinusTolerance() else ()
+        got.append((round(size.GetValue(), 6), *(round(abs(v), 6) for v in deviations)))
+    asked = [
+        (round(b.diameter_mm, 6), *(round(abs(um) / 1000, 6) for um in b.deviations_um or ()))
+        for b in toleranced(the_part(best_assembly, number))
+    ]
+    assert sorted(got) == sorted(asked)
+    values = []
+    for k in range(1, zones.Length() + 1):
+        values.append(round(XCAFDoc_GeomTolerance.Set_s(zones.Value(k)).GetObject().GetValue(), 6))
+    assert sorted(values) == [0.02] + [0.05] * DRAWN[number][2]
+
+
+def test_files_are_the_same_bytes_and_other_schemas_and_bought_parts_have_none(
+    best_assembly: Assembly, files: dict[str, Path], tmp_path: Path
+) -> None:
+    arm = the_part(best_assembly, "upper_arm")
+    write_part_step(arm, tmp_path / "again.step")
+    assert (tmp_path / "again.step").read_bytes() == files["upper_arm"].read_bytes()
+    write_part_step(arm, tmp_path / "old.step", "AP214")
+    write_part_step(replace(arm, make=False), tmp_path / "bought.step")
+    for name in ("old", "bought"):
+        found = entities(tmp_path / f"{name}.step")
+        assert of_kind(found, "DIMENSIONAL_SIZE") + of_kind(found, "GENERAL_PROPERTY") == []
