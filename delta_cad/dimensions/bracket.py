@@ -30,6 +30,7 @@ ROUNDING_MM = 1e-9
 KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
 PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
 FOOT_CORNER_MM = 3.0
+BLOCK_SCREW = "M3"  # of a cheek in its foot block
 LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
 
 Circle = tuple[float, float, float]
@@ -279,7 +280,9 @@ def bracket_dimensions(
     off = max(CLEAR_MM, clearance_mm + MESHES_MM)
     boss = arm.boss_radius_mm + off
     head = bearing.outer_mm / 2 + HEAD_WALL_MM
-    under = 0.0 if capstan is None else FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
+    under = FOOT_HEIGHT_MM  # a wide motor hangs over the foot and its screws
+    if capstan is None:  # and stands beside them: their heads are outside its cheek
+        under = FOOT_HEIGHT_MM / 2 + catalogue.screw(BLOCK_SCREW).head_diameter_mm / 2
     key = 0.0 if capstan is None else handle_room_mm(motor) - dz
     base_top = -max(
         body - dz + CLEAR_MM + under, swept + off + FOOT_HEIGHT_MM, boss - lowest_elbow_mm - base_thickness_mm, key

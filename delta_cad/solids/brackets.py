@@ -14,7 +14,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
+from delta_cad.dimensions.bracket import BLOCK_SCREW, KEY_SLOT_MM, key_slot_floor_mm, key_slot_rad
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.keys import motor_screw_mm
 from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
@@ -38,7 +38,6 @@ from delta_cad.solids.primitive import (
     round_inside,
 )
 
-BLOCK_SCREW = "M3"
 BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
 DOWEL_MM = 3.0
 BOARD_SCREW = "M2.5"

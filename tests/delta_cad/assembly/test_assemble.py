@@ -131,6 +131,11 @@ def test_a_rod_s_end_is_free_to_the_tilt_it_is_made_for_and_meets_its_bar_where_
 # Other designs
 
 
+UNFOLDED: dict[str, float | str] = {"bottom_height_mm": 76.0}
+"""A cube so high that rods do not fold onto a motor at their own shoulder."""
+DIRECT: dict[str, float | str] = UNFOLDED | {"drive": "direct", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0}
+
+
 def variant(**changes: float | str) -> Dimensions:
     data = deepcopy(DATA)
     for name, value in changes.items():
@@ -217,7 +222,8 @@ def test_the_random_designs_are_of_both_kinds() -> None:
 @pytest.mark.parametrize(
     "changes",
     [
-        {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 18.1, "base_radius_mm": 44.0},
+        {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 18.1, "base_radius_mm": 44.0}
+        | UNFOLDED,
         {
             "motor": "maxon-re50-370354",
             "sector_radius_mm": 44.0,
@@ -226,9 +232,12 @@ def test_the_random_designs_are_of_both_kinds() -> None:
             "platform_radius_mm": 39.0,
         },
         {"arm_thickness_mm": 12.0, "platform_thickness_mm": 14.0, "ball_diameter_mm": 6.0, "base_radius_mm": 36.0},
-        {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0},
-        {"drive": "direct", "motor": "maxon-ec60flat-408057", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0},
-        {"drive": "direct", "motor": "maxon-ec45flat-411812", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0},
+        {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0}
+        | UNFOLDED,
+        {"drive": "direct", "motor": "maxon-ec60flat-408057", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0}
+        | UNFOLDED,
+        {"drive": "direct", "motor": "maxon-ec45flat-411812", "arm_thickness_mm": 8.0, "base_radius_mm": 36.0}
+        | UNFOLDED,
         {"motor": "maxon-re30-310009", "cable": "steel-0.45-7x7", "magnet": "ndfeb-8x2.5-diametric"},
         {"cable": "steel-0.8-7x19", "bearing": "619-8", "base_radius_mm": 34.0},
         {"motor": "faulhaber-3257g024cr"},
@@ -320,7 +329,11 @@ def test_parts_are_made_once_and_told() -> None:
 
 def test_a_direct_drive_has_no_capstan_to_ask_for() -> None:
     with pytest.raises(ValueError, match=r"hardware.drive"):
-        capstan_of(variant(drive="direct", motor="maxon-ec60flat-625858", arm_thickness_mm=8.0, base_radius_mm=36.0))
+        capstan_of(
+            variant(
+                drive="direct", motor="maxon-ec60flat-625858", arm_thickness_mm=8.0, base_radius_mm=36.0, **UNFOLDED
+            )
+        )
 
 
 def test_fasteners_are_of_stock_length() -> None:

@@ -9,14 +9,14 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.brackets import BLOCK_SCREW, cheek_screw_sink_mm, make_encoder_cheek, make_motor_cheek
-from tests.delta_cad.assembly.test_assemble import variant
+from tests.delta_cad.assembly.test_assemble import DIRECT, variant
 from tests.delta_cad.solids.measured import cylinders
 
 
 @pytest.fixture(scope="module")
 def narrow() -> Dimensions:
     """A direct drive's foot block 10 mm wide, between cheeks of 9.5 and 6.5 mm: the heads are sunk on either side."""
-    d = variant(drive="direct", motor="maxon-ec60flat-625858", arm_thickness_mm=8.0, base_radius_mm=36.0)
+    d = variant(**DIRECT, motor="maxon-ec60flat-625858")
     thick = (d.layers.encoder_cheek_mm[0] - 0.5, d.layers.encoder_cheek_mm[1])
     head = (thick[0], d.layers.encoder_head_mm[1])
     return replace(d, layers=replace(d.layers, encoder_cheek_mm=thick, encoder_head_mm=head))

@@ -21,6 +21,7 @@ DIRECT: dict[str, Any] = {
     "hardware__drive": "direct",
     "hardware__arm_thickness_mm": 8.0,
     "mechanism__base_radius_mm": 36.0,
+    "cube__bottom_height_mm": 76.0,
 }
 DESIGNS: dict[str, dict[str, Any]] = {
     "capstan": {},

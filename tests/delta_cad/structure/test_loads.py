@@ -180,6 +180,7 @@ def direct() -> Dimensions:
     data["hardware"] |= {"drive": "direct", "motor": "maxon-ec60flat-625858", "arm_thickness_mm": 10.0}
     data["mechanism"]["base_radius_mm"] = 60.0
     data["mechanism"]["platform_radius_mm"] = 50.0
+    data["cube"]["bottom_height_mm"] += 12.0  # rods do not fold onto the motor at their own shoulder
     return dimensions(design_from_dict(data))
 
 

@@ -286,7 +286,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """A certificate about every limit."""
     folder = tmp_path_factory.mktemp("whole")
     asked = {"kappa_max": 2.5, "lean_max_deg": 28.0, "shoulder_min_deg": -45.0, "effective_mass_max_kg": 50.0}
-    asked |= {"couple_index_min": 0.1, "friction_max_N": 2.0, "position_step_max_mm": 0.2}
+    asked |= {"couple_index_min": 0.1, "elbow_angle_min_deg": 10.0, "friction_max_N": 2.0, "position_step_max_mm": 0.2}
     path = changed(folder, **asked)
     file = masses(folder, load_design(path), turning=2e-6)
     assert call("certify", "--design", path, "--out", folder / "c.json", "--mass-properties", file) == 0

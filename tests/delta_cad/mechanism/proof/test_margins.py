@@ -27,6 +27,7 @@ LIMITS = limits(
     couple_index_min=0.37,
     friction=(0.4, HandleFriction(0.012, 0.05, 0.08)),
     step=(1e-4, 3.8e-4),
+    elbow_angle_min=0.5,
     held=(3.0, 0.4, HeldMasses(0.5, 1.0, -9.8, 0.08, 0.003, -4e-4, 4e-5, 3e-6)),
 )
 KAPPA = FIRST[Kappa]
