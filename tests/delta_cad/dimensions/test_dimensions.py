@@ -12,7 +12,7 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
-from delta_cad.dimensions.bracket import BracketDimensions, beam_stop_angle_rad, bracket_dimensions
+from delta_cad.dimensions.bracket import MESHES_MM, BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from tests.committed import DATA, changed
@@ -199,7 +199,9 @@ DEEP = {"forearm_length_mm": 122.5, "bottom_height_mm": 48.2, "half_side_mm": 42
 @pytest.mark.parametrize(
     "changes", [{}, DEEP, {"forearm_length_mm": 120.0, "half_side_mm": 25.0, "bottom_height_mm": 70.0}]
 )
-def test_arms_at_their_lower_stop_keep_2_mm_from_foot_block_and_base(changes: dict[str, float | str]) -> None:
+def test_arms_at_their_lower_stop_keep_clear_of_foot_block_and_base(
+    changes: dict[str, float | str],
+) -> None:
     """The beam is the hull of two circles: distances to a family of circles along it, at the stop and above it."""
     d = edited(**changes)
     a, b = d.arm, d.bracket
@@ -214,10 +216,12 @@ def test_arms_at_their_lower_stop_keep_2_mm_from_foot_block_and_base(changes: di
         gaps.append(min(float((np.linalg.norm(centres - p, axis=1) - radius).min()) for p in block))
         over = centres[:, 0] - radius + b.shoulder_u_mm < d.base.radius_mm
         rooms.append((centres[over, 1] - radius[over]).min(initial=0.0) - d.base.top_mm)
-    assert min(gaps) >= 2.0 - 1e-6
-    assert min(rooms) >= 2.0 - 1e-9
+    asked = d.design.requirements.clearance_min_mm + MESHES_MM
+    assert asked == pytest.approx(2.1)
+    assert min(gaps) >= asked - 1e-6
+    assert min(rooms) >= asked - 1e-9
     if changes is DEEP:  # and no lower than that
-        assert min(*gaps, *rooms) == pytest.approx(2.0, abs=0.01)
+        assert min(*gaps, *rooms) == pytest.approx(asked, abs=0.01)
     assert b.foot_u_mm[1] - b.foot_u_mm[0] == pytest.approx(42.0)
     middle = sum(b.foot_u_mm) / 2
     for pair in (b.cheek_screw_u_mm, b.cheek_dowel_u_mm, b.base_screw_u_mm, b.base_dowel_u_mm):

@@ -87,7 +87,7 @@ def test_a_cheek_on_its_block(make, k: int, tmp_path: Path) -> None:
 
     young, _ = moduli_N_mm2("aluminium-6082")
     solid = flexibility(
-        meshed(both, 10.0, tmp_path),
+        meshed(both, 6.0, tmp_path),  # at 10 the mesher folds over itself beside the tips of drills
         young,
         lambda x: x[2] < low + 1e-6,
         seat,

@@ -187,7 +187,8 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert told["tight"]
     assert call("verify", out, "--design", path, "--json", "--without-gravity") == 0
     assert json.loads(capsys.readouterr().out)["proved"] == [
-        "reach", "assembly_mode", "torque", "kappa", "lean", "shoulder", "friction", "position_step", "couple_index",
+        "reach", "assembly_mode", "torque", "kappa", "lean", "shoulder", "elbow_angle", "friction", "position_step",
+        "couple_index",
     ]  # fmt: skip
     limits = json.loads(out.read_text())["limits"]
     assert call("verify", out, "--json") == 0
@@ -196,7 +197,7 @@ def test_tight_certificates_prove_what_was_not_asked(tmp_path: Path, capsys: pyt
     assert again["cube"]["half_side_m"] == 0.0375
     assert call("verify", out) == 0
     words = capsys.readouterr().out
-    assert "; kappa <= 2.26772; lean <= 27.1977 deg; shoulder angle -39.241 to 65.5047 deg; friction" in words
+    assert "; kappa <= 2.26772; lean <= 27.1977 deg; shoulder angle -39.241 to 65.5047 deg; elbow angle >= " in words
     assert "; couple index" in words
     assert "; couple index >= 0.114135\n" in words
     assert "dashboard-joystick: L_A 82, L_B 112.079, R 40, r 30, cube of 75 from 57.112 mm up\n" in words

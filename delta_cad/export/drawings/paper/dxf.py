@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
 from typing import Any
 
 from delta_cad.export.drawings.paper.lettering import NARROW
-from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Sheet, Stroke, Text, in_a_row
+from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Item, Point, Sheet, Stroke, Text, in_a_row
 
 MILLIMETRES = 4  # $INSUNITS
 STYLE = "LETTERING"
+DECIMALS = 6
 FACE_FILE = "DejaVuSans.ttf"
 
 
@@ -27,7 +29,9 @@ def dxf_text(drawing: Drawing) -> str:
         _set_up(document, sheet)
         space = document.modelspace()
         for item in sheet.items:
-            _draw(space, item)
+            _draw(space, _rounded(item))
+        for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
+            document.classes.add_class(kind)  # in the order of a set else, which is another in each process
         out = StringIO()
         document.write(out)
     finally:
@@ -49,13 +53,29 @@ def _set_up(document: Any, sheet: Sheet) -> None:
     document.header["$EXTMIN"] = (0.0, 0.0, 0.0)
 
 
+def _rounded(item: Item) -> Item:
+    """The same to a millionth of a millimetre: what lies below depends on how a solid came here."""
+    if isinstance(item, Text):
+        return replace(item, at=_near(item.at))
+    if isinstance(item, Arc):
+        centre, radius = _near(item.centre), round(item.radius, DECIMALS)
+        return replace(
+            item, centre=centre, radius=radius, start=round(item.start, DECIMALS), end=round(item.end, DECIMALS)
+        )
+    return replace(item, points=tuple(_near(point) for point in item.points))
+
+
+def _near(point: Point) -> Point:
+    return round(point[0], DECIMALS) + 0.0, round(point[1], DECIMALS) + 0.0
+
+
 def _draw(space: Any, item: Stroke | Arc | Area | Text) -> None:
     from ezdxf.enums import TextEntityAlignment
 
     if isinstance(item, Text):
         look = {"layer": "text", "style": STYLE}
         text = space.add_text(item.text, height=item.height, rotation=90.0 if item.upright else 0.0, dxfattribs=look)
-        text.set_placement(item.at, item.end, align=TextEntityAlignment.FIT)
+        text.set_placement(item.at, _near(item.end), align=TextEntityAlignment.FIT)
         return
     look = {"layer": item.layer}
     if isinstance(item, Arc):
