@@ -85,9 +85,7 @@ def write_drawings(
     Raises:
         OSError: They cannot be written.
     """
-    assembly = pickle.loads(
-        pickle.dumps(assembly)
-    )  # as a build hands it over: last bits count
+    assembly = pickle.loads(pickle.dumps(assembly))  # as a build hands it over: last bits count
     folder.mkdir(exist_ok=True)
     held, unit = controlled(d), {number: body["mass_kg"] for number, body in masses["parts"].items()}
     titles, drawn = titles_of(d, assembly, unit), Drawn()
