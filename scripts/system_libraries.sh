@@ -30,4 +30,4 @@ if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     apt-get update -qq && apt-get install -y -qq --no-install-recommends $missing >/dev/null && exit 0
 fi
 echo "Please install these system packages first:$missing (on Debian: sudo apt-get install$missing)" >&2
-[ "$missing" = " chromium" ] # the browser alone is not needed to build or to test
+[ "$missing" = " chromium" ] # the browser alone is not needed to build; the tests of the pages need it

@@ -21,7 +21,6 @@ def free_port() -> int:
 
 
 def test_it_tells_its_address_and_ends_by_ctrl_c() -> None:
-    pytest.importorskip("viser", reason="viser is not installed: extra `view`")
     port = free_port()
     command = [sys.executable, "-m", "delta_cad", "view", "--design", str(BEST), "--port", str(port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
@@ -41,7 +40,6 @@ def test_it_tells_its_address_and_ends_by_ctrl_c() -> None:
 
 
 def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("viser", reason="viser is not installed: extra `view`")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert main(["view", "--design", str(BEST), "--port", str(port)]) == 2
@@ -54,7 +52,6 @@ def test_a_port_that_is_taken_is_one_line(capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.parametrize("port", ["0", "65536", "-4"])
 def test_a_port_that_is_none_is_refused(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("viser", reason="viser is not installed: extra `view`")
     assert main(["view", "--design", str(BEST), "--port", port]) == 2
     assert capsys.readouterr().err == f"--port {port}: must be from 1 to 65535\n"
 

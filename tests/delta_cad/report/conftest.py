@@ -1,4 +1,4 @@
-"""A subject of simple solids, the committed design's page, and a browser where there is one."""
+"""A subject of simple solids, the committed design's page, and a browser."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ def page(built: Built) -> Page:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """A headless browser; skips with the reason where there is none. Its loop must not outlive the module."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: extra `test`")
+    """A headless browser, which `make test` installs. Its loop must not outlive the module."""
+    from playwright import sync_api
+
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if found is None:
-        pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is on the path")
+    assert found is not None, f"the page is tested in a browser: none of {', '.join(BROWSERS)} is on the path"
     with sync_api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=found, args=list(FLAGS))
         yield browser

@@ -29,7 +29,8 @@ def free_port() -> int:
 
 @pytest.fixture
 def page(best: Design) -> Iterator[LivePage]:
-    viser = pytest.importorskip("viser", reason="viser is not installed: extra `view`")
+    import viser
+
     with redirect_stdout(StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=free_port(), verbose=False)
     yield LivePage(server, best)

@@ -115,13 +115,14 @@ def test_what_was_found_stands_in_its_folder(
     assert "- kappa: 2.27, 2.27 asked" in text
 
 
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
 @pytest.mark.usefixtures("paper_build")
 def test_stopped_by_hand_the_best_machine_stays(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    def interrupt() -> None:
-        raise KeyboardInterrupt
-
     finds(monkeypatch, interrupt)
     assert call(file, "--out", tmp_path / "out") == 130
     said = capsys.readouterr()
@@ -204,9 +205,6 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
 def test_an_interrupted_run_goes_on_from_its_journal(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
-    def interrupt() -> None:
-        raise KeyboardInterrupt
-
     finds(monkeypatch, interrupt)
     assert call(file, "--out", tmp_path / "out") == 130
     kept = (tmp_path / "out/dashboard-joystick/design.md").read_text(encoding="utf-8")
