@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware, refused
-from delta_cad.common.console import BAD_INPUT, DONE, Line, catalogue_option, refuse
+from delta_cad.common.console import BAD_INPUT, DONE, Interrupt, Line, catalogue_option, refuse
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -63,7 +63,8 @@ def run(given: argparse.Namespace) -> int:
     with redirect_stdout(io.StringIO()):  # which would tell the address in a frame
         server = viser.ViserServer(host=given.host, port=given.port, label=design.name, verbose=False)
     try:
-        return _serve(server, design, given)
+        with Interrupt():  # of its own: what was heard does not come again while the server stops
+            return _serve(server, design, given)
     except KeyboardInterrupt:  # how it is meant to end
         return DONE
     finally:
@@ -79,6 +80,8 @@ def _serve(server: ViserServer, design: Design, given: argparse.Namespace) -> in
     print(f"http://{given.host}:{given.port}  Ctrl-C ends it", flush=True)
     try:
         _solids(page, design)
+    except KeyboardInterrupt:  # the next clause would load the CAD kernel, again where that was interrupted
+        raise
     except geometry_errors() as error:
         return refuse(f"{given.design.name}: {error}", NOT_BUILT)
     threading.Event().wait()
@@ -87,12 +90,13 @@ def _serve(server: ViserServer, design: Design, given: argparse.Namespace) -> in
 
 def _solids(page: LivePage, design: Design) -> None:
     """Makes the solids and gives them to the page."""
-    from delta_cad.commands.pipeline import make_machine
-    from delta_cad.drive import drive_torque
-    from delta_cad.drive.masses import masses_from_dict
-
-    with Line() as line:
+    # stdout: a kernel whose loading Ctrl-C interrupts says there that a library were missing
+    with Line() as line, redirect_stdout(io.StringIO()):
         line.show("loading the CAD kernel")
+        from delta_cad.commands.pipeline import make_machine
+        from delta_cad.drive import drive_torque
+        from delta_cad.drive.masses import masses_from_dict
+
         machine = make_machine(design, line.show)
     masses = masses_from_dict(machine.masses, design.geometry.forearm_length, drive_torque(design))
     page.solids(machine.assembly, machine.meshes, masses.handle_inertia)
