@@ -165,6 +165,7 @@ def best_lengths(
     start_mm: Sequence[float] | None = None,
     seed: int = 0,
     rounds: int = ROUNDS,
+    beats: float | None = None,
 ) -> Found | None:
     """Finds the lengths of the largest cube, or of the least machine with the cube that is asked.
 
@@ -177,9 +178,10 @@ def best_lengths(
         start_mm: (6) lengths to begin from, in the order of `VARIABLES`; None: points of a hypercube.
         seed: Of these.
         rounds: Of lengths and the inertia estimated for them.
+        beats: A score: lengths that are no better need not be found.
 
     Returns:
-        The lengths; None where there are none.
+        The lengths; None where there are none, or none that beat the score.
     """
     side = brief.requirements.cube_side_mm
     if brief.objective == "cube_side" or side is None:
@@ -191,6 +193,8 @@ def best_lengths(
     by_mass = brief.objective == "effective_mass"
     low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
     knob = FIRST_MASS_KG if by_mass else REACH_SHARE * side
+    if beats is not None:
+        knob = high = -beats
     best: tuple[float, Result] | None = None
     known: list[tuple[float, float]] = []
     for _ in range(KNOBS):
@@ -201,6 +205,8 @@ def best_lengths(
             if reached <= side * (1.0 + ENOUGH):
                 break
         else:
+            if beats is not None and knob == -beats:
+                return None
             if best is None and known and knob > known[-1][0] and reached <= known[-1][1] * (1.0 + LITTLE):
                 return None  # more of it buys nothing: something else is in the way
             low = knob

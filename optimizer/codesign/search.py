@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from delta_cad.design import Design, DesignError, design_hash
 from delta_cad.dimensions import DimensionError
+from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
@@ -39,7 +40,7 @@ HOPE = 0.05  # share by which refined hardware may exceed its estimate
 RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is changed, and at which that ends
 WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
 GAIN = 5e-4  # share below which a change is none
-MOTORS = 3  # that are refined and built, the best estimate first
+RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 SWEEPS = 10  # machines of one choice that are made
 ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
@@ -100,7 +101,7 @@ class Search:
             The machine with the largest cube that was built and passed; None where none did.
         """
         best: tuple[Candidate, Outcome] | None = None
-        for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:MOTORS]:
+        for score, choice in self._ranked():
             if self.stop() or (best is not None and score + HOPE * abs(score) <= best[0].score):
                 break
             refined = self.refined(choice)
@@ -109,11 +110,39 @@ class Search:
             best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
 
+    def _ranked(self) -> list[tuple[float, Choice]]:
+        """The hardware worth building, the likeliest first: of the best estimates, what their parts leave."""
+        found: list[tuple[float, Choice]] = []
+        for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:RANKED]:
+            if self.stop():
+                break
+            self.report(f"what the parts of {choice.motor} leave")
+            if (settled := self.settled(choice, weighing=False)) is not None:
+                found.append((min(settled.score, score), choice))
+        return sorted(found, key=lambda one: -one[0])[:MOTORS]
+
+    def _hopeless(self, choice: Choice, failed: Iterable[Choice]) -> bool:
+        """Whether hardware without any lengths does all that this does, as far as an estimate sees."""
+        feel, own = self.brief.feel, motor_of(self.brief, choice.motor)
+        for other in failed:
+            row = motor_of(self.brief, other.motor)
+            if (
+                (choice.drive, choice.ratio, choice.width_mm) == (other.drive, other.ratio, other.width_mm)
+                and row.nominal_torque_N_m >= own.nominal_torque_N_m
+                and (feel.effective_mass_max_kg is None or row.rotor_inertia_kg_m2 <= own.rotor_inertia_kg_m2)
+                and (feel.friction_max_N is None or coulomb_N_m(row, 1.0) <= coulomb_N_m(own, 1.0))
+                and (feel.position_step_max_mm is None or other.count_deg(self.brief) <= choice.count_deg(self.brief))
+            ):
+                return True
+        return False
+
     def _rough(self) -> list[tuple[float, Choice]]:
-        """Estimates what every motor can do at its best ratio; no parts are looked at."""
+        """Estimates what every motor can do at its best ratio, the strongest first; no parts are looked at."""
         found = []
+        failed: list[Choice] = []
         known: Lengths | None = None  # of another motor: a place to begin from
-        for motor, drive in drives(self.brief):
+        strongest = sorted(drives(self.brief), key=lambda one: -motor_of(self.brief, one[0]).nominal_torque_N_m)
+        for motor, drive in strongest:
             low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
             ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
             best: tuple[float, Choice] | None = None
@@ -122,8 +151,11 @@ class Search:
                     if self.stop():
                         break
                     choice = Choice(motor, drive, round(float(ratio), 2), width)
+                    if self._hopeless(choice, failed):
+                        continue
                     estimate = self._estimate(choice, known)
                     if estimate is None:
+                        failed.append(choice)
                         continue
                     known = estimate.lengths_mm
                     if best is None or estimate.score > best[0]:
@@ -155,13 +187,15 @@ class Search:
         lessons = self.lessons.get((choice.motor, choice.drive)) or Lessons(self._first(choice))
         return self._lengths(choice, lessons, start_mm, 1)
 
-    def _lengths(self, choice: Choice, lessons: Lessons, start_mm: Lengths | None, rounds: int) -> Found | None:
-        """The best lengths of a choice with what is known of it; None where there are none."""
+    def _lengths(
+        self, choice: Choice, lessons: Lessons, start_mm: Lengths | None, rounds: int, beats: float | None = None
+    ) -> Found | None:
+        """The best lengths of a choice with what is known of it; None where none are, or none beat a score."""
 
         def compute() -> Found | None:
-            return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds)
+            return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds, beats)
 
-        of = self.brief, choice, replace(lessons, why=()), start_mm, rounds
+        of = self.brief, choice, replace(lessons, why=()), start_mm, rounds, beats
         return self.once("lengths", of, compute, found_told, found_read)
 
     def _first(self, choice: Choice) -> Weighed:
@@ -190,7 +224,8 @@ class Search:
                 around += [now.with_(ratio=ratio)] if ratio != now.ratio else []
             better = None
             for one in around:
-                found = self.settled(one, best.lengths_mm, best.couple_index_min - COUPLE_STEP, weighing=False)
+                held = best.couple_index_min - COUPLE_STEP
+                found = self.settled(one, best.lengths_mm, held, weighing=False, beats=(better or best).score)
                 self.report(
                     f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}"
                 )
@@ -242,7 +277,12 @@ class Search:
         return None
 
     def settled(
-        self, choice: Choice, start: Lengths | None = None, held: float = 0.0, weighing: bool = True
+        self,
+        choice: Choice,
+        start: Lengths | None = None,
+        held: float = 0.0,
+        weighing: bool = True,
+        beats: float | None = None,
     ) -> Candidate | None:
         """Finds the best lengths of a choice that closed forms pass, with the masses of its own solids.
 
@@ -251,9 +291,10 @@ class Search:
             start: Lengths to begin from.
             held: Couple index to begin from: one near by that closed forms asked for.
             weighing: Whether solids are made where the masses known are of another machine.
+            beats: A score: a candidate that is no better need not be found.
 
         Returns:
-            The candidate; None where there is none, which `tried.stuck` explains.
+            The candidate; None where there is none, which `tried.stuck` explains, or none that beats the score.
         """
         from delta_cad.structure.refusals import refusals
 
@@ -263,7 +304,7 @@ class Search:
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
             self.tried.candidates += 1
-            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1)
+            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats)
             if found is None:
                 self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
                 return None

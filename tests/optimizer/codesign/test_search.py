@@ -13,7 +13,8 @@ from delta_cad.design import Design
 from delta_cad.solids.primitive import BuildError
 from optimizer.codesign import search as module
 from optimizer.codesign.candidate import Candidate
-from optimizer.codesign.choice import Choice
+from optimizer.codesign.choice import Choice, motor_of
+from optimizer.codesign.lengths import Found
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.codesign.reference import reference
 from optimizer.codesign.search import Search
@@ -51,8 +52,8 @@ def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.M
     """A search whose estimates and candidates are given: the last score of a motor stays."""
     search = Search(brief(**asked), paper.build, paper.moving, reference())
 
-    def settled(choice: Choice, *_: object, **__: object) -> Candidate:
-        left = scores[choice.motor]
+    def settled(choice: Choice, *_: object, weighing: bool = True) -> Candidate:
+        left = scores[choice.motor] if weighing else [ESTIMATES[choice.motor]]
         score = left.pop(0) if len(left) > 1 else left[0]
         search.lessons.setdefault((choice.motor, choice.drive), Lessons(reference()))
         design = SimpleNamespace(hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0))
@@ -140,3 +141,38 @@ def test_weak_motors_are_told_apart_before_anything_is_made() -> None:
     assert search.best() is None
     assert set(search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
     assert module.MOTORS == 3
+
+
+class Estimates:
+    """A search whose estimates fail for some motors; it counts whom it asks."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, fails: set[str], **hardware: Any) -> None:
+        asked = {"name": "b", "requirements": {"cube_side_mm": 60.0}, "hardware": hardware, "feel": {}}
+        self.search = Search(brief_from_dict(asked), lambda _: None, lambda _: [], reference())  # type: ignore[arg-type]
+        self.asked: list[str] = []
+
+        def estimate(choice: Choice, *_: object) -> Found | None:
+            self.asked.append(choice.motor)
+            return None if choice.motor in fails else Found((90.0, 140.0, 30.0, 20.0, 70.0, 30.0), -120.0)
+
+        def settled(choice: Choice, *_: object, **__: object) -> Candidate:
+            return Candidate(cast(Design, None), choice, (), cast(Weighed, None), -130.0 - len(choice.motor) / 100.0)
+
+        monkeypatch.setattr(self.search, "_estimate", estimate)
+        monkeypatch.setattr(self.search, "settled", settled)
+
+
+def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = Estimates(monkeypatch, set(MOTORS), motor=MOTORS, drive="capstan")
+    assert run.search._ranked() == []
+    strongest = max(MOTORS, key=lambda name: motor_of(run.search.brief, name).nominal_torque_N_m)
+    assert set(run.asked) == {strongest}
+    assert set(run.search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
+
+
+def test_hardware_is_ranked_by_what_its_parts_leave(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Estimates are alike; closed forms are not."""
+    run = Estimates(monkeypatch, set(), motor=MOTORS, drive="capstan")
+    ranked = run.search._ranked()
+    assert [choice.motor for _, choice in ranked] == sorted(MOTORS, key=len)
+    assert [score for score, _ in ranked] == [-130.0 - len(motor) / 100.0 for motor in sorted(MOTORS, key=len)]
