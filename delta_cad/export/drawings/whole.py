@@ -39,6 +39,7 @@ SCREW_MM, CARRIAGE_MM = 14.0, 12.0  # by which a screw stands out of its hole, a
 BELOW_MM = 26.0  # by which what holds the bracket on the base is pulled down
 SMALL = ("capstan_cable", "pinion", "wave_spring", "set_screw", "crimp_sleeve", "tension_", "encoder_magnet", "dowel_")
 """Numbers, by their beginnings, of what an overall view leaves out: within others, or thinner than a pen."""
+ALONE, APART_MM = 6, 8.0  # parts on a sheet where they stand by themselves, and from one to the next
 CHAIN = re.compile(r"[A-Za-z_]+_0(_.*)?")
 
 
@@ -67,6 +68,10 @@ class _Shown:
     balloons: dict[int, Point] = field(default_factory=dict)
     seen: Seen | None = None
 
+    def look(self) -> None:
+        """Finds what is seen."""
+        self.seen = seen_of([o.part.solid.wrapped.Moved(location_of(pose)) for o, pose in self.placed], self.frame)
+
 
 def assembly_drawing(
     assembly: Assembly, rows: Sequence[BomRow], titles: Titles, progress: Callable[[str], None] = lambda _: None
@@ -83,12 +88,19 @@ def assembly_drawing(
     views = _views(assembly, poses)
     for view in views:
         progress(f"drawing of the assembly, {view.title}")
-        shapes = [o.part.solid.wrapped.Moved(location_of(pose)) for o, pose in view.placed]
-        view.seen = seen_of(shapes, view.frame)
+        view.look()
     groups = [views[:2], *([view] for view in views[2:])]
     for group in groups:
         _scale(group)
-    _share(views, rows)
+    if hidden := placed_items(assembly, rows) - _share(views, rows):
+        progress("drawing of the assembly, parts by themselves")
+        left = [row for row in rows if row.item in hidden]
+        for some in (left[n : n + ALONE] for n in range(0, len(left), ALONE)):
+            alone = _alone(assembly, [row.part_number for row in some])
+            alone.look()
+            _scale([alone])
+            _share([alone], some)
+            groups.append([alone])
     pages = [_page(group) for group in groups] + item_lists(rows)
     sheets = []
     for n, (scale, items, frames) in enumerate(pages, 1):
@@ -107,16 +119,34 @@ def placed_items(assembly: Assembly, rows: Iterable[BomRow]) -> set[int]:
 
 def _views(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Shown]:
     overall = [(o, poses[o.name]) for o in assembly.occurrences if not o.part.number.startswith(SMALL)]
-    eye = np.array([0.80, -0.55, 0.38]) / np.linalg.norm([0.80, -0.55, 0.38])
-    right = np.cross((0.0, 0.0, 1.0), eye)
-    right /= np.linalg.norm(right)
-    oblique = Frame(tuple(right.tolist()), tuple(np.cross(eye, right).tolist()))
+    oblique = _oblique()
     return [
         _Shown("from the front, handle in its middle position", Frame((1, 0, 0), (0, 0, 1)), overall, overall=True),
         _Shown("from above", Frame((1, 0, 0), (0, 1, 0)), overall, overall=True),
         _Shown("drive of one chain, pulled apart along the shoulder's axis", oblique, _drive(assembly, poses)),
         _Shown("pair of rods of one chain, pulled off its balls", oblique, _rods(assembly, poses)),
     ]
+
+
+def _oblique() -> Frame:
+    eye = np.array([0.80, -0.55, 0.38]) / np.linalg.norm([0.80, -0.55, 0.38])
+    right = np.cross((0.0, 0.0, 1.0), eye)
+    right /= np.linalg.norm(right)
+    return Frame(tuple(right.tolist()), tuple(np.cross(eye, right).tolist()))
+
+
+def _alone(assembly: Assembly, numbers: Iterable[str]) -> _Shown:
+    """Parts one over the other: what in a machine is hidden by others from every side that is drawn."""
+    parts = {one.part.number: one for one in assembly.occurrences}
+    frame, placed, level = _oblique(), [], 0.0
+    for number_ in numbers:
+        box = parts[number_].part.solid.BoundingBox()
+        middle, half = np.array(box.center.toTuple()), box.DiagonalLength / 2.0
+        pose = np.eye(4)
+        pose[:3, 3] = (level - half) * np.array(frame.up) - middle
+        placed.append((parts[number_], pose))
+        level -= 2.0 * half + APART_MM
+    return _Shown("parts that the other views hide", frame, placed)
 
 
 def _of_rods(occurrence: Occurrence) -> bool:
@@ -171,8 +201,12 @@ def _shifted(pose: np.ndarray, away: np.ndarray) -> np.ndarray:
     return found
 
 
-def _share(views: Sequence[_Shown], rows: Sequence[BomRow]) -> None:
-    """Gives each item its balloon: in a view that pulls its parts apart if there is one, else where most is seen."""
+def _share(views: Sequence[_Shown], rows: Sequence[BomRow]) -> set[int]:
+    """Gives each item its balloon: in a view that pulls its parts apart if there is one, else where most is seen.
+
+    Returns:
+        The items that got one.
+    """
     by_number = {row.part_number: row.item for row in rows}
     for number_, item in by_number.items():
         best: tuple[float, _Shown, Point] | None = None
@@ -188,6 +222,7 @@ def _share(views: Sequence[_Shown], rows: Sequence[BomRow]) -> None:
                 best = (length, view, at)
         if best is not None:
             best[1].balloons[item] = best[2]
+    return {item for view in views for item in view.balloons}
 
 
 def _scale(group: Sequence[_Shown]) -> None:

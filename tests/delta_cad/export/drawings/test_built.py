@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,7 +14,10 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
+from delta_cad.export.bom import bill_of_materials
+from delta_cad.export.drawings import whole
 from delta_cad.export.drawings.drawn import write_drawings
+from delta_cad.export.drawings.title import Titles
 from delta_cad.export.mass_properties import mass_report
 from tests.committed import Built
 
@@ -112,3 +115,17 @@ def test_drawings_are_the_same_bytes_each_time(
     assert (drawn.count, drawn.faults) == (20, {})
     for path in folder.iterdir():
         assert (tmp_path / "again" / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+def test_what_no_view_shows_is_drawn_by_itself(best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A larger machine hides parts that this one shows: each has its one balloon all the same."""
+    hidden = {"sector", "pinion", "encoder_board", "set_screw_M3x4", "upper_arm", "motor", "wave_spring", "motor_cheek"}
+    drive = whole._views(best_assembly, best_assembly.poses(best_assembly.home_mm))[2]
+    drive.placed = [one for one in drive.placed if one[0].part.number not in hidden]
+    monkeypatch.setattr(whole, "_views", lambda *_: [drive])
+    there = hidden | {one.part.number for one, _ in drive.placed}
+    rows = [row for row in bill_of_materials(best_assembly, defaultdict(float)) if row.part_number in there]
+    drawing = whole.assembly_drawing(best_assembly, rows, Titles(*["-"] * 8))
+    items = whole.placed_items(best_assembly, rows)
+    assert len(items) > len(hidden) > whole.ALONE
+    assert whole.balloon_faults(drawing, items, rows) == []
