@@ -348,8 +348,8 @@ def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
     """Finds the inner edges of a solid, each with the (3,) directions from which a flat end mill makes it sharp.
 
     One of its faces is then a floor, which is plane, the other a wall upright on it or leaning outwards; a cutter comes
-    there where a line off the floor, beside the wall, leaves the part. Corners so open that a cutter leaves next to
-    nothing in them are left out.
+    there where a line off the floor, beside the wall, leaves the part. Corners so open, or so short, that a cutter
+    leaves next to nothing in them are left out.
     """
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
@@ -366,7 +366,7 @@ def corner_ways(shape: cq.Shape) -> list[tuple[InnerEdge, list[np.ndarray]]]:
         lines.Perform(gp_Lin(gp_Pnt(*start.tolist()), gp_Dir(*up.tolist())), 0.0, FAR_MM)
         return lines.NbPnt() == 0
 
-    sharp = (corner for corner in inner_edges(shape) if left_mm(corner) > LEFT_MM)
+    sharp = (e for e in inner_edges(shape) if left_mm(e) > LEFT_MM and e.edge.Length() > LEFT_MM)  # type: ignore[attr-defined]
     return [(corner, [corner.normals[k] for k in (0, 1) if reached(corner, k)]) for corner in sharp]
 
 

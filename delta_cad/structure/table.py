@@ -315,7 +315,7 @@ def _spoke(d: Dimensions) -> Beam:
         length = hypot(dx, dy)
         lean = np.arctan2(dy, dx) + np.arccos(dr / length)
         edge = (p.hub_radius_mm - x * cos(lean)) / sin(lean)
-        wide = 2 * min(max(edge, 0.0), corner[1] + corner[2])
+        wide = 2 * min(max(edge, 0.0), max(corner[1] + corner[2], p.hub_radius_mm))
         if window and near < x < far:
             open_mm = 2 * (1.5 + (reach - 1.5) * (x - near) / (far - near))
             return ribs(max(wide - open_mm, RIB_LIMIT_MM), p.plate_mm, open_mm, far - near)

@@ -183,6 +183,8 @@ def best_lengths(
     Returns:
         The lengths; None where there are none, or none that beat the score.
     """
+    if lessons.held_torque_N_m >= choice.torque_N_m(motor_of(brief, choice.motor)):
+        return None  # the weight takes all of it
     side = brief.requirements.cube_side_mm
     if brief.objective == "cube_side" or side is None:
         result = _largest(brief, choice, lessons, start_mm, seed, rounds, None)

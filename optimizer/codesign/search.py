@@ -137,13 +137,12 @@ class Search:
         return False
 
     def _rough(self) -> list[tuple[float, Choice]]:
-        """Estimates what every motor can do at its best ratio, the strongest first; no parts are looked at."""
+        """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at."""
         found = []
         failed: list[Choice] = []
         known: Lengths | None = None  # of another motor: a place to begin from
-        strongest = sorted(drives(self.brief), key=lambda one: -motor_of(self.brief, one[0]).nominal_torque_N_m)
-        for motor, drive in strongest:
-            low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
+        for motor, drive in sorted(drives(self.brief), key=self._unlikely):
+            low, high = self._ratios(drive)
             ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
             best: tuple[float, Choice] | None = None
             for width in self._widths()[: 1 if found else None]:  # a narrower one where nothing fits
@@ -168,6 +167,16 @@ class Search:
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)
         return found
+
+    def _unlikely(self, hardware: tuple[str, str]) -> float:
+        """Orders motors so that the first has lengths, from which the others begin: the lightest or the strongest."""
+        row = motor_of(self.brief, hardware[0])
+        if self.brief.feel.effective_mass_max_kg is None:
+            return -row.nominal_torque_N_m * self._ratios(hardware[1])[1]
+        return row.rotor_inertia_kg_m2 * self._ratios(hardware[1])[0] ** 2
+
+    def _ratios(self, drive: str) -> tuple[float, float]:
+        return ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
 
     def _widths(self) -> tuple[float, ...]:
         stated = self.brief.limits.parallelogram_width_mm
@@ -213,7 +222,7 @@ class Search:
         best = self.settled(choice)
         if best is None:
             return None
-        low, high = ratios_of(self.brief) if choice.drive == "capstan" else (choice.ratio, choice.ratio)
+        low, high = self._ratios(choice.drive)
         step, wide = RATIO_STEP, WIDTH_STEP_MM
         free = self.brief.limits.parallelogram_width_mm is None
         while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():

@@ -12,6 +12,7 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.checks.sections import _cut, _stations, check_sections
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.solids.part import Hole
+from delta_cad.solids.platform import make_platform
 from delta_cad.structure.beam import Beam, BeamSlice
 from delta_cad.structure.section import rectangle
 from delta_cad.structure.spans import Span, structure_spans
@@ -152,3 +153,17 @@ def test_no_section_of_a_machine_offered_is_below_nothing(name: str) -> None:
         for piece in span.bar.slices:
             one = piece.section
             assert min(one.area_mm2, one.about_y_mm4, one.about_z_mm4, one.torsion_mm4) > 0.0, span
+
+
+def test_a_web_may_be_narrower_at_its_wrist_than_the_hub(best_dimensions: Dimensions, best_assembly: Assembly) -> None:
+    """A large machine with narrow parallelograms: its stem is thick, its bosses are short."""
+    short = replace(best_dimensions.platform, boss_length_mm=18.0, hub_radius_mm=11.0)
+    d = replace(best_dimensions, platform=short)
+    plate = make_platform(d)
+    a = replace(
+        best_assembly,
+        occurrences=tuple(replace(o, part=plate) for o in best_assembly.occurrences if o.part.number == "platform"),
+    )
+    carry, heavy = checked(a, d, ("platform",)).values()
+    assert carry.passed, carry.detail
+    assert heavy.passed, heavy.detail

@@ -117,6 +117,12 @@ def test_there_is_a_part_for_every_rule() -> None:
     assert set(KEPT_AND_BROKEN) == {rule.name for rule in RULES}
 
 
+def test_a_corner_shorter_than_what_a_cutter_may_leave_is_none() -> None:
+    """Where two roundings nearly meet the kernel leaves an edge of some micrometres."""
+    assert result(pocketed(0.0, 0.04), "dfm corners").passed
+    assert not result(pocketed(0.0, 0.06), "dfm corners").passed
+
+
 def test_figures_are_those_of_the_drawing() -> None:
     walls = result(KEPT_AND_BROKEN["dfm walls"][0](), "dfm walls")
     assert (walls.value, walls.limit, walls.unit) == (pytest.approx(0.6, abs=0.003), 0.5, "mm")
