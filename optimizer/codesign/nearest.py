@@ -73,7 +73,7 @@ def reliefs(search: Search) -> list[Relief]:
     Args:
         search: One that found no machine; its time and its reports are used.
     """
-    found = []
+    reached = []
     hardware = list(strongest(search.brief))
     for fields, grows in EASED.items():
         asked = tuple(_value(search.brief, name) for name in fields)
@@ -82,18 +82,19 @@ def reliefs(search: Search) -> list[Relief]:
         search.report(f"what {' and '.join(fields)} cost")
         given = tuple(float(value) for value in asked if value is not None)
         wide = _eased(search.brief, fields, given, MOST, grows)
-        best = next((able for choice in hardware if (able := _possible(search, wide, choice))), None)
-        if best is None:
+        able = [found for choice in hardware if (found := _possible(search, wide, choice))]
+        if not able:
             continue
         low, high = 1.0, MOST
         while high / low > FINE and not search.stop():
             middle = sqrt(low * high)
-            there = _possible(search, _eased(search.brief, fields, given, middle, grows), best)
-            low, high, best = (low, middle, there) if there else (middle, high, best)
+            task = _eased(search.brief, fields, given, middle, grows)
+            there = [found for choice in able if (found := _possible(search, task, choice))]
+            low, high, able = (low, middle, there) if there else (middle, high, able)
         brief = _eased(search.brief, fields, given, high, grows)
         enough = tuple(float(_value(brief, name) or 0.0) for name in fields)
-        found.append(Relief(fields, given, enough, brief, best))
-    return sorted(found, key=lambda one: one.share)
+        reached.append(Relief(fields, given, enough, brief, able[0]))
+    return sorted(reached, key=lambda one: one.share)
 
 
 def strongest(brief: DesignBrief) -> Iterator[Choice]:

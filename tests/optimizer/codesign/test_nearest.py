@@ -60,6 +60,21 @@ def test_each_limit_that_would_be_enough_is_told_with_how_much_the_least_change_
     assert outline.choice.motor == MOTORS[0]
 
 
+def test_the_hardware_that_asks_for_the_least_change_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A direct drive, which is tried first, would do with a far smaller force; the capstan with a little less."""
+    enough = {MOTORS[0]: 2.5, MOTORS[1]: 1.1}
+
+    def settled(search: Search, choice: Choice, *_: object, **__: object) -> Candidate | None:
+        if search.brief.requirements.force_N > enough[choice.motor]:
+            return None
+        return Candidate(cast(Design, None), choice, (90.0, 140.0, 30.0, 20.0, 70.0, 25.0), reference(), 50.0)
+
+    monkeypatch.setattr(Search, "settled", settled)
+    (one,) = reliefs(Search(brief(), lambda _: cast(Any, None), lambda _: [], reference()))
+    assert one.choice.motor == MOTORS[0]
+    assert 2.5 / FINE < one.enough[0] <= 2.5
+
+
 def test_a_limit_that_is_in_nobodys_way_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
     found = told(
         monkeypatch, brief({"effective_mass_max_kg": 0.1}), lambda task: task.feel.effective_mass_max_kg > 0.25
