@@ -168,7 +168,9 @@ def _search(
                 return
             line.show("what each limit costs")
             known = search.lessons[standing.choice.motor, standing.choice.drive]
-            tried = replace(search.tried, built=[*search.tried.built, (stated, ())])
+            of = " ".join((standing.choice.motor, standing.choice.drive))  # stuck at another ratio or width
+            stuck = {name: why for name, why in search.tried.stuck.items() if name != of}
+            tried = replace(search.tried, built=[*search.tried.built, (stated, ())], stuck=stuck)
             over = min(ends, monotonic() + BOUND_S)
             bound = None
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
