@@ -28,6 +28,7 @@ HEIGHTS = 33  # of a motor at which the room beside it is looked at
 HALVINGS = 50  # of the range in which the base lies: to rounding
 ROUNDING_MM = 1e-9
 KEY_SLOT_MM, KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
+EYE_WALL_MM = 2.0  # around a stop pin that is pressed in
 PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
 FOOT_CORNER_MM = 3.0
 BLOCK_SCREW = "M3"  # of a cheek in its foot block
@@ -69,9 +70,11 @@ class BracketDimensions:
 
     @property
     def motor_cheek_circles_mm(self) -> list[Circle]:
-        """Circles whose hull a motor's cheek is: head, pad, foot."""
+        """Circles whose hull a motor's cheek is: head, pad, foot, and what is around its stop pins."""
         x, z = self.motor_axis_mm[0] - self.shoulder_u_mm, self.motor_axis_mm[1]
-        return [(0.0, 0.0, self.head_radius_mm), (x, z, self.motor_pad_radius_mm), *self.foot_circles_mm]
+        eye = self.stop_pin_mm / 2 + EYE_WALL_MM
+        pins = [(u - self.shoulder_u_mm, height, eye) for u, height in self.stop_pins_mm]
+        return [(0.0, 0.0, self.head_radius_mm), (x, z, self.motor_pad_radius_mm), *self.foot_circles_mm, *pins]
 
     @property
     def leg_circle_mm(self) -> tuple[float, float, float]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import cos, sin
 
+import cadquery as cq
+import numpy as np
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.dimensions import Dimensions
+from delta_cad.design import design_from_dict
+from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.solids.brackets import BLOCK_SCREW, cheek_screw_sink_mm, make_encoder_cheek, make_motor_cheek
 from tests.delta_cad.assembly.test_assemble import DIRECT, variant
 from tests.delta_cad.solids.measured import cylinders
@@ -34,3 +38,35 @@ def test_heads_that_are_sunk_have_their_counterbores(narrow: Dimensions, make) -
     assert (
         sum(hole.count for hole in part.holes if hole.callout == f"counterbore {sink:g} deep from the outer side") == 2
     )
+
+
+def test_a_stop_pin_has_metal_all_around_it() -> None:
+    """Beside a flat motor of 43 mm the upper pin stands at the pad's rim, 22 mm from the shoulder."""
+    lengths = {"base_radius": 29.0, "platform_radius": 21.304, "upper_arm_length": 53.18, "forearm_length": 81.399}
+    data = {
+        "schema": "delta-design/1",
+        "name": "flat",
+        "mechanism": {"parallelogram_width_mm": 50.0} | {f"{name}_mm": length for name, length in lengths.items()},
+        "cube": {"bottom_height_mm": 49.953, "half_side_mm": 20.0},
+        "requirements": {
+            "envelope_width_mm": 190.0,
+            "envelope_depth_mm": 170.0,
+            "force_N": 1.0,
+            "joint_torque_N_m": 0.128,
+            "peak_torque_N_m": 0.1344,
+        },
+        "hardware": {
+            "motor": "maxon-ec45flat-411812",
+            "drive": "direct",
+            "arm_thickness_mm": 8.0,
+            "ball_diameter_mm": 6.0,
+            "platform_thickness_mm": 10.0,
+        },
+    }
+    d = dimensions(design_from_dict(data))
+    cheek, middle = make_motor_cheek(d).solid, sum(d.layers.motor_cheek_mm) / 2.0
+    for u, height in d.bracket.stop_pins_mm:
+        x, z = u - d.bracket.shoulder_u_mm, height
+        for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False).tolist():
+            point = cq.Vector(x + 3.4 * cos(angle), middle, z + 3.4 * sin(angle))
+            assert cheek.isInside(point), (u, height, angle)
