@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import acos, asin, atan2, cos, degrees, hypot, inf, pi, remainder, sin, sqrt, tau
 
@@ -156,6 +157,45 @@ def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: f
     normal = atan2(corner[1], corner[0]) + acos(min(radius / far, 1.0))
     elbow = arm.length_mm * cos(stop_rad) - LEG_ASIDE_MM, arm.length_mm * sin(stop_rad)
     return elbow[0] * cos(normal) + elbow[1] * sin(normal) - radius - arm.boss_radius_mm
+
+
+def _require_leg_room(u: float, length: float, room: Callable[[float, float], float]) -> None:
+    """Requires that the elbow at its stop stays off an encoder's leg; a wider base or a longer arm is what helps.
+
+    Args:
+        u: Base radius, mm.
+        length: Of the arm, mm.
+        room: (base radius, arm's length) -> room between them, mm.
+    """
+
+    def least(ok: Callable[[float], bool], now: float) -> float:
+        """The least length at which there is room, up to three arms' more; inf where there is none."""
+        low, high = now, now + 3.0 * length
+        if not ok(high):
+            return inf
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            low, high = (low, middle) if ok(middle) else (middle, high)
+        return high
+
+    if room(u, length) >= RUNNING_GAP_MM:
+        return
+    wider = least(lambda more: room(more, length) >= RUNNING_GAP_MM, u)
+    longer = least(lambda more: room(u, more) >= RUNNING_GAP_MM, length)
+    cures = [("mechanism.base_radius_mm", u, wider), ("mechanism.upper_arm_length_mm", length, longer)]
+    field, value, bound = min(cures, key=lambda cure: cure[2] - cure[1])
+    told = [f"{name.rpartition('.')[2]} = {now:g} must be at least {more:.2f} mm" for name, now, more in cures]
+    told = [one for one, (*_, more) in zip(told, cures, strict=True) if more < inf]
+    require(
+        False,
+        "encoder_cheek",
+        "leg",
+        f"the elbow at its stop is {room(u, length):.2f} mm off the leg, which the neighbour's motor pushes out; at "
+        f"least {RUNNING_GAP_MM:g}: {', or '.join([*told, 'hardware.motor or hardware.bearing smaller'])}",
+        field if bound < inf else "hardware.motor",
+        value if bound < inf else None,
+        bound if bound < inf else None,
+    )
 
 
 def motor_pattern_rad(
@@ -328,24 +368,11 @@ def bracket_dimensions(
     )
     if capstan is not None:
 
-        def room(u: float) -> float:
-            return _leg_room_mm(arm, stop, head, foot_on(base_top, u)[1] - u, base_top)
+        def room(u: float, length: float) -> float:
+            end = foot_on(base_top, u)[1] - u
+            return _leg_room_mm(replace(arm, length_mm=length), stop, head, end, base_top)
 
-        wider, low = u + arm.length_mm, u
-        for _ in range(HALVINGS):
-            middle = (low + wider) / 2
-            low, wider = (low, middle) if room(middle) >= RUNNING_GAP_MM else (middle, wider)
-        require(
-            room(u) >= RUNNING_GAP_MM,
-            "encoder_cheek",
-            "leg",
-            f"the elbow at its stop is {room(u):.2f} mm off the leg, which the neighbour's motor pushes out; at least "
-            f"{RUNNING_GAP_MM:g}: base_radius_mm = {u:g} must be at least {wider:.2f} mm, or hardware.motor or "
-            "hardware.bearing smaller",
-            "mechanism.base_radius_mm",
-            u,
-            wider,
-        )
+        _require_leg_room(u, arm.length_mm, room)
     off_rad = _pin_off_rad(hypot(pins[0][0] - u, pins[0][1]), motor) if capstan is None else 0.0
     pins_rad = tuple(atan2(z, x - u) for x, z in pins) if capstan is None else ()
     direction_rad = None if capstan is None else capstan.direction_rad

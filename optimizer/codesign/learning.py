@@ -39,6 +39,7 @@ SIZES = (
 )
 PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
+GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
@@ -78,7 +79,8 @@ def from_reasons(
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]
         if field in LENGTHS and isinstance(bound, float):
-            least = math.ceil(bound * SIZE_STEP) / SIZE_STEP
+            now = reason.value if isinstance(reason.value, float) else bound
+            least = math.ceil(min(bound, max(GROWTH * now, now + CREEP_MM)) * SIZE_STEP) / SIZE_STEP
             if lessons.least(LENGTHS[field]) > 0.0:  # again: what it rests on gives way as it grows
                 least += CREEP_MM
             lessons = lessons.raised(LENGTHS[field], least, str(reason))

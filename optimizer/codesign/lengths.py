@@ -40,7 +40,7 @@ SETTLED = 2e-3  # share of the side that the last round changed
 STARTS, MORE_STARTS = 3, 2  # of SQP, where no lengths are known, and where those that are lead nowhere
 FAR = 0.02  # margin that stays open near known lengths, from which on no other start is tried
 KNOBS = 12  # values that are tried of what is to be least
-ENOUGH = 2e-3  # share of the cube by which that may be larger than asked, or of the value
+ENOUGH, ROUGHLY = 2e-3, 2e-2  # share of the cube by which that may be larger than asked, or of the value
 LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 REACH_SHARE = 1.5  # of the side: R + L_A of the first
 FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
@@ -177,7 +177,7 @@ def best_lengths(
         lessons: What is known of it.
         start_mm: (6) lengths to begin from, in the order of `VARIABLES`; None: points of a hypercube.
         seed: Of these.
-        rounds: Of lengths and the inertia estimated for them.
+        rounds: Of lengths and the inertia estimated for them; one, and no score to beat, is a rough estimate.
         beats: A score: lengths that are no better need not be found.
 
     Returns:
@@ -193,6 +193,7 @@ def best_lengths(
         lengths = _rounded(result)
         return Found(lengths, 2.0 * lengths[SIDE])
     by_mass = brief.objective == "effective_mass"
+    enough = ENOUGH if rounds > 1 or beats is not None else ROUGHLY
     low, high = (0.0, MOST_MASS_KG) if by_mass else (0.5 * side, FREE_OUTLINE_MM)
     knob = FIRST_MASS_KG if by_mass else REACH_SHARE * side
     if beats is not None:
@@ -204,7 +205,7 @@ def best_lengths(
         reached = 0.0 if result is None else 2.0 * result.design_mm[SIDE]
         if result is not None and reached >= side:
             best, start_mm, high = (knob, result), result.design_mm, knob
-            if reached <= side * (1.0 + ENOUGH):
+            if reached <= side * (1.0 + enough):
                 break
         else:
             if beats is not None and knob == -beats:
@@ -214,7 +215,7 @@ def best_lengths(
             low = knob
         known.append((knob, reached))
         knob = _between(known[-2:], side, low, high)
-        if high - low <= ENOUGH * high:
+        if high - low <= enough * high:
             break
     if best is None:
         return None

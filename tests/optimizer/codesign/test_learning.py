@@ -57,10 +57,18 @@ def failed(name: str, value: float | None, limit: float | None, unit: str = "", 
     ],
 )
 def test_a_bound_that_a_refusal_names_is_kept(field: str, bound: float, length: str) -> None:
-    choice, lessons = from_reasons(brief(), CHOICE, KNOWN, [Reason("part", "feature", "why", field, 30.0, bound)])
+    reason = Reason("part", "feature", "why", field, 0.9 * bound, bound)
+    choice, lessons = from_reasons(brief(), CHOICE, KNOWN, [reason])
     assert choice == CHOICE
     assert bound <= lessons.least(length) < bound + 0.1
     assert lessons.why[-1] == "part, feature: why"
+
+
+def test_a_bound_far_away_is_approached() -> None:
+    """What else is refused may bring it nearer."""
+    far = Reason("encoder_cheek", "leg", "why", "mechanism.base_radius_mm", 30.0, 90.0)
+    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [far])
+    assert lessons.least("base_radius") == 37.5
 
 
 def test_a_short_arm_that_turns_down_onto_its_cheek_gets_longer_and_by_more_each_time() -> None:
