@@ -101,7 +101,7 @@ class Search:
             The machine with the largest cube that was built and passed; None where none did.
         """
         best: tuple[Candidate, Outcome] | None = None
-        for score, choice in self._ranked():
+        for score, choice in self.ranked():
             if self.stop() or (best is not None and score + HOPE * abs(score) <= best[0].score):
                 break
             refined = self.refined(choice)
@@ -110,7 +110,7 @@ class Search:
             best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
 
-    def _ranked(self) -> list[tuple[float, Choice]]:
+    def ranked(self) -> list[tuple[float, Choice]]:
         """The hardware worth building, the likeliest first: of the best estimates, what their parts leave."""
         found: list[tuple[float, Choice]] = []
         for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:RANKED]:
@@ -138,7 +138,7 @@ class Search:
 
     def _rough(self) -> list[tuple[float, Choice]]:
         """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at."""
-        found = []
+        found: list[tuple[float, Choice]] = []
         failed: list[Choice] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):

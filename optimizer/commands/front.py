@@ -58,12 +58,21 @@ def arguments(command: argparse.ArgumentParser) -> None:
     )
     catalogue_option(command, "the requirements file or the design")
     proof_minutes(command, "of each proof")
+    command.add_argument(
+        "--machines",
+        action="store_true",
+        help="the front of machines as `design` makes them: cube against effective mass, friction, stiffness, outline",
+    )
     command.add_argument("--json", action="store_true", help="the facts as JSON on stdout")
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
 
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
+    if given.machines:
+        from optimizer.commands.machines import run as run_machines
+
+        return run_machines(given)
     from delta_cad.design import DesignError, load_design
     from delta_cad.mechanism import MechanismError
     from optimizer.front.maps import require_held

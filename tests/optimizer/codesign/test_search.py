@@ -52,7 +52,7 @@ def searched(paper: Paper, scores: dict[str, list[float]], monkeypatch: pytest.M
     """A search whose estimates and candidates are given: the last score of a motor stays."""
     search = Search(brief(**asked), paper.build, paper.moving, reference())
 
-    def settled(choice: Choice, *_: object, weighing: bool = True) -> Candidate:
+    def settled(choice: Choice, *_: object, weighing: bool = True, **__: object) -> Candidate:
         left = scores[choice.motor] if weighing else [ESTIMATES[choice.motor]]
         score = left.pop(0) if len(left) > 1 else left[0]
         search.lessons.setdefault((choice.motor, choice.drive), Lessons(reference()))
@@ -164,7 +164,7 @@ class Estimates:
 
 def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     run = Estimates(monkeypatch, set(MOTORS), motor=MOTORS, drive="capstan")
-    assert run.search._ranked() == []
+    assert run.search.ranked() == []
     strongest = max(MOTORS, key=lambda name: motor_of(run.search.brief, name).nominal_torque_N_m)
     assert set(run.asked) == {strongest}
     assert set(run.search.tried.stuck) == {f"{motor} capstan" for motor in MOTORS}
@@ -173,6 +173,6 @@ def test_a_motor_weaker_than_one_that_does_not_do_is_not_estimated(monkeypatch: 
 def test_hardware_is_ranked_by_what_its_parts_leave(monkeypatch: pytest.MonkeyPatch) -> None:
     """Estimates are alike; closed forms are not."""
     run = Estimates(monkeypatch, set(), motor=MOTORS, drive="capstan")
-    ranked = run.search._ranked()
+    ranked = run.search.ranked()
     assert [choice.motor for _, choice in ranked] == sorted(MOTORS, key=len)
     assert [score for score, _ in ranked] == [-130.0 - len(motor) / 100.0 for motor in sorted(MOTORS, key=len)]

@@ -1,0 +1,77 @@
+"""What `front --machines` writes: the points as a table and as JSON, and a design file of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from delta_cad.design import design_to_json
+from optimizer.codesign.front import AXES, MachinePoint, hardware_of
+
+DESIGNS = "designs"
+HEAD = ("limit", "cube mm", "outline mm", "effective mass kg", "friction N", "stiffness N/mm", "kappa", "built by")
+
+
+def record(points: Sequence[MachinePoint], name: str) -> dict[str, Any]:
+    """Gives the points as JSON types."""
+    told = []
+    for point in points:
+        figures = {**asdict(point.figures), "outline_mm": list(point.figures.outline_mm)}
+        hardware = {"motor": point.choice.motor, "drive": point.choice.drive, "ratio": point.choice.ratio}
+        place = {"design": f"{DESIGNS}/{point.name}.json", "on_front": point.on_front}
+        told.append({"axis": point.axis, "limit": point.limit, **hardware, **figures, **place})
+    return {"schema": "delta-machines/1", "name": name, "points": told}
+
+
+def design_files(points: Sequence[MachinePoint]) -> dict[str, str]:
+    """Gives name and text of every design file."""
+    return {f"{point.name}.json": design_to_json(point.design) for point in points}
+
+
+def page(points: Sequence[MachinePoint], name: str, folder: str) -> str:
+    """Writes the page.
+
+    Args:
+        points: The front.
+        name: Of the requirements.
+        folder: Where the files stand, as commands name it.
+    """
+    lines = [
+        f"# The front of machines: {name}",
+        "",
+        "Each limit made easier and tighter by itself, the others as asked. Figures are those of the worst place in",
+        "the cube, with masses of solids of the same hardware; every part passed its closed forms. What moves is seen",
+        "to when a machine is built: by the line's command. **Bold**: no other line is better in a figure and no worse",
+        "in the others.",
+        "",
+        "![cube against effective mass, friction, stiffness and outline](machines.png)",
+    ]
+    for choice in hardware_of(points):
+        lines += ["", f"## {choice.motor}, {choice.drive} {choice.ratio:g}:1", ""]
+        lines += [_row(HEAD), _row(("---",) * len(HEAD))]
+        order = ["asked", *(axis.name for axis in AXES)]
+        own = sorted((p for p in points if p.choice == choice), key=lambda p: (order.index(p.axis), p.limit or 0.0))
+        lines += [_row(_cells(point, folder)) for point in own]
+    return "\n".join(lines) + "\n"
+
+
+def _cells(point: MachinePoint, folder: str) -> tuple[str, ...]:
+    f = point.figures
+    limit = "as asked" if point.limit is None else f"{point.axis.replace('_', ' ')} {point.limit:.4g}"
+    side = f"{f.cube_side_mm:.2f}"
+    width, depth = f.outline_mm
+    return (
+        limit,
+        f"**{side}**" if point.on_front else side,
+        f"{width:.0f} x {depth:.0f}",
+        f"{f.effective_mass_kg:.3f}",
+        f"{f.friction_N:.2f}",
+        f"{f.stiffness_N_mm:.1f}",
+        f"{f.kappa:.2f}",
+        f"`python -m delta_cad build --design {folder}/{DESIGNS}/{point.name}.json`",
+    )
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"

@@ -1,0 +1,76 @@
+"""`front --machines`: the front of a brief's machines, each with its design file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING
+
+from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, refuse, refuse_all
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from optimizer.codesign.front import MachinePoint
+
+
+def run(given: argparse.Namespace) -> int:
+    """Traces the front and writes its folder; returns the exit code."""
+    from optimizer.problem.brief import load_brief
+    from optimizer.problem.validation import RequirementsError
+
+    try:
+        brief = load_brief(given.requirements, given.catalogue)
+    except RequirementsError as error:
+        return refuse_all(error.lines, BAD_INPUT)
+    from delta_cad.common.files import require_room
+
+    folder = given.out / f"{brief.name}-machines"
+    require_room(folder, folder=True)
+    from optimizer.codesign.front import front
+    from optimizer.codesign.front_page import record
+    from optimizer.codesign.reference import reference
+    from optimizer.codesign.search import Search
+
+    with Request() as stop, Line() as line:
+
+        def nothing(_: object) -> None:
+            raise AssertionError  # a front builds no machine
+
+        search = Search(brief, nothing, nothing, reference(), given.seed, stop, line.show, line.keep)  # type: ignore[arg-type]
+        points = front(search, stop)
+        interrupted = stop()
+        if points:
+            line.show("files and picture")
+            _write(points, brief.name, folder)
+    if not points and not interrupted:
+        reasons = [f"{hardware}: {reason}" for hardware, reason in search.tried.stuck.items()]
+        return refuse_all([f"{given.requirements.name}: no machine does all that is asked", *reasons], NOT_MET)
+    if given.json:
+        print(json.dumps(record(points, brief.name), indent=1, allow_nan=False))
+    elif points:
+        best = sum(point.on_front for point in points)
+        print(f"{len(points)} machines, {best} of them beaten by none, in {folder}/machines.md")
+    if interrupted:
+        return refuse(
+            f"interrupted; {len(points)} machines stand in {folder}" if points else "interrupted", INTERRUPTED
+        )
+    return DONE
+
+
+def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
+    """Puts the complete folder in its place."""
+    from delta_cad.common.files import whole_folder
+    from optimizer.codesign.front_page import DESIGNS, design_files, page, record
+    from optimizer.pictures.machines import machines
+    from optimizer.pictures.style import save
+
+    with whole_folder(place) as folder:
+        save(machines(points, name), folder, "machines")
+        (folder / DESIGNS).mkdir()
+        for file, text in design_files(points).items():
+            (folder / DESIGNS / file).write_text(text, encoding="utf-8")
+        (folder / "machines.md").write_text(page(points, name, place.as_posix()), encoding="utf-8")
+        facts = json.dumps(record(points, name), indent=1, allow_nan=False) + "\n"
+        (folder / "machines.json").write_text(facts, encoding="utf-8")

@@ -1,0 +1,110 @@
+"""The front of machines: figures against other ways to compute them, what beats what, what is written."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design, load_design
+from delta_cad.mechanism.limits.effective_mass import effective_mass
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.front import AXES, Figures, MachinePoint, _marked, figures_of, front
+from optimizer.codesign.front_page import design_files, page, record
+from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.reference import reference
+from optimizer.codesign.search import Search
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+from tests.committed import BEST
+
+CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+LENGTHS = (91.0, 143.196, 31.0, 24.0, 64.37, 43.165)
+FIGURES = Figures(80.0, (270.0, 220.0), 0.3, 0.6, 20.0, 2.2)
+
+
+@pytest.fixture(scope="module")
+def best() -> Design:
+    return load_design(BEST)
+
+
+def point(**changes: float) -> MachinePoint:
+    return MachinePoint("asked", None, CHOICE, load_design(BEST), replace(FIGURES, **changes))
+
+
+def test_figures_are_those_of_the_handle_over_the_cube(best: Design) -> None:
+    candidate = Candidate(best, CHOICE, LENGTHS, reference(), 86.33)
+    found = figures_of(best, candidate, (0.1, 0.15))
+    inertia = reference().inertia(91.0, 143.196, 4.8)
+    axis = np.linspace(-43.165e-3, 43.165e-3, 31)
+    x, y, z = np.meshgrid(axis, axis, axis + 64.37e-3 + 43.165e-3, indexing="ij")
+    sampled = effective_mass(best.geometry, np.stack([x, y, z], axis=-1).reshape(-1, 3), inertia).max()
+    assert sampled <= found.effective_mass_kg * (1.0 + 1e-9)
+    assert found.effective_mass_kg == pytest.approx(sampled, rel=2e-3)
+    assert found.kappa == pytest.approx(2.27, abs=1e-3)  # which the committed design is certified with
+    assert found.cube_side_mm == 86.33
+    assert found.outline_mm == (270.0, 220.0)
+    assert found.stiffness_N_mm > 15.0
+
+
+def test_a_machine_that_another_beats_is_not_on_the_front() -> None:
+    points = [point(), point(cube_side_mm=79.0), point(cube_side_mm=79.0, friction_N=0.5), point(kappa=2.1)]
+    assert [one.on_front for one in _marked(points)] == [False, False, True, True]
+    equal = _marked([point(), point()])
+    assert [one.on_front for one in equal] == [True, True]
+
+
+def traced(monkeypatch: pytest.MonkeyPatch, best: Design) -> tuple[list[MachinePoint], list[DesignBrief]]:
+    """A front whose candidates are given: less mass costs cube, and below 0.2 kg there is none."""
+    asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    task = brief_from_dict({"name": "b", "requirements": asked, "feel": {"effective_mass_max_kg": 0.4}})
+    seen: list[DesignBrief] = []
+
+    def candidate(side: float) -> Candidate:
+        cube = best.cube.model_copy(update={"half_side_mm": side / 2.0})
+        return Candidate(best.model_copy(update={"cube": cube}), CHOICE, LENGTHS, reference(), side)
+
+    def settled(search: Search, *_: object, **__: object) -> Candidate | None:
+        seen.append(search.brief)
+        most = search.brief.feel.effective_mass_max_kg
+        return None if most < 0.2 else candidate(70.0 + 10.0 * most)
+
+    monkeypatch.setattr(Search, "settled", settled)
+    monkeypatch.setattr(Search, "ranked", lambda _: [(80.0, CHOICE)])
+    monkeypatch.setattr(Search, "refined", lambda _, __: candidate(80.0))
+    search = Search(task, lambda _: None, lambda _: [], reference())  # type: ignore[arg-type,return-value]
+    search.lessons[CHOICE.motor, CHOICE.drive] = Lessons(reference())
+    return front(search), seen
+
+
+def test_each_limit_is_moved_by_itself_until_there_is_no_machine(monkeypatch: pytest.MonkeyPatch, best: Design) -> None:
+    points, seen = traced(monkeypatch, best)
+    moved = [one for one in points if one.axis == "effective_mass"]
+    (asked,) = [one for one in points if one.axis == "asked"]
+    assert moved
+    limits = [one.limit for one in moved]
+    factors = next(axis for axis in AXES if axis.name == "effective_mass").factors
+    expected = [asked.figures.effective_mass_kg * factor for factor in factors]
+    assert limits == pytest.approx([limit for limit in expected if limit >= 0.2])
+    for one in seen:  # one limit alone differs from what was asked
+        rest = [one.feel.effective_mass_max_kg != 0.4, one.feel.friction_max_N is not None]
+        rest += [one.feel.stiffness_min_N_mm is not None, one.requirements.envelope_width_mm != 270.0]
+        assert sum(rest) == 1
+        assert (one.requirements.envelope_width_mm == 270.0) == (one.requirements.envelope_depth_mm == 220.0)
+
+
+def test_every_point_has_a_design_file_that_its_line_builds(
+    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
+) -> None:
+    points, _ = traced(monkeypatch, best)
+    files, text = design_files(points), page(points, "b", "out/b-machines")
+    assert len(files) == len(points)
+    for (name, content), told in zip(files.items(), record(points, "b")["points"], strict=True):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+        assert load_design(tmp_path / name).cube.half_side_mm == pytest.approx(told["cube_side_mm"] / 2.0)
+        assert text.count(f"build --design out/b-machines/designs/{name}`") == 1
+        assert told["design"] == f"designs/{name}"
+    assert json.loads(json.dumps(record(points, "b")))["schema"] == "delta-machines/1"
