@@ -23,6 +23,7 @@ from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.range.ranges import check_ranges
+from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
@@ -31,6 +32,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import known_joints
+from delta_cad.dimensions.tolerances.machine import general_class, tolerance_record
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
@@ -166,6 +168,7 @@ def check_machine(
     results += check_drive(drive)
     results += check_cable(machine.assembly)
     results += check_bend(drive)
+    results += check_tolerances(d)
     progress("materials and sections")
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
@@ -306,10 +309,11 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)  # another process writes meshes there
+    general = general_class(machine.dimensions)
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
-            write_part_step(part, parts / f"{part.number}.step", schema)
+            write_part_step(part, parts / f"{part.number}.step", schema, general)
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     write_bom(bill_of_materials(assembly, unit_mass), folder)
@@ -318,6 +322,7 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
+        "tolerances.json": json.dumps(tolerance_record(d), indent=1) + "\n",
         "structure.json": json.dumps(bears | {"input_sha256": design_hash(d.design)}, indent=1) + "\n",
         "mass_properties.json": json.dumps(masses, indent=1) + "\n",
     }
