@@ -49,7 +49,7 @@ POCKET_CORNER_MM = 1.6  # radius of the pocket's corners and the carriage's: a c
 POCKET_PLAY_MM = 0.1  # of the carriage in its pocket, either side
 CABLE_SLOT_MM, CABLE_PLAY_MM = 1.0, 0.3  # slots that the cable is laid into: least width, and width over the cable
 PINION_TURNED_MM, RIM_TURNED_MM = 0.02, 0.05  # of the pinion's diameters and the rim's radius, either way
-TURNED_MM, AXES_MM = 0.4, 0.04  # these in the cable's way, and what the axes are off: root of the sum of squares
+TURNED_MM, AXES_MM = 0.25, 0.055  # pinion and nose in the cable's way; axes and rim: roots of sums of squares
 STRETCH = 0.004  # of the cable's length: its pretension's, and a settling of a thousandth
 BENCH_STEP_MM = 0.1  # to which a length of the cable is measured
 

@@ -87,7 +87,8 @@ def tilt_chain(d: Dimensions) -> list[Chain]:
             either_way(part, "dowels turn it", "fit", DOWEL_PLAY_MM, per_mm * 2 * -b.cheek_screw_z_mm / apart),
         ]
     limit = minutes(TILT_RAD)
-    return [Chain("shaft's tilt", "'", 0.0, tuple(links), -limit, limit, "beyond, the bearings' races run askew")]
+    why = "beyond, the bearings' races run askew: loosen a cheek and set it by the mandrel again"
+    return [Chain("shaft's tilt", "'", 0.0, tuple(links), -limit, limit, why, statistical=True)]
 
 
 def gap_chain(d: Dimensions, general: str) -> Chain:
