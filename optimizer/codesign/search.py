@@ -26,6 +26,7 @@ from optimizer.codesign.learning import (
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
+from optimizer.codesign.price import cheapest
 from optimizer.problem.brief import DesignBrief
 
 if TYPE_CHECKING:
@@ -78,6 +79,7 @@ class Search:
         tell: Told what was found.
         standing: The candidate that the last `build` is of.
         once: Keeps what lengths and weights came to, as `Journal.once` does.
+        dearer: Price of the machine that passed last over its estimate, where prices are compared.
     """
 
     brief: DesignBrief
@@ -92,6 +94,7 @@ class Search:
     lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
     standing: Candidate | None = None
     once: Callable[..., Any] = at_once
+    dearer: float = 1.0
 
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
@@ -101,10 +104,10 @@ class Search:
         """
         best: tuple[Candidate, Outcome] | None = None
         for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:MOTORS]:
-            if self.stop() or (best is not None and score + HOPE * abs(score) <= best[0].score):
+            if self.stop() or (best is not None and self.dearer * (score + HOPE * abs(score)) <= best[0].score):
                 break
             refined = self.refined(choice)
-            if refined is None or (best is not None and refined.score <= best[0].score):
+            if refined is None or (best is not None and self.dearer * refined.score <= best[0].score):
                 continue
             best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
@@ -113,6 +116,7 @@ class Search:
         """Estimates what every motor can do at its best ratio; no parts are looked at."""
         found = []
         known: Lengths | None = None  # of another motor: a place to begin from
+        entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in drives(self.brief):
             low, high = ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
             ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
@@ -121,7 +125,7 @@ class Search:
                 for ratio in ratios:
                     if self.stop():
                         break
-                    choice = Choice(motor, drive, round(float(ratio), 2), width)
+                    choice = Choice(motor, drive, round(float(ratio), 2), width, entries)
                     estimate = self._estimate(choice, known)
                     if estimate is None:
                         continue
@@ -146,6 +150,8 @@ class Search:
         kind = self.brief.objective
         if kind == "cube_side":
             return f"{score:.2f} mm of cube"
+        if kind == "cost":
+            return f"{-score:.0f} EUR"
         return f"{-score:.4g} kg felt" if kind == "effective_mass" else f"{-score:.2f} mm of R + L_A"
 
     def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
@@ -211,7 +217,7 @@ class Search:
         candidate: Candidate | None = None
         for _ in range(SWEEPS):
             candidate = self.settled(choice, candidate.lengths_mm if candidate else None)
-            if candidate is None or candidate.score <= least or self.stop():
+            if candidate is None or self.dearer * candidate.score <= least or self.stop():
                 return None
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
             self.report(f"{named}: what moves")
@@ -231,7 +237,7 @@ class Search:
             if outcome is not None and not failed:
                 self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
                 self.tell(f"{named} passes every check")
-                return candidate, outcome
+                return self._priced(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
             try:
                 self.lessons[key] = from_checks(candidate, self.lessons[key], results)
@@ -240,6 +246,13 @@ class Search:
                 return None
             choice = candidate.choice
         return None
+
+    def _priced(self, candidate: Candidate, outcome: Outcome) -> Candidate:
+        """A machine that passed with the price of its own parts, where that is what is sought."""
+        if self.brief.objective != "cost" or outcome.cost_EUR is None:
+            return candidate
+        self.dearer = -outcome.cost_EUR / candidate.score
+        return replace(candidate, score=-outcome.cost_EUR)
 
     def settled(
         self, choice: Choice, start: Lengths | None = None, held: float = 0.0, weighing: bool = True

@@ -192,7 +192,8 @@ def _search(
             if data["facts"] and not _stands(folder / "design.json", stated):
                 return compute()
             facts.update(data["facts"])
-            return Outcome(stated, results_read(data["results"]), {}, folder, ())
+            price = data["facts"].get("cost_EUR")
+            return Outcome(stated, results_read(data["results"]), {}, folder, (), price)
 
         outcome = journal.once("built", design_hash(stated), compute, kept, read)
         told.update(facts)
