@@ -15,7 +15,7 @@ SHEETS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
 LEFT_MM, EDGE_MM = 20.0, 10.0  # margins: for filing, and on the other sides
 TITLE_MM = (180.0, 48.0)
 LABEL_MM, SMALL_MM = 1.6, 2.0
-SURFACE = "Ra 3.2; where a fit is given Ra 0.8"
+SURFACE = "Ra 3.2 where none is stated"
 EDGES = "ISO 13715: -0.1 to -0.3 outside, +0.1 to +0.3 inside"
 
 
