@@ -18,11 +18,13 @@ from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
+from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
 from delta_cad.checks.range.ranges import check_ranges
+from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
@@ -31,6 +33,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import known_joints
+from delta_cad.dimensions.tolerances.machine import general_class, tolerance_record
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
@@ -38,6 +41,7 @@ from delta_cad.export.bom import bill_of_materials, write_bom
 from delta_cad.export.folder import output_folder
 from delta_cad.export.manifest import versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
+from delta_cad.export.shop.cost.cost import Cost, cost_record, machine_cost
 from delta_cad.export.shop.holes import hole_list, write_holes
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
@@ -77,6 +81,7 @@ class Outcome:
         masses: Result of `mass_report`.
         folder: Where the files landed; None when none were written.
         unverified: Numbers of the bought parts whose data are not all verified against a datasheet.
+        cost_EUR: Of one machine, estimated; None where it was not asked.
     """
 
     design: Design
@@ -84,6 +89,7 @@ class Outcome:
     masses: dict[str, Any]
     folder: Path | None
     unverified: tuple[str, ...]
+    cost_EUR: float | None = None
 
     @property
     def passed(self) -> bool:
@@ -100,6 +106,7 @@ class Outcome:
             "failed": [result.name for result in self.results if not result.passed],
             "total_mass_kg": self.masses["total_mass_kg"],
             "moving_mass_kg": self.masses["moving_mass_kg"],
+            "cost_EUR": self.cost_EUR,
             "unverified_parts": list(self.unverified),
             "checks": [result.to_json() for result in self.results],
         }
@@ -166,6 +173,7 @@ def check_machine(
     results += check_drive(drive)
     results += check_cable(machine.assembly)
     results += check_bend(drive)
+    results += check_tolerances(d)
     progress("materials and sections")
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
@@ -250,12 +258,14 @@ def build(
             if draughtsman is not None:
                 draughtsman.give((machine.dimensions, machine.assembly, machine.masses, folder.path))
             fingerprints: list[str] = []
+            progress("costs")
+            cost = cost_of(machine)
 
             def meanwhile() -> None:
                 moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
                 moves += (design.requirements.gravity_m_s2,)
                 writer.give((bare, meshes, folder.path, _stage(machine, sweep), moves))
-                fingerprints.append(write_files(machine, folder.path, progress, schema))
+                fingerprints.append(write_files(machine, cost, folder.path, progress, schema))
 
             results = check_machine(machine, progress, sweep, meanwhile)
             if draughtsman is not None:
@@ -263,7 +273,8 @@ def build(
                 results = [*results, check_drawings(draughtsman.take())]
             folder.rejected = not all_passed(results)
             landed = f"{design.name}.rejected" if folder.rejected else design.name
-            outcome = Outcome(design, results, machine.masses, out / landed, _unverified(machine))
+            unverified = _unverified(machine)
+            outcome = Outcome(design, results, machine.masses, out / landed, unverified, cost.total_EUR())
             (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
             progress("meshes and pictures")
             mesh_files.written(writer)
@@ -293,7 +304,14 @@ def check_drawings(drawn: Drawn) -> CheckResult:
     return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=told)
 
 
-def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema: str) -> str:
+def cost_of(machine: BuiltMachine) -> Cost:
+    """Computes what a machine costs, clamped as often as the rules of a shop find."""
+    made = (part for part in machine.assembly.parts if part.make)
+    clampings = {part.number: round(next(setups(part)).value) for part in made}
+    return machine_cost(machine.dimensions, machine.assembly, clampings)
+
+
+def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progress, schema: str) -> str:
     """Writes what a machine comes to into a folder, all but its checks, manifest and what meshes alone tell.
 
     Returns:
@@ -306,18 +324,21 @@ def write_files(machine: BuiltMachine, folder: Path, progress: Progress, schema:
     fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)  # another process writes meshes there
+    general = general_class(machine.dimensions)
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
-            write_part_step(part, parts / f"{part.number}.step", schema)
+            write_part_step(part, parts / f"{part.number}.step", schema, general)
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
-    write_bom(bill_of_materials(assembly, unit_mass), folder)
+    write_bom(bill_of_materials(assembly, unit_mass, cost), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
     d = machine.dimensions
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
+        "cost.json": json.dumps(cost_record(cost), indent=1) + "\n",
+        "tolerances.json": json.dumps(tolerance_record(d), indent=1) + "\n",
         "structure.json": json.dumps(bears | {"input_sha256": design_hash(d.design)}, indent=1) + "\n",
         "mass_properties.json": json.dumps(masses, indent=1) + "\n",
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, ceil, cos, floor, hypot, pi, radians, sin
+from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
@@ -48,6 +48,8 @@ POCKET_FROM_MM = 1.0  # wall between the rim's end and the pocket
 POCKET_CORNER_MM = 1.6  # radius of the pocket's corners and the carriage's: a cutter of 3 mm goes round them
 POCKET_PLAY_MM = 0.1  # of the carriage in its pocket, either side
 CABLE_SLOT_MM, CABLE_PLAY_MM = 1.0, 0.3  # slots that the cable is laid into: least width, and width over the cable
+PINION_TURNED_MM, RIM_TURNED_MM = 0.02, 0.05  # of the pinion's diameters and the rim's radius, either way
+TURNED_MM, AXES_MM = 0.25, 0.055  # pinion and nose in the cable's way; axes and rim: roots of sums of squares
 STRETCH = 0.004  # of the cable's length: its pretension's, and a settling of a thousandth
 BENCH_STEP_MM = 0.1  # to which a length of the cable is measured
 
@@ -130,11 +132,12 @@ class CapstanDimensions:
         """Length of the slack cable between the backs of its crimped sleeves, and its tolerance, either way.
 
         The shortest goes on where the carriage stands first; the longest is tight, stretched and settled, where the
-        carriage's travel ends.
+        carriage's travel ends. Sector, pinion and their axes take their share of the travel; this is its middle.
         """
-        allowed = (TENSION_TRAVEL_MM - STRETCH * self.cable_length_mm) / 2
-        tolerance = floor(allowed / BENCH_STEP_MM) * BENCH_STEP_MM
-        return ceil((self.cable_length_mm + tolerance) / BENCH_STEP_MM) * BENCH_STEP_MM, tolerance
+        half = (TENSION_TRAVEL_MM - STRETCH * self.cable_length_mm) / 2
+        made = hypot(TURNED_MM, AXES_MM * 2 * self.run.centre_distance_mm / self.run.free_mm)
+        tolerance = floor(sqrt(max(half**2 - made**2, 0.0)) / BENCH_STEP_MM) * BENCH_STEP_MM
+        return round((self.cable_length_mm + half) / BENCH_STEP_MM) * BENCH_STEP_MM, tolerance
 
 
 def cable_run(

@@ -6,12 +6,13 @@ import csv
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
+from delta_cad.export.shop.cost.cost import CENTS, Cost, CostLine
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -30,6 +31,9 @@ class BomRow:
         make_or_buy: "make" or "buy".
         unit_mass_g: Mass of one, g.
         total_mass_g: Mass of all, g.
+        unit_cost_EUR: Price of one, when one machine is made, EUR without tax; None where none was computed.
+        total_cost_EUR: Price of all, EUR.
+        cost_source: Where the price is from, or that it is an estimate.
     """
 
     item: int
@@ -43,9 +47,12 @@ class BomRow:
     standard: str
     order_code: str
     source: str
+    unit_cost_EUR: float | None = None
+    total_cost_EUR: float | None = None
+    cost_source: str = ""
 
 
-def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[BomRow]:
+def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float], cost: Cost | None = None) -> list[BomRow]:
     """Lists parts and supplies, one row each: made parts first, then bought ones, then what has no place of its own.
 
     A part that is drawn in pieces, as a cable on two drums, is one row with the mass of all of them.
@@ -53,6 +60,7 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
     Args:
         assembly: The machine.
         unit_mass_kg: Mass of one of each part by its number, kg.
+        cost: Of the machine; None: no prices.
 
     Returns:
         The rows.
@@ -97,7 +105,13 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> 
                 source=supply.source,
             )
         )
-    return rows
+    return rows if cost is None else [_priced(row, cost.by_number[row.part_number]) for row in rows]
+
+
+def _priced(row: BomRow, line: CostLine) -> BomRow:
+    unit = line.unit_EUR[0]
+    total = round(unit * row.quantity, CENTS)
+    return replace(row, unit_cost_EUR=unit, total_cost_EUR=total, cost_source=line.source)
 
 
 def write_bom(rows: list[BomRow], directory: Path) -> None:

@@ -34,6 +34,7 @@ from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions.tolerances.general import ASKED
 from delta_cad.export.fingerprint import canonical
 from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
 from delta_cad.mechanism.placement import LINKS
@@ -86,10 +87,10 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
     return fingerprint
 
 
-def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:
+def write_part_step(part: Part, path: Path, schema: str = "AP242", general: str = ASKED) -> None:
     """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
-    In AP242 a part that is made has its tolerances as data, see `pmi`.
+    In AP242 a part that is made has its tolerances as data, see `pmi`, with the class `general` where none is stated.
 
     Raises:
         StepError: The schema is unknown, the part is not one solid, or the kernel refuses to write.
@@ -98,7 +99,7 @@ def write_part_step(part: Part, path: Path, schema: str = "AP242") -> None:
     label = _define(document, part)
     if schema == "AP242" and part.make:
         add_tolerances(document, label, part)
-    _write(document, path, schema, part.number, part if part.make else None)
+    _write(document, path, schema, part.number, part if part.make else None, general)
     path.write_bytes(without_runouts(path.read_bytes()))
 
 
@@ -166,7 +167,9 @@ def _name(label: TDF_Label, name: str) -> None:
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
 
 
-def _write(document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None) -> None:
+def _write(
+    document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None, general: str = ASKED
+) -> None:
     """Transfers a document, adds the notes of a part, fills the header and writes the file."""
     if schema not in SCHEMAS:
         raise StepError(f"schema {schema!r} is not one of {', '.join(SCHEMAS)}")
@@ -178,7 +181,7 @@ def _write(document: TDocStd_Document, path: Path, schema: str, title: str, note
         _mend_density_units(writer.ChangeWriter().Model(False))
         if schema == "AP242" and noted is not None:
             mend_tolerances(writer.ChangeWriter().Model(False))
-            add_notes(writer.ChangeWriter().Model(False), noted)
+            add_notes(writer.ChangeWriter().Model(False), noted, general)
         _fill_header(writer.ChangeWriter().Model(False), title)
         if writer.Write(str(path)) == IFSelect_RetDone and path.read_bytes().rstrip().endswith(END):
             return

@@ -17,6 +17,7 @@ from delta_cad.common.reading import read_json
 from delta_cad.design import design_to_json
 from delta_cad.report.fields import fields, handle_of, maps
 from delta_cad.report.figures import asked, binding, every, feel, headline, lengths
+from delta_cad.report.making import cost, tolerances
 from delta_cad.report.outline import outline
 from delta_cad.report.scene import scene
 from delta_cad.report.subject import Subject
@@ -33,7 +34,7 @@ COLUMNS = (
     "item", "part_number", "description", "quantity", "make_or_buy", "material", "unit_mass_g", "total_mass_g",
     "standard", "order_code",
 )  # fmt: skip
-SOURCE = "source"
+SOURCES = ("source", "cost_source")
 
 
 def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
@@ -75,6 +76,8 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
         cube=data["cube"],
         outline=outline(s),
         bom={"columns": _columns(rows), "rows": rows},
+        cost=cost(folder),
+        tolerances=tolerances(folder),
         certificate=certificate(s.design, folder / CERTIFICATE),
         assumptions=assumptions(s),
         provenance=provenance(s, dict(versions)),
@@ -117,7 +120,7 @@ def _policy(scripts: Sequence[str], style: str) -> str:
 
 def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     found = {key for row in rows for key, value in row.items() if value not in ("", None)}
-    return [key for key in COLUMNS if key in found] + sorted(found - {*COLUMNS, SOURCE})
+    return [key for key in COLUMNS if key in found] + sorted(found - {*COLUMNS, *SOURCES})
 
 
 def _files(folder: Path) -> list[tuple[str, list[tuple[str, int]]]]:

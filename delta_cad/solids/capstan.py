@@ -20,9 +20,11 @@ from delta_cad.dimensions.capstan import (
     CARRIAGE_SCREW_MM,
     CRIMP_MM,
     LUG_WALL_MM,
+    PINION_TURNED_MM,
     POCKET_CORNER_MM,
     POCKET_FROM_MM,
     POCKET_PLAY_MM,
+    RIM_TURNED_MM,
     SET_SCREW,
     SHOULDER_MM,
     TENSION_SCREW,
@@ -241,7 +243,8 @@ def make_sector(d: Dimensions) -> Part:
     solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, [*boring.tools, *tools]))
     lead = c.run.pitch_mm * c.ratio
     description = (
-        f"capstan sector, rim radius {c.rim_radius_mm:g} smooth, cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
+        f"capstan sector, rim radius {c.rim_radius_mm:g} +-{RIM_TURNED_MM:g} smooth, "
+        f"cable climbs {lead:.2f} a turn, {c.ratio:g}:1, "
         f"{d.layers.motor_cheek_mm[0] - arm:.3f} +-{LENGTH_MM:g} from the arm to its collar"
     )
     extent = None, (min(arm, pocket_y[0]), d.layers.motor_cheek_mm[0]), None
@@ -306,7 +309,7 @@ def make_pinion(d: Dimensions) -> Part:
     solid = feature(number, "bore", "motor shaft", lambda: cut(body, boring.tools))
     run, d_c = c.run, c.cable_diameter_mm
     description = (
-        f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.2f}, "
+        f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.3f} +-{PINION_TURNED_MM:g}, "
         f"pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)

@@ -71,14 +71,14 @@ class Choice:
 
     def count_deg(self, brief: DesignBrief) -> float:
         """Computes the turn of a joint for one count of its encoder, deg."""
-        if self._stated(brief, "encoder_at") != "motor":
-            row = catalogue.family("encoder", brief.own_parts)[self._stated(brief, "encoder")]
+        if self.stated(brief, "encoder_at") != "motor":
+            row = catalogue.family("encoder", brief.own_parts)[self.stated(brief, "encoder")]
             return 360.0 / float(cast(catalogue.Encoder, row).counts_per_turn)
         counts = motor_of(brief, self.motor).encoder_counts_per_turn
         return 360.0 / (counts * self.ratio) if counts else 180.0
 
-    def _stated(self, brief: DesignBrief, entry: str) -> Any:
-        """An entry of the hardware: chosen, else the first of what the brief states, else its default."""
+    def stated(self, brief: DesignBrief, entry: str) -> Any:
+        """Gives an entry of the hardware: chosen, else the first of what the brief states, else its default."""
         rows = brief.choices.get(entry, ())
         return self.entries.get(entry, rows[0] if entry in brief.hardware and rows else default_of(entry))
 

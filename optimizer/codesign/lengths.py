@@ -13,6 +13,7 @@ from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.candidate import BASE_ENTRIES
 from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lessons import LEAN_DEG, SHOULDER_DEG, Lessons
+from optimizer.codesign.price import price_EUR
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.requirements import Requirements, requirements_from_dict
@@ -52,8 +53,8 @@ class Found:
 
     Attributes:
         lengths_mm: (6) in the order of `VARIABLES`, to whole micrometres.
-        score: What is sought, larger is better: the cube's side, or the least R + L_A or mass felt with its sign
-            changed; mm or kg.
+        score: What is sought, larger is better: the cube's side, or the least R + L_A, mass felt or price with its
+            sign changed; mm, kg or EUR.
         reach_mm: R + L_A, where the outline is free.
     """
 
@@ -169,6 +170,7 @@ def best_lengths(
 ) -> Found | None:
     """Finds the lengths of the largest cube, or of the least machine with the cube that is asked.
 
+    With given hardware the least machine is the cheapest, too: what is bought stays, what is made grows with it.
     The largest cube grows with what is allowed, so that the least that is enough for the cube asked is a root.
 
     Args:
@@ -221,7 +223,8 @@ def best_lengths(
         return None
     knob, result = best
     lengths = (*_rounded(result)[:SIDE], side / 2.0)
-    return Found(lengths, -knob, None if brief.outline_mm else lengths[0] + lengths[2])
+    score = -price_EUR(brief, choice, lengths) if brief.objective == "cost" else -knob
+    return Found(lengths, score, None if brief.outline_mm else lengths[0] + lengths[2])
 
 
 def _rounded(result: Result) -> tuple[float, ...]:

@@ -54,6 +54,21 @@ class Weighed:
         return HandleInertia(carried, m.rod_elbow * rods, m.rod_cross * rods, arm + rotor)
 
 
+def reference() -> Weighed:
+    """Gives masses to begin from, of a machine of 86 mm and 3 N, rounded: nothing that is told rests on them."""
+    masses = Masses(
+        platform=0.065,
+        arm_along=0.0022,
+        arm_across=-0.0004,
+        arm_inertia=1.85e-4,
+        rod_elbow=0.0038,
+        rod_cross=0.0014,
+        rod_wrist=0.0038,
+        rotor_inertia=8e-5,
+    )
+    return Weighed(masses, gravity_torque_N_m=0.036, upper_arm_mm=91.0, forearm_mm=143.0, ratio=4.8)
+
+
 @dataclass(frozen=True)
 class Lessons:
     """Bounds for the lengths of the next candidate.

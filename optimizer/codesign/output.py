@@ -40,7 +40,7 @@ UNITS = {
     "cube_side": "mm of cube",
     "outline": "mm of R + L_A",
     "effective_mass": "kg felt",
-    "cost": "mm of R + L_A",
+    "cost": "EUR",
 }
 OUTLINE = ("envelope width", "envelope depth")
 
@@ -118,6 +118,7 @@ def facts_of(brief: DesignBrief, outcome: Outcome, tried: Tried, bound: Bound | 
         "gap": None if bound is None else bound.gap,
         **figures,
         "outline_mm": outline,
+        "cost_EUR": outcome.cost_EUR,
         "motor": drive.motor,
         "ratio": drive.ratio,
         "moving_mass_kg": outcome.masses["moving_mass_kg"],
@@ -156,6 +157,11 @@ def _of_bound(bound: Bound) -> list[str]:
     ]
 
 
+def _price(cost_EUR: float | None) -> str:
+    """Tells what a machine costs, "" where it is not known."""
+    return "" if cost_EUR is None else f"; about {cost_EUR:.0f} EUR for one, by estimate, see cost.json"
+
+
 def report(
     told: dict[str, Any],
     results: Iterable[CheckResult],
@@ -172,7 +178,7 @@ def report(
         f"# {told['name']}",
         "",
         f"A cube of {told['cube_side_mm']:.2f} mm, with {told['motor']} at {told['ratio']:g}:1, within "
-        f"{width:.1f} x {depth:.1f} mm as built.",
+        f"{width:.1f} x {depth:.1f} mm as built{_price(told['cost_EUR'])}.",
         "",
         "## Figures",
         "",

@@ -27,6 +27,7 @@ from optimizer.codesign.learning import (
 )
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
+from optimizer.codesign.price import cheapest
 from optimizer.problem.brief import DesignBrief
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ class Search:
         tell: Told what was found.
         standing: The candidate that the last `build` is of.
         once: Keeps what lengths and weights came to, as `Journal.once` does.
+        dearer: Price of the machine that passed last over its estimate, where prices are compared.
     """
 
     brief: DesignBrief
@@ -93,6 +95,7 @@ class Search:
     lessons: dict[tuple[str, str], Lessons] = field(default_factory=dict)
     standing: Candidate | None = None
     once: Callable[..., Any] = at_once
+    dearer: float = 1.0
 
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
@@ -102,10 +105,10 @@ class Search:
         """
         best: tuple[Candidate, Outcome] | None = None
         for score, choice in self.ranked():
-            if self.stop() or (best is not None and score + HOPE * abs(score) <= best[0].score):
+            if self.stop() or (best is not None and self.dearer * (score + HOPE * abs(score)) <= best[0].score):
                 break
             refined = self.refined(choice)
-            if refined is None or (best is not None and refined.score <= best[0].score):
+            if refined is None or (best is not None and self.dearer * refined.score <= best[0].score):
                 continue
             best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
@@ -141,6 +144,7 @@ class Search:
         found: list[tuple[float, Choice]] = []
         failed: list[Choice] = []
         known: Lengths | None = None  # of another motor: a place to begin from
+        entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):
             low, high = self._ratios(drive)
             ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
@@ -149,7 +153,7 @@ class Search:
                 for ratio in ratios:
                     if self.stop():
                         break
-                    choice = Choice(motor, drive, round(float(ratio), 2), width)
+                    choice = Choice(motor, drive, round(float(ratio), 2), width, entries)
                     if self._hopeless(choice, failed):
                         continue
                     estimate = self._estimate(choice, known)
@@ -187,6 +191,8 @@ class Search:
         kind = self.brief.objective
         if kind == "cube_side":
             return f"{score:.2f} mm of cube"
+        if kind == "cost":
+            return f"{-score:.0f} EUR"
         return f"{-score:.4g} kg felt" if kind == "effective_mass" else f"{-score:.2f} mm of R + L_A"
 
     def _estimate(self, choice: Choice, start_mm: Lengths | None = None) -> Found | None:
@@ -234,7 +240,8 @@ class Search:
             better = None
             for one in around:
                 held = best.couple_index_min - COUPLE_STEP
-                found = self.settled(one, best.lengths_mm, held, weighing=False, beats=(better or best).score)
+                beats = None if self.brief.objective == "cost" else (better or best).score  # a price is none of lengths
+                found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
                 self.report(
                     f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}"
                 )
@@ -255,7 +262,7 @@ class Search:
         candidate: Candidate | None = None
         for _ in range(SWEEPS):
             candidate = self.settled(choice, candidate.lengths_mm if candidate else None)
-            if candidate is None or candidate.score <= least or self.stop():
+            if candidate is None or self.dearer * candidate.score <= least or self.stop():
                 return None
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
             self.report(f"{named}: what moves")
@@ -275,7 +282,7 @@ class Search:
             if outcome is not None and not failed:
                 self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
                 self.tell(f"{named} passes every check")
-                return candidate, outcome
+                return self._priced(candidate, outcome), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
             try:
                 self.lessons[key] = from_checks(candidate, self.lessons[key], results)
@@ -284,6 +291,13 @@ class Search:
                 return None
             choice = candidate.choice
         return None
+
+    def _priced(self, candidate: Candidate, outcome: Outcome) -> Candidate:
+        """A machine that passed with the price of its own parts, where that is what is sought."""
+        if self.brief.objective != "cost" or outcome.cost_EUR is None:
+            return candidate
+        self.dearer = -outcome.cost_EUR / candidate.score
+        return replace(candidate, score=-outcome.cost_EUR)
 
     def settled(
         self,

@@ -24,7 +24,7 @@ NAME = "certify"
 TEXT = "proof over every point of the cube that a design keeps its limits; writes a certificate that `verify` replays"
 
 
-MAX = "max"
+MAX, PARTS = "max", "parts"
 
 
 class _UnprovableError(ValueError):
@@ -54,9 +54,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--tolerance",
         type=tolerance,
-        metavar="MM|max",
+        metavar="MM|max|parts",
         help="certify every machine whose lengths and offsets, of each chain by itself, are within this of the drawn "
-        "ones; max: the largest that can be proved, to 1 %%",
+        "ones; max: the largest that can be proved, to 1 %%; parts: what the tolerances of its parts come to",
     )
     command.add_argument(
         "--max-boxes", type=natural, default=5_000_000, metavar="N", help="then undecided; default: 5000000"
@@ -66,12 +66,12 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 
 def tolerance(text: str) -> float | str:
-    """Reads a tolerance of the command line in mm, or the word for the largest, for argparse."""
-    if text == MAX:
-        return MAX
+    """Reads a tolerance of the command line in mm, or the word for the largest or the parts', for argparse."""
+    if text in (MAX, PARTS):
+        return text
     value = float(text)
     if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}: must be greater than 0 mm, or max")
+        raise argparse.ArgumentTypeError(f"{text}: must be greater than 0 mm, max or parts")
     return value
 
 
@@ -88,6 +88,8 @@ def run(given: argparse.Namespace) -> int:
     try:
         design = load_design(given.design, given.catalogue)
         _require_masses(given.design.name, design, given.mass_properties)
+        if given.tolerance == PARTS:
+            given.tolerance = _of_parts(design)
         _require_tolerance(design, given.tolerance)
         require_room(given.out)
         share = share_of(design, given.mass_properties, given.gravity_torque)
@@ -107,6 +109,19 @@ def _require_masses(file: str, design: Design, masses: Path | None) -> None:
             f"{file}: requirements.effective_mass_max_kg = {mass:g}: needs the masses of what moves: "
             "give --mass-properties, the mass_properties.json of a build"
         )
+
+
+def _of_parts(design: Design) -> float:
+    """Computes what the tolerances of a machine's parts come to in its lengths, mm, rounded up to a micrometre."""
+    from delta_cad.dimensions import DimensionError, dimensions
+    from delta_cad.dimensions.tolerances.lengths import largest_deviation_mm
+    from delta_cad.dimensions.tolerances.machine import general_class
+
+    try:
+        d = dimensions(design)
+    except DimensionError as error:
+        raise _UnprovableError(f"{design.name}: --tolerance {PARTS} needs parts: {error}") from None
+    return math.ceil(1000.0 * largest_deviation_mm(d, general_class(d)) - 1e-9) / 1000.0
 
 
 def _require_tolerance(design: Design, asked: float | str | None) -> None:

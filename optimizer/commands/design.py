@@ -150,8 +150,8 @@ def _search(
     from optimizer.codesign.candidate import solid
     from optimizer.codesign.costs import costs
     from optimizer.codesign.journal import results_read, results_told
+    from optimizer.codesign.lessons import reference
     from optimizer.codesign.output import certificate_of, facts_of, placed, report, with_provenance, write_beside
-    from optimizer.codesign.reference import reference
     from optimizer.codesign.search import Search
 
     def moving(design: Design) -> list[Any]:
@@ -194,7 +194,8 @@ def _search(
             if data["facts"] and not _stands(folder / "design.json", stated):
                 return compute()
             facts.update(data["facts"])
-            return Outcome(stated, results_read(data["results"]), {}, folder, ())
+            price = data["facts"].get("cost_EUR")
+            return Outcome(stated, results_read(data["results"]), {}, folder, (), price)
 
         outcome = journal.once("built", design_hash(stated), compute, kept, read)
         told.update(facts)

@@ -30,7 +30,7 @@ def run(given: argparse.Namespace) -> int:
     require_room(folder, folder=True)
     from optimizer.codesign.front import front
     from optimizer.codesign.front_page import record
-    from optimizer.codesign.reference import reference
+    from optimizer.codesign.lessons import reference
     from optimizer.codesign.search import Search
 
     with Request() as stop, Line() as line:

@@ -15,6 +15,8 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances.general import NOTES
+from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
 from delta_cad.export.drawings.layout import LayoutError, laid_out
@@ -161,7 +163,7 @@ def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) ->
         masses: Mass of one of each part by its number, kg.
     """
     count = Counter(occurrence.part.number for occurrence in assembly.occurrences)
-    found = {}
+    general, found = NOTES[general_class(d)], {}
     for part in assembly.parts:
         if part.make:
             box = part.solid.BoundingBox(1e-4)
@@ -174,6 +176,7 @@ def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) ->
                 size=_size((box.xlen, box.ylen, box.zlen)),
                 machine=_machine(d, assembly),
                 revision=REVISION,
+                tolerance=general,
             )
     return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from delta_cad.dimensions.tolerances.general import ASKED, NOTES
 from delta_cad.export.drawings.paper.lettering import LINE, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Sheet, Stroke, Text
 from delta_cad.export.drawings.views.block import Block
@@ -14,8 +15,7 @@ SHEETS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
 LEFT_MM, EDGE_MM = 20.0, 10.0  # margins: for filing, and on the other sides
 TITLE_MM = (180.0, 48.0)
 LABEL_MM, SMALL_MM = 1.6, 2.0
-TOLERANCE = "ISO 2768-mK"
-SURFACE = "Ra 3.2; where a fit is given Ra 0.8"
+SURFACE = "Ra 3.2 where none is stated"
 EDGES = "ISO 13715: -0.1 to -0.3 outside, +0.1 to +0.3 inside"
 
 
@@ -32,7 +32,7 @@ class Titles:
     machine: str
     revision: str
     surface: str = SURFACE
-    tolerance: str = TOLERANCE
+    tolerance: str = NOTES[ASKED]
 
 
 def inner(size: str) -> Box:

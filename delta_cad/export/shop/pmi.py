@@ -37,11 +37,12 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_Datum, XCAFDoc_Dimension, XCAFDoc_DocumentTool, XCAFDoc_GeomTolerance
 
 from delta_cad.dimensions.tolerances import PLACE_MM, SQUARE_MM
+from delta_cad.dimensions.tolerances.general import ASKED, NOTES
 from delta_cad.solids.boring import faces_of
 from delta_cad.solids.part import Bore, Part
 
 GENERAL = {
-    "general tolerances": "ISO 2768-mK",
+    "general tolerances": NOTES[ASKED],
     "thread tolerance": "6H, ISO 965-1",
     "surface": "Ra 3.2, machined, unless noted",
     "edges": "outer edges broken 0.2 +-0.1; inner edges up to R1.5 as the cutter leaves them (ISO 13715)",
@@ -50,9 +51,9 @@ GENERAL = {
 GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
 
 
-def notes(part: Part) -> dict[str, str]:
-    """Gives the notes of a part: the general ones, its material, and what its description says."""
-    return {**GENERAL, "material": part.material.name, "remark": part.description}
+def notes(part: Part, general: str = ASKED) -> dict[str, str]:
+    """Gives the notes of a part: the general ones with their class, its material, and what its description says."""
+    return {**GENERAL, "general tolerances": NOTES[general], "material": part.material.name, "remark": part.description}
 
 
 def toleranced(part: Part) -> list[Bore]:
@@ -113,12 +114,12 @@ def without_runouts(data: bytes) -> bytes:
     return data
 
 
-def add_notes(model: Any, part: Part) -> None:
+def add_notes(model: Any, part: Part, general: str = ASKED) -> None:
     """Adds a part's notes to a transferred model as user defined attributes of its product."""
     entities = [model.Value(number) for number in range(1, model.NbEntities() + 1)]
     product = next(e for e in entities if isinstance(e, StepBasic_ProductDefinition))
     context = next(e for e in entities if isinstance(e, StepRepr_RepresentationContext))
-    for name, text in notes(part).items():
+    for name, text in notes(part, general).items():
         definition = StepRepr_CharacterizedDefinition()
         definition.SetValue(product)
         stated = StepRepr_PropertyDefinition()

@@ -17,7 +17,8 @@ from delta_cad.export.step import write_assembly_step
 from tests.delta_cad.export.machine import unit_masses
 
 COLUMNS = (
-    "item,part_number,description,quantity,make_or_buy,material,unit_mass_g,total_mass_g,standard,order_code,source"
+    "item,part_number,description,quantity,make_or_buy,material,unit_mass_g,total_mass_g,standard,order_code,source,"
+    "unit_cost_EUR,total_cost_EUR,cost_source"
 )
 
 

@@ -73,7 +73,7 @@ def test_only_its_own_scripts_may_run_and_nothing_be_asked_elsewhere(page: Page)
 def test_links_lead_to_files_of_the_build(page: Page, built: Built) -> None:
     hrefs = [e.attributes["href"] for e in page.all("a")]
     within = [href.removeprefix("#") for href in hrefs if href.startswith("#")]
-    assert len(within) == 10
+    assert len(within) == 12
     assert {e.attributes.get("id") for e in page.all("section")} >= set(within)
     files = {href for href in hrefs if not href.startswith("#")}
     there = {p.relative_to(built.folder).as_posix() for p in built.folder.rglob("*") if p.is_file()}

@@ -15,8 +15,7 @@ from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lengths import best_lengths, posed
-from optimizer.codesign.lessons import Lessons
-from optimizer.codesign.reference import reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import figures_numpy, half_surface
 from optimizer.problem.step import SIDE, step_problem

@@ -15,8 +15,7 @@ from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.front import AXES, Figures, MachinePoint, _marked, figures_of, front
 from optimizer.codesign.front_page import design_files, page, record
-from optimizer.codesign.lessons import Lessons
-from optimizer.codesign.reference import reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST

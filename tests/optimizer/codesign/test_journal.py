@@ -21,8 +21,7 @@ from optimizer.codesign.journal import (
     weighed_told,
 )
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons
-from optimizer.codesign.reference import reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import brief_from_dict
 from optimizer.synthesis.checkpoint import CheckpointError

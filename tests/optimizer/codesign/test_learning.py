@@ -19,8 +19,7 @@ from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import COUPLE_MOST, StuckError, from_checks, from_reasons, too_soft, with_outline
-from optimizer.codesign.lessons import Lessons
-from optimizer.codesign.reference import reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 

@@ -8,8 +8,7 @@ import pytest
 
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lengths import Found, best_lengths, posed
-from optimizer.codesign.lessons import Lessons
-from optimizer.codesign.reference import reference
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.problem.step import step_problem

@@ -10,8 +10,8 @@ import pytest
 from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
+from optimizer.codesign.lessons import reference
 from optimizer.codesign.nearest import FINE, LEAST_SIDE_MM, MOST, Relief, reliefs, strongest
-from optimizer.codesign.reference import reference
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 

@@ -15,8 +15,7 @@ from optimizer.codesign import search as module
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lengths import Found
-from optimizer.codesign.lessons import Lessons, Weighed
-from optimizer.codesign.reference import reference
+from optimizer.codesign.lessons import Lessons, Weighed, reference
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 

@@ -18,9 +18,8 @@ from optimizer.certify.file import read_certificate
 from optimizer.codesign import nearest
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.lessons import Lessons
+from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.nearest import Relief
-from optimizer.codesign.reference import reference
 from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from optimizer.commands import design as command

@@ -93,9 +93,34 @@ def hole_groups(part: Part, faces: Sequence[Face]) -> list[HoleGroup]:
             raise HoleError(f"{part.number}: {seen} bores of {hole.diameter_mm:g} mm, {hole.count} are declared")
     found = []
     for same in groups.values():
-        callout = tuple(lettered(_callout(hole, same, groups)) for hole in _on(same[0], declared))
+        callout = tuple(lettered(recorded(_callout(hole, same, groups), hole)) for hole in _on(same[0], declared))
         found.append(HoleGroup(same, callout))
     return sorted(found, key=lambda group: (-group.bores[0].widest, group.callout))
+
+
+def recorded(callout: str, hole: Hole) -> str:
+    """Adds to a callout what the records of its bores say and it does not: deviations, drill, surface.
+
+    Bores of one diameter that differ in these add nothing: their own callouts tell it.
+    """
+    records = {(b.fit, b.deviations_um, b.surface_um, b.thread, b.through, b.depth_mm) for b in hole.bores}
+    if len({record[:3] for record in records}) != 1:
+        return callout
+    fit, deviations, surface, thread, through, depth = min(records, key=str)
+    if deviations is not None:
+        lower, upper = (_signed(um / 1000.0) for um in deviations)
+        if fit:
+            callout = callout.replace(f" {fit}", f" {fit} ({upper}/{lower})", 1)
+        elif "+" not in callout and (number := NUMBER.match(SHARE.sub(r"\2", callout).removeprefix("Ø"))):
+            callout = callout.replace(number[0], f"{number[0]} {upper}/{lower}", 1)
+    if thread and not through and len(records) == 1 and "drilled" not in callout:
+        callout += f", drilled {depth:g} deep"
+    return callout if surface is None else f"{callout}, Ra {surface:g}"
+
+
+def _signed(value_mm: float) -> str:
+    """Writes a deviation with its sign, 0 without."""
+    return f"{value_mm:+g}" if value_mm else "0"
 
 
 def slots(part: Part) -> list[Slots]:

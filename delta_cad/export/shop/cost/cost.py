@@ -1,0 +1,139 @@
+"""The cost of a machine: every line of its bill of materials, for one, ten and a hundred machines."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.shop.cost.bought import Price, part_price, prices
+from delta_cad.export.shop.cost.rates import BATCHES, BREAKS, CURRENCY, ESTIMATE, OTHER, STOCKS, Rates
+from delta_cad.export.shop.cost.work import Making, Work, making, material_id, work_of
+
+SCHEMA = "delta-cost/1"
+CENTS = 2
+MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
+LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
+
+
+@dataclass(frozen=True)
+class CostLine:
+    """What one part number costs.
+
+    Attributes:
+        number: Part number.
+        quantity: In a machine.
+        made: Whether it is machined.
+        unit_EUR: Of one, for each of `BATCHES`, to the cent.
+        source: Of the price.
+        work: What there is to do, of a made part.
+        making: What that costs, likewise.
+    """
+
+    number: str
+    quantity: int
+    made: bool
+    unit_EUR: tuple[float, ...]
+    source: str
+    work: Work | None = None
+    making: Making | None = None
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a machine costs, line by line; `rates` is the shop."""
+
+    lines: tuple[CostLine, ...]
+    rates: Rates
+
+    def total_EUR(self, batch: int = 0, made: bool | None = None) -> float:
+        """Sums what one machine costs, EUR.
+
+        Args:
+            batch: Index into `BATCHES`.
+            made: Only what is made, or bought; None: all.
+        """
+        lines = (line for line in self.lines if made is None or line.made is made)
+        return round(sum(line.quantity * line.unit_EUR[batch] for line in lines), CENTS)
+
+    @property
+    def by_number(self) -> dict[str, CostLine]:
+        """Part number -> its line."""
+        return {line.number: line for line in self.lines}
+
+
+def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int], rates: Rates | None = None) -> Cost:
+    """Computes what a machine costs.
+
+    Args:
+        d: Its dimensions.
+        assembly: The machine, with its solids.
+        clampings: Of each made part, by its number.
+        rates: The shop; None: the usual.
+    """
+    shop, known = rates or Rates(), prices(d)
+    quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
+    lines = []
+    for part in (part for part in assembly.parts if not part.piece_of):
+        count = quantity[part.number]
+        if not part.make:
+            lines.append(_bought(part.number, count, known.get(part.number) or part_price(part.number)))
+            continue
+        work = work_of(part, clampings.get(part.number, 1), shop)
+        todo, stock = making(work, material_id(part), shop), known.get(part.number)
+        paid = [0.0 if stock is None else stock.of_one(count, machines) for machines in BATCHES]
+        units = (
+            round(todo.of_one(count * machines, shop) + bought, CENTS)
+            for machines, bought in zip(BATCHES, paid, strict=True)
+        )
+        source = MADE if stock is None else f"{MADE}; stock: {stock.source}"
+        lines.append(CostLine(part.number, count, True, tuple(units), source, work, todo))
+    lines += [_bought(one.number, one.quantity, part_price(one.number)) for one in assembly.supplies]
+    return Cost(tuple(lines), shop)
+
+
+def _bought(number: str, quantity: int, price: Price) -> CostLine:
+    units = (round(price.of_one(quantity, machines), CENTS) for machines in BATCHES)
+    return CostLine(number, quantity, False, tuple(units), price.source)
+
+
+def cost_record(cost: Cost) -> dict[str, Any]:
+    """Tells a cost with all that it rests on as JSON types: `cost.json`."""
+    return {
+        "schema": SCHEMA,
+        "currency": CURRENCY,
+        "assumed": {
+            "shop": cost.rates.told(),
+            "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {"other": asdict(OTHER)},
+            "stock_source": f"{ESTIMATE} for cut lengths and a small mill; volume of the part with its allowance",
+            "bought_share_by_machines": {str(count): share for count, share in BREAKS.items()},
+            "bought_share_source": ESTIMATE,
+            "formula": "unit = stock + (cutting (1 + idle) + tools + handling + deburring) rate + "
+            "(programming + clampings set-up) rate / pieces; cutting = removed / removal + area / finish + bores",
+            "left_out": list(LEFT_OUT),
+        },
+        "machines": list(BATCHES),
+        "total_EUR": [cost.total_EUR(k) for k in range(len(BATCHES))],
+        "made_EUR": [cost.total_EUR(k, True) for k in range(len(BATCHES))],
+        "bought_EUR": [cost.total_EUR(k, False) for k in range(len(BATCHES))],
+        "lines": [_told(line) for line in cost.lines],
+    }
+
+
+def _told(line: CostLine) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "part_number": line.number,
+        "quantity": line.quantity,
+        "made": line.made,
+        "unit_EUR": list(line.unit_EUR),
+        "source": line.source,
+    }
+    for name, record in (("work", line.work), ("making", line.making)):
+        if record is not None:
+            found[name] = {
+                key: round(value, 3) if isinstance(value, float) else value for key, value in asdict(record).items()
+            }
+    return found

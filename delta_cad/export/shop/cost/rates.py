@@ -1,0 +1,89 @@
+"""What a shop's hour, a kilogram and a cut cost: every number that the costs are made of, with where it comes from.
+
+All are estimates in EUR without tax, for ordering of magnitude and for comparing designs; change them here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+CURRENCY = "EUR"
+BATCHES = (1, 10, 100)
+"""Machines made at once."""
+SHOP = "myshopmetrics.com/resources/cost-estimation: material + (setup + cycle) x rate + tools; 75 to 150 USD an hour "
+SHOP += "for standard work, 15 to 60 min a set-up in a vice or chuck, 15 to 30 % of a cycle without cutting"
+ESTIMATE = "estimate"
+
+
+@dataclass(frozen=True)
+class Rates:
+    """A shop.
+
+    Attributes:
+        hour_EUR: An hour of machine and operator.
+        program_min: Programming and drawing's study of a part number, once a batch.
+        setup_min: Fixture, zero and first piece of one clamping, once a batch.
+        handle_min: Loading and unloading a piece in one clamping.
+        idle_share: Of the cutting time: ways between cuts.
+        finish_mm2_min: Area that is finished in a minute.
+        drill_min: A drilled hole.
+        thread_min: A thread, beside its hole.
+        fit_min: A bore to a fit, beside its hole: reamed or bored, and gauged.
+        tool_min: A change of tool, of which a piece has one a diameter and one a clamping.
+        deburr_min: Breaking the edges of a piece.
+        saw_min: Cutting a piece of tube or bar to length.
+        erode_min: Eroding a hole into hardened steel.
+        anodise_lot_EUR: A lot to be anodised.
+        anodise_EUR: A piece of it.
+        allowance_mm: Stock beyond the part, on either side.
+    """
+
+    hour_EUR: float = 80.0
+    program_min: float = 30.0
+    setup_min: float = 20.0
+    handle_min: float = 1.0
+    idle_share: float = 0.2
+    finish_mm2_min: float = 3000.0
+    drill_min: float = 0.25
+    thread_min: float = 0.4
+    fit_min: float = 1.0
+    tool_min: float = 0.15
+    deburr_min: float = 1.0
+    saw_min: float = 1.0
+    erode_min: float = 6.0
+    anodise_lot_EUR: float = 60.0
+    anodise_EUR: float = 0.5
+    allowance_mm: float = 1.5
+
+    def told(self) -> dict[str, Any]:
+        """Gives all rates as JSON types, with where they come from."""
+        return {**asdict(self), "source": f"{ESTIMATE}, within {SHOP}"}
+
+
+@dataclass(frozen=True)
+class Stock:
+    """A material as a shop buys and cuts it: EUR per kg, and mm^3 that a rough cut takes in a minute."""
+
+    price_EUR_kg: float
+    removal_mm3_min: float
+
+
+STOCKS = {
+    "aluminium-7075": Stock(14.0, 20_000.0),
+    "aluminium-6082": Stock(9.0, 20_000.0),
+    "stainless-1.4305": Stock(12.0, 4_000.0),
+    "brass": Stock(14.0, 15_000.0),
+    "pom-c": Stock(12.0, 30_000.0),
+    "peek-bearing": Stock(180.0, 15_000.0),
+    "steel": Stock(5.0, 5_000.0),
+}
+"""Id of a material in the catalogue -> how it is bought and cut; prices of small lengths, removal on a small mill."""
+OTHER = Stock(20.0, 5_000.0)
+BREAKS = {1: 1.0, 10: 0.9, 100: 0.75}
+"""Machines made at once -> share of the single price that bought parts cost then."""
+
+
+def share_at(machines: int) -> float:
+    """Gives the share of their single price at which parts are bought for a number of machines."""
+    return next(share for count, share in sorted(BREAKS.items(), reverse=True) if machines >= count)

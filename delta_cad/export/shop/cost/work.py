@@ -1,0 +1,186 @@
+"""What is cut of a made part: stock, volume taken off, areas, bores, threads, clampings; and what that costs."""
+
+# pyright: reportAttributeAccessIssue=false
+# OCP builds its modules at run time, so a type checker does not see their names
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
+from delta_cad.export.shop.cost.rates import OTHER, STOCKS, Rates, Stock
+from delta_cad.solids.part import Part
+
+ROUND_SHARE = 0.6  # of a part's area that turns about one axis, or is square to it, from which on it is turned
+SAME_MM, ALONG = 1e-3, 1e-6
+MINUTES = 60.0
+TURNED_OVER = 2  # clampings of a block at least: where it is held the first time it is cut the second
+
+
+@dataclass(frozen=True)
+class Work:
+    """What there is to do for one piece.
+
+    Attributes:
+        stock: "bar", "block", or "as bought".
+        stock_mm: Diameter and length of a bar, edges of a block.
+        stock_mm3: Volume of the stock.
+        removed_mm3: That is cut off; none of stock as bought.
+        finished_mm2: Area of the part.
+        drilled: Bores, those of threads and fits included.
+        threads: Of these.
+        fits: Of these.
+        tools: Different diameters, and one a clamping.
+        clampings: Of a piece.
+        anodised: Whether it goes to be anodised.
+        eroded: Whether its holes are eroded.
+    """
+
+    stock: str
+    stock_mm: tuple[float, ...]
+    stock_mm3: float
+    removed_mm3: float
+    finished_mm2: float
+    drilled: int
+    threads: int
+    fits: int
+    tools: int
+    clampings: int
+    anodised: bool = False
+    eroded: bool = False
+
+
+@dataclass(frozen=True)
+class Making:
+    """What it costs.
+
+    Attributes:
+        material_EUR: Stock of a piece.
+        piece_min: Time of a piece.
+        batch_min: Time of a batch, whatever its size.
+        piece_EUR: Treatment of a piece.
+        batch_EUR: Treatment of a batch.
+    """
+
+    material_EUR: float
+    piece_min: float
+    batch_min: float
+    piece_EUR: float
+    batch_EUR: float
+
+    def of_one(self, pieces: int, rates: Rates) -> float:
+        """Computes what one piece of a batch costs, EUR."""
+        minute = rates.hour_EUR / MINUTES
+        batch = self.batch_min * minute + self.batch_EUR
+        return self.material_EUR + self.piece_min * minute + self.piece_EUR + batch / pieces
+
+
+def work_of(part: Part, clampings: int, rates: Rates) -> Work:
+    """Reads what there is to do off a part.
+
+    Args:
+        part: One that is made, with its solid.
+        clampings: From which its bores and inner corners are made.
+        rates: The shop, which says how much larger the stock is.
+    """
+    solid = part.solid
+    box = solid.BoundingBox(1e-4)
+    edges = np.array([box.xlen, box.ylen, box.zlen])
+    axis = _turned_about(solid, edges)
+    bought = bool(part.order_code)
+    if bought:
+        kind, stock_mm, stock_mm3 = "as bought", tuple(float(v) for v in edges), float(solid.Volume())
+    elif axis is not None:
+        diameter = float(np.delete(edges, axis).max()) + 2 * rates.allowance_mm
+        length = float(edges[axis]) + 2 * rates.allowance_mm
+        kind, stock_mm, stock_mm3 = "bar", (diameter, length), pi / 4 * diameter**2 * length
+    else:
+        kind, stock_mm = "block", tuple(float(v) + 2 * rates.allowance_mm for v in edges)
+        stock_mm3 = float(np.prod(stock_mm))
+    clampings = max(clampings, TURNED_OVER if kind == "block" else 1)
+    bores = [bore for hole in part.holes for bore in hole.bores]
+    drilled = sum(hole.count for hole in part.holes)
+    sizes = {round(bore.diameter_mm, 3) for bore in bores} | {round(hole.diameter_mm, 3) for hole in part.holes}
+    return Work(
+        stock=kind,
+        stock_mm=stock_mm,
+        stock_mm3=stock_mm3,
+        removed_mm3=0.0 if bought else stock_mm3 - float(solid.Volume()),
+        finished_mm2=0.0 if bought else float(solid.Area()),
+        drilled=0 if bought and not _eroded(part) else drilled,
+        threads=sum(bool(bore.thread) for bore in bores),
+        fits=sum(bore.deviations_um is not None for bore in bores),
+        tools=clampings + len(sizes),
+        clampings=clampings,
+        anodised="anodised" in part.description,
+        eroded=_eroded(part),
+    )
+
+
+def making(work: Work, material: str, rates: Rates) -> Making:
+    """Computes what a piece costs.
+
+    Args:
+        work: What there is to do.
+        material: Id of the material in the catalogue.
+        rates: The shop.
+
+    Returns:
+        The cost, without the price of stock that is bought by the piece or metre.
+    """
+    stock = stock_of(material)
+    density = catalogue.material(material).density_kg_m3 / MM_PER_M**3  # kg/mm^3
+    paid = 0.0 if work.stock == "as bought" else work.stock_mm3 * density * stock.price_EUR_kg
+    cut = work.removed_mm3 / stock.removal_mm3_min + work.finished_mm2 / rates.finish_mm2_min
+    cut += work.drilled * (rates.erode_min if work.eroded else rates.drill_min)
+    cut += work.threads * rates.thread_min + work.fits * rates.fit_min
+    if work.stock == "as bought":
+        piece = (cut if work.eroded else rates.saw_min) + rates.handle_min
+        return Making(0.0, piece, rates.setup_min, 0.0, 0.0)
+    piece = cut * (1.0 + rates.idle_share) + work.tools * rates.tool_min
+    piece += work.clampings * rates.handle_min + rates.deburr_min
+    batch = rates.program_min + work.clampings * rates.setup_min
+    coat = (rates.anodise_EUR, rates.anodise_lot_EUR) if work.anodised else (0.0, 0.0)
+    return Making(paid, piece, batch, *coat)
+
+
+def stock_of(material: str) -> Stock:
+    """Gives how a material is bought and cut."""
+    return STOCKS.get(material, OTHER)
+
+
+def material_id(part: Part) -> str:
+    """Finds the id of a part's material in the catalogue, by its name."""
+    return next(key for key, row in catalogue.material.rows.items() if row.description == part.material.name)
+
+
+def _eroded(part: Part) -> bool:
+    return "eroded" in part.description
+
+
+def _turned_about(solid: object, edges: np.ndarray) -> int | None:
+    """The axis about which most of a solid is round, or None."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+
+    for axis in range(3):
+        across = np.delete(edges, axis)
+        if abs(across[0] - across[1]) > SAME_MM * max(across):
+            continue
+        area = 0.0
+        for face in solid.Faces():
+            surface = BRepAdaptor_Surface(face.wrapped)
+            kind = face.geomType()
+            turned = {"CYLINDER": "Cylinder", "CONE": "Cone", "TORUS": "Torus", "PLANE": "Plane"}.get(kind)
+            if kind == "SPHERE":
+                area += face.Area()
+            elif turned:
+                direction = getattr(surface, turned)().Axis().Direction()
+                along = np.abs([direction.X(), direction.Y(), direction.Z()])
+                area += face.Area() if along[axis] > 1.0 - ALONG else 0.0
+        if area >= ROUND_SHARE * solid.Area():
+            return axis
+    return None

@@ -1,0 +1,126 @@
+"""Estimated prices of candidates against those of built machines, and the search for the cheapest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.report import CheckResult
+from delta_cad.commands.pipeline import Outcome
+from delta_cad.design import Design, design_from_dict
+from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.export.shop.cost.cost import machine_cost
+from optimizer.codesign.candidate import Candidate
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.lengths import best_lengths
+from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.price import cheapest, price_EUR
+from optimizer.codesign.search import Search
+from optimizer.problem.brief import DesignBrief, brief_from_dict
+from tests.committed import changed
+from tests.delta_cad.catalogue.offered import offered
+
+NEAR = 0.04  # share by which an estimate may be off; parts as made differ in clampings and in what grows
+
+
+def brief(**hardware: Any) -> DesignBrief:
+    asked = {"cube_side_mm": 80.0, "force_N": 3.0, "clearance_min_mm": 2.0}
+    goal = {"minimize": "cost"}
+    felt = {"kappa_max": 2.27, "effective_mass_max_kg": 0.4}
+    return brief_from_dict({"name": "b", "requirements": asked, "feel": felt, "goal": goal, "hardware": hardware}, "b")
+
+
+def estimate(d: Dimensions) -> float:
+    m, c, h = d.design.mechanism, d.design.cube, d.design.hardware
+    lengths = (
+        m.upper_arm_length_mm, m.forearm_length_mm, m.base_radius_mm, m.platform_radius_mm, c.bottom_height_mm,
+        c.half_side_mm,
+    )  # fmt: skip
+    entries = {name: getattr(h, name) for name in ("encoder", "magnet", "bearing", "knob", "foot", "cable", "tube")}
+    choice = Choice(h.motor, h.drive, h.capstan_ratio, m.parallelogram_width_mm, entries)
+    return price_EUR(brief(), choice, lengths)
+
+
+def test_the_joystick_costs_about_what_its_solids_say(best_dimensions: Dimensions, best_assembly: Assembly) -> None:
+    made = machine_cost(best_dimensions, best_assembly, {"sector": 3}).total_EUR()
+    assert estimate(best_dimensions) == pytest.approx(made, rel=NEAR)
+
+
+@pytest.mark.slow
+def test_a_machine_twice_as_large_too() -> None:
+    from delta_cad.assembly.assemble import assemble
+
+    d = dimensions(design_from_dict(changed(**offered()["motor maxon-re50-370354"]), "desk"))
+    assert estimate(d) == pytest.approx(machine_cost(d, assemble(d), {"sector": 3}).total_EUR(), rel=NEAR)
+
+
+def test_a_price_grows_with_motor_and_lengths_and_falls_without_encoders() -> None:
+    lengths, task = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0), brief()
+    choice = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
+    price = price_EUR(task, choice, lengths)
+    assert price_EUR(task, choice.with_(motor="maxon-re25-118752"), lengths) == pytest.approx(price - 3 * 70.0)
+    assert price_EUR(task, choice, (101.0, *lengths[1:])) > price
+    told = choice.with_entry("encoder_at", "motor")
+    assert price - price_EUR(task, told, lengths) == pytest.approx(3 * row_EUR(task, choice))
+
+
+def row_EUR(task: DesignBrief, choice: Choice) -> float:
+    """An encoder and its magnet."""
+    prices = {"as5048a-board": 18.0, "as5047p-board": 16.0, "mt6835-board": 12.0, "mt6825-board": 10.0}
+    return prices[choice.stated(task, "encoder")] + 2.0
+
+
+def test_the_cheapest_of_what_may_be_used_is_taken() -> None:
+    assert cheapest(brief(encoder=["as5048a-board", "mt6825-board", "mt6835-board"], tube="cfrp-5x3")) == {
+        "encoder": "mt6825-board"
+    }
+    assert cheapest(brief()) == {}
+
+
+def test_the_least_machine_of_a_choice_is_scored_by_its_price() -> None:
+    choice, lessons = Choice("maxon-re30-310007", "capstan", 4.8, 50.0), Lessons(replace(reference(), own=True))
+    found = best_lengths(brief(), choice, lessons, (88.0, 140.0, 31.0, 24.0, 62.0, 40.0), rounds=1)
+    assert found is not None
+    assert found.side_mm == 80.0
+    assert -found.score == pytest.approx(price_EUR(brief(), choice, found.lengths_mm))
+
+
+class Cheap(Search):
+    """A search whose machines are not made: every candidate of closed forms passes, at 1.1 times its estimate."""
+
+    def settled(self, choice: Choice, *_: object, **__: object) -> Candidate | None:
+        self.tried.candidates += 1
+        lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
+        score = -price_EUR(self.brief, choice, lengths) - 10.0 * abs(choice.ratio - 4.8)
+        return Candidate(None, choice, lengths, self.first, score)  # type: ignore[arg-type]
+
+    def _estimate(self, choice: Choice, start_mm: Any = None) -> Any:
+        del start_mm
+        return self.settled(choice)
+
+
+def test_a_cost_goal_finds_a_cheaper_machine_than_the_default() -> None:
+    """Two motors and two encoders: the cheaper of each is found, and its price is that of the build."""
+    asked = brief(
+        motor=["maxon-re30-310007", "faulhaber-3257g024cr"], drive="capstan", encoder=["as5048a-board", "mt6825-board"]
+    )
+    passed = [CheckResult("a", True, 1.0, 2.0, "")]
+    search: Cheap
+
+    def build(design: Design) -> Outcome:
+        assert search.standing is not None
+        return Outcome(design, passed, {}, None, (), -1.1 * search.standing.score)
+
+    search = Cheap(asked, build, lambda _: passed, reference())
+    best = search.best()
+    assert best is not None
+    candidate, outcome = best
+    assert candidate.choice.motor == "faulhaber-3257g024cr"
+    assert candidate.choice.entries["encoder"] == "mt6825-board"
+    assert -candidate.score == outcome.cost_EUR
+    assert search.dearer == pytest.approx(1.1)
+    default = Choice("maxon-re30-310007", "capstan", 4.8, 50.0)
+    assert -candidate.score / 1.1 < price_EUR(asked, default, candidate.lengths_mm)
