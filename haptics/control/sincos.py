@@ -3,9 +3,9 @@
 Every C library has its own `sin`: newlib's for Cortex-M holds fused multiply-adds, glibc's picks its code by the
 processor. Here the angle is brought to |y| <= pi/4 by five parts of pi/2. The first three have at most 11 bits: n
 times them is exact, in single precision too, and so are the differences in doubles; the fourth has 36 bits, and only
-its difference rounds; the fifth counts next to a zero. The series of Taylor follow, up to y^17 and y^16, whose first terms left out are 1e-19 and 2e-18. Up to
-`LARGEST` the error is below 1.5 units in the last place in double and below two in single precision. Importing this
-module loads numba.
+its difference rounds; the fifth counts next to a zero. The series of Taylor follow, up to y^17 and y^16, whose first
+terms left out are 1e-19 and 2e-18. Up to `LARGEST` the error is below 1.5 units in the last place in double and below
+two in single precision. Importing this module loads numba.
 """
 
 from __future__ import annotations
