@@ -241,17 +241,22 @@ class Expressions:
                 return f"{text}.{('rows', 'columns')[which]}", INTEGER
             raise self.refuse(node, "this array has no such axis")
         text, kind = self.value(node.value)
-        at = self.places(node.slice)
         if is_row(kind) and isinstance(node.slice, ast.Slice):
-            if node.slice.lower is None or node.slice.upper is None or node.slice.step is not None:
-                raise self.refuse(node, "a slice needs both ends and no step")
-            return f"part({text}, {self.value(node.slice.lower)[0]}, {self.value(node.slice.upper)[0]})", kind
+            return f"part({text}, {self.ends(node.slice)})", kind
+        if is_table(kind) and isinstance(node.slice, ast.Tuple):
+            first, second = node.slice.elts
+            if isinstance(first, ast.Slice) and isinstance(second, ast.Slice):
+                return f"table_part({text}, {self.ends(first)}, {self.ends(second)})", kind
+            if isinstance(second, ast.Slice):
+                whole = f"row_of({text}, {self.value(first)[0]})"
+                return f"part({whole}, {self.ends(second)})", types.Array(REAL, 1, "C")
+        at = self.places(node.slice)
         if is_row(kind) and len(at) == 1:
             return self.element(text, node, at[0])
         if is_table(kind) and len(at) == 1:
             return f"row_of({text}, {at[0]})", types.Array(REAL, 1, "C")
         if is_table(kind) and len(at) == 2:
-            return f"{text}.at[({at[0]}) * {text}.columns + ({at[1]})]", self.owner.precision.real
+            return f"{text}.at[({at[0]}) * {text}.stride + ({at[1]})]", self.owner.precision.real
         raise self.refuse(node, f"{kind} has no such element")
 
     def element(self, text: str, node: ast.Subscript, at: str) -> Value:
@@ -263,6 +268,13 @@ class Expressions:
                     own = literal(getattr(memory, part.attr))
                     return f"{text}.exact[{at.replace(own, literal(place), 1)}]", REAL
         return f"{text}.at[{at}]", self.owner.precision.real
+
+    def ends(self, node: ast.Slice) -> str:
+        """C text of the ends of a slice; it begins with the first element if nothing is said."""
+        if node.upper is None or node.step is not None:
+            raise self.refuse(node, "a slice needs its end and no step")
+        lower = "0LL" if node.lower is None else self.value(node.lower)[0]
+        return f"{lower}, {self.value(node.upper)[0]}"
 
     def places(self, node: ast.expr) -> list[str]:
         """C text of the indices between brackets."""
@@ -318,6 +330,10 @@ class Expressions:
 
     def of_compare(self, node: ast.Compare) -> Value:
         """A comparison, also a chain of them."""
+        if isinstance(node.ops[0], ast.In) and isinstance(node.comparators[0], ast.Tuple):
+            one = ast.copy_location
+            tests = [one(ast.Compare(node.left, [ast.Eq()], [part]), node) for part in node.comparators[0].elts]
+            return self.of_boolop(ast.BoolOp(ast.Or(), list(tests)))
         sides, _ = self.joined(node.left, *node.comparators)
         tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
         return "(" + " && ".join(tests) + ")", types.boolean

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import errno
 import math
 import re
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import float64, typeof
 
-from delta_cad.common.files import whole_folder
 from haptics.control.controller import Controller, fresh, tick
 from haptics.control.startup import steps
 from haptics.control.startup.record import StartUp
@@ -90,9 +87,9 @@ WRAPPER = """\
 static Memory delta_view(delta_memory *memory)
 {{
     Memory m = {{
-        {{ memory->filters, {filter_rows}, {filter_columns} }},
+        {{ memory->filters, {filter_rows}, {filter_columns}, {filter_columns} }},
         {{ memory->supervisor, {supervisor}{memory_exact} }},
-        {{ memory->work, {work_rows}, {work_columns} }},
+        {{ memory->work, {work_rows}, {work_columns}, {work_columns} }},
     }};
     return m;
 }}
@@ -130,7 +127,7 @@ long long delta_tick(delta_memory *memory, const delta_real *laws, long n, doubl
                      delta_real torque[3])
 {{
     Memory m = delta_view(memory);
-    table known = {{ (delta_real *)laws, n, {columns} }}; /* only read */
+    table known = {{ (delta_real *)laws, n, {columns}, {columns} }}; /* only read */
     row angles = {{ (delta_real *)theta, 3{none} }}, out = {{ torque, 3{none} }};
     return controller_tick(&delta_design, &m, known, now, angles, out);
 }}
@@ -296,23 +293,6 @@ def _translated(arguments: tuple[Any, ...], precision: Precision, start: tuple[A
     if start:
         translation.add(steps.start, start)
     return translation
-
-
-def write_firmware(files: dict[str, str], folder: Path) -> None:
-    """Writes all files or none: beside the folder, then renamed; what stood there is replaced.
-
-    Args:
-        files: File name -> text.
-        folder: Where to.
-
-    Raises:
-        OSError: The folder cannot be written, or holds something else than a controller.
-    """
-    if folder.is_dir() and not {path.name for path in folder.iterdir()} <= set(files):
-        raise FileExistsError(errno.EEXIST, "holds other files than a controller", str(folder))
-    with whole_folder(folder) as part:
-        for name, text in files.items():
-            (part / name).write_text(text, encoding="utf-8")
 
 
 def _macro(fault: FaultCode) -> str:

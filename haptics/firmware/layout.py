@@ -17,13 +17,18 @@ static inline {type} max2{end}({type} a, {type} b) {{ return b > a ? b : a; }}
 """
 _PRELUDE = """\
 typedef struct {{ delta_real *at; long long n;{exact} }} row;
-typedef struct {{ delta_real *at; long long rows, columns; }} table;
+typedef struct {{ delta_real *at; long long rows, columns, stride; }} table;
 
 {extremes}\
 static inline long long imin2(long long a, long long b) {{ return b < a ? b : a; }}
 static inline long long imax2(long long a, long long b) {{ return b > a ? b : a; }}
-static inline row row_of(table t, long long i) {{ row r = {{ t.at + i * t.columns, t.columns{none} }}; return r; }}
+static inline row row_of(table t, long long i) {{ row r = {{ t.at + i * t.stride, t.columns{none} }}; return r; }}
 static inline row part(row r, long long a, long long b) {{ row p = {{ r.at + a, b - a{none} }}; return p; }}
+static inline table table_part(table t, long long a, long long b, long long c, long long d)
+{{
+    table p = {{ t.at + a * t.stride + c, b - a, d - c, t.stride }};
+    return p;
+}}
 static inline void fill(row r, delta_real value) {{ for (long long k = 0; k < r.n; k++) r.at[k] = value; }}
 """
 
@@ -33,9 +38,9 @@ def prelude(precision: Precision, code: str) -> str:
     double = _EXTREMES.format(type="double", end="")
     single = _EXTREMES.format(type="float", end="f") if precision.single else ""
     exact, none = (" double *exact;", ", NULL") if precision.single else ("", "")
-    lines = _PRELUDE.format(extremes=double + single, exact=exact, none=none).splitlines(keepends=True)
-    named = ((line, re.match(r"static inline .*?(\w+)\(", line)) for line in lines)
-    return "".join(line for line, name in named if name is None or f"{name[1]}(" in code)
+    parts = re.split(r"^(?=static )", _PRELUDE.format(extremes=double + single, exact=exact, none=none), flags=re.M)
+    named = ((part, re.match(r"static inline .*?(\w+)\(", part)) for part in parts)
+    return "".join(part for part, name in named if name is None or f"{name[1]}(" in code)
 
 
 class LayoutError(TypeError):

@@ -68,7 +68,7 @@ long long delta_startup_tick(delta_startup_memory *memory, double now, const del
     StartMemory m = {{
         {{ memory->start, {start}{none} }},
         {{ memory->supervisor, {supervisor}{memory_exact} }},
-        {{ memory->work, {work_rows}, {work_columns} }},
+        {{ memory->work, {work_rows}, {work_columns}, {work_columns} }},
     }};
     row angles = {{ (delta_real *)theta, 3{none} }}, out = {{ torque, 3{none} }};
     return steps_start(&delta_new_device, &m, now, angles, out);

@@ -163,7 +163,10 @@ class _Function(Expressions):
                 raise self.refuse(node, "a chain of tuples has no translation")
             parts = self.several(node.value, len(first.elts))
             if len(parts) > 1:  # all are taken before any is changed
-                parts = [(self.temporary(kind, text), kind) for text, kind in parts]
+                parts = [
+                    (text, kind) if isinstance(one, ast.Name) and one.id == "_" else (self.temporary(kind, text), kind)
+                    for one, (text, kind) in zip(first.elts, parts, strict=True)
+                ]
             for target, part in zip(first.elts, parts, strict=True):
                 self.store(target, part)
             return

@@ -23,9 +23,10 @@ from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, R
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
 from haptics.firmware.expressions import TranslationError, literal
-from haptics.firmware.generate import _translated, sources, write_firmware
+from haptics.firmware.generate import _translated, sources
 from haptics.firmware.layout import LayoutError, c_type
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
+from haptics.firmware.project import write_firmware
 from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
@@ -379,7 +380,12 @@ def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pyte
     assert "#define DELTA_PERIOD_S 0.000125\n" in (folder / "delta_controller.h").read_text()
     assert main([*command, "--rate", "1000", "--json"]) == 0  # again: replaced
     assert "#define DELTA_PERIOD_S 0.001\n" in (folder / "delta_controller.h").read_text()
-    assert sorted(path.name for path in folder.iterdir()) == ["README.md", "delta_controller.c", "delta_controller.h"]
+    assert {"README.md", "PORTING.md", "delta_controller.c", "delta_hal.h", "posix"} <= {p.name for p in folder.iterdir()}
+    assert main([*command, "--single", "--stale", "0.05", "--home"]) == 0
+    code = (folder / "delta_controller.c").read_text()
+    assert "typedef float delta_real;" in (folder / "delta_controller.h").read_text()
+    assert "#define DELTA_STALE_S 0.05\n" in code
+    assert ".absolute = 0.0f," in code
     (folder / "mine.txt").write_text("keep")
     assert main(command) == 2
     assert "holds other files" in capsys.readouterr().err
