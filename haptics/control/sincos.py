@@ -35,8 +35,7 @@ def sincos(angle):
     """
     if not abs(angle) <= LARGEST:
         return math.nan, math.nan
-    turns = math.floor(angle * PER_RIGHT + 0.5)
-    n = float(turns)
+    n = float(math.floor(angle * PER_RIGHT + 0.5))
     y = ((((angle - n * RIGHT_0) - n * RIGHT_1) - n * RIGHT_2) - n * RIGHT_3) - n * RIGHT_4
     z = y * y
     tail = z * (F11 - z * (F13 - z * (F15 - z * F17)))
@@ -45,7 +44,7 @@ def sincos(angle):
     half = 0.5 * z
     one = 1.0 - half
     c = one + (((1.0 - one) - half) + z * z * (F4 - z * (F6 - z * (F8 - tail))))
-    quarter = turns & 3
+    quarter = int(n) & 3
     if quarter == 1:
         return c, -s
     if quarter == 2:

@@ -363,6 +363,10 @@ class Expressions:
             for other in texts[1:]:
                 text = f"{name}({text}, {other})"
             return text, kind
+        inner = node.args[0]
+        if called is float and isinstance(inner, ast.Call) and self.outside(inner.func) is math.floor:
+            text, kind = self.value(inner.args[0])  # without a way through a whole number, which costs a call each
+            return f"floor{letter(kind)}({text})", kind
         if called is float:
             return cast(self.value(node.args[0]), self.written), self.written
         values = [self.value(argument) for argument in node.args]

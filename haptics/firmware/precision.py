@@ -18,8 +18,8 @@ from haptics.control.supervisor import memory, supervisor
 from haptics.model import motor_heat
 
 REAL, SINGLE, INTEGER = types.float64, types.float32, types.int64
-# Functions whose numbers all stay double: the clock's and the motors'.
-EXACT_FUNCTIONS = (supervisor._clock, supervisor._motors, motor_heat.warmed, motor_heat.allowed)
+# Functions whose numbers all stay double: the clock's and the sum of heat; what is added to that is single.
+EXACT_FUNCTIONS = (supervisor._clock, supervisor._motors, motor_heat.warmed)
 # Places of the supervisor's memory that stay double -> their number.
 EXACT_PLACES = {
     "LATCHED": 1,

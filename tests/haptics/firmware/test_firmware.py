@@ -347,7 +347,7 @@ def _with_else(x):
 
 @jit.compiled
 def _slice(a):
-    return a[:2][0]
+    return a[1:][0]
 
 
 @jit.compiled
@@ -362,7 +362,7 @@ def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None
         Translation().add(function, (float64,))
 
 
-def test_slices_need_both_ends() -> None:
+def test_slices_need_their_end() -> None:
     with pytest.raises(TranslationError, match=r"line \d+"):
         Translation().add(_slice, (typeof(np.zeros(3)),))
 
@@ -380,7 +380,9 @@ def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pyte
     assert "#define DELTA_PERIOD_S 0.000125\n" in (folder / "delta_controller.h").read_text()
     assert main([*command, "--rate", "1000", "--json"]) == 0  # again: replaced
     assert "#define DELTA_PERIOD_S 0.001\n" in (folder / "delta_controller.h").read_text()
-    assert {"README.md", "PORTING.md", "delta_controller.c", "delta_hal.h", "posix"} <= {p.name for p in folder.iterdir()}
+    assert {"README.md", "PORTING.md", "delta_controller.c", "delta_hal.h", "posix"} <= {
+        p.name for p in folder.iterdir()
+    }
     assert main([*command, "--single", "--stale", "0.05", "--home"]) == 0
     code = (folder / "delta_controller.c").read_text()
     assert "typedef float delta_real;" in (folder / "delta_controller.h").read_text()

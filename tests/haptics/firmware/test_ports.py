@@ -68,7 +68,10 @@ def test_a_board_by_itself_starts_up_and_renders(folder: Path) -> None:
     fine = subprocess.run([program, "9"], capture_output=True, text=True, timeout=120)
     steps = [int(line.split()[2]) for line in fine.stdout.splitlines() if line.startswith("event 1 ")]
     assert (fine.returncode, steps[-1], fine.stderr) == (0, Step.READY, "")
-    for wire, joint, refusal in (("motor", 1, Refusal.NO_MOTION), ("encoder", 2, Refusal.ZERO)):  # its zero shows it first
+    for wire, joint, refusal in (
+        ("motor", 1, Refusal.NO_MOTION),
+        ("encoder", 2, Refusal.ZERO),
+    ):  # its zero shows it first
         wrong = subprocess.run([program, "9", wire, str(joint)], capture_output=True, text=True, timeout=120)
         events = [line.split()[1:4] for line in wrong.stdout.splitlines() if line.startswith("event")]
         assert wrong.returncode == 2

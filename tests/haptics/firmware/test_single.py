@@ -68,7 +68,7 @@ def test_torques_are_those_of_doubles_to_a_bound(
 
 
 def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
-    machine: MachineModel, controller: Controller, folder: Path, program: Path
+    machine: MachineModel, controller: Controller, folder: Path, program: Path, tmp_path: Path
 ) -> None:
     recorded = recording(machine, 1500, 7, controller.limits.period)
     here, left = replay(program, recorded, "f4")
@@ -76,8 +76,12 @@ def test_a_cortex_m4_is_this_machine_bit_for_bit_and_keeps_4_khz(
     for field in ("bits", "torque"):
         assert np.array_equal(here[field], there[field])
     assert left == also
-    worst = (there["took"] / COUNTS).max()
-    assert 5000 < worst < 0.8 * 168e6 / RATE_Hz / 1.5  # 1.5 cycles an instruction are assumed
+    empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, energy=2e-3, energy_start=2e-3, energy_time=10.0)
+    spent, _ = replay(compile_bare(write(empty, MIXED, tmp_path), "m4"), recorded, "f4")
+    assert np.any(spent["bits"] & FaultCode.ENERGY_LIMITED.bit)
+    worst = (spent["took"] / COUNTS).max()
+    assert (there["took"] / COUNTS).max() < worst
+    assert 5000 < worst < 0.5 * 168e6 / RATE_Hz / 1.5  # 1.5 cycles an instruction are assumed
 
 
 def test_a_clock_that_has_run_for_months_misses_no_deadline(

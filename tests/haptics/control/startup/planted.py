@@ -66,6 +66,12 @@ class Ended(NamedTuple):
     signals: np.ndarray
 
 
+def lying(machine: MachineModel, par: StartUp, truth: Plant) -> SimulatedDevice:
+    """A device at rest on its lower stops."""
+    rest = forward_kinematics(machine.geometry, np.full(3, par.stop_low + 1e-3))
+    return SimulatedDevice(truth, rest, period=par.limits.period, count=par.limits.encoder_count, steps=6)
+
+
 def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -> Ended:
     """Runs a start-up from the lower stops.
 
@@ -75,9 +81,8 @@ def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -
         fault: What is wrong with the device.
         after: How long it goes on after its end, s.
     """
-    truth, period = fault.plant(real_plant(machine)), par.limits.period
-    rest = forward_kinematics(machine.geometry, np.full(3, par.stop_low + 1e-3))
-    device = SimulatedDevice(truth, rest, period=period, count=par.limits.encoder_count, steps=6)
+    period = par.limits.period
+    device = lying(machine, par, fault.plant(real_plant(machine)))
     device.force = np.array(fault.push)
     memory, out, ended = fresh_start(par), np.zeros(3), 0.0
     readings, torques, bits, signals = [], [], [], []
