@@ -8,8 +8,8 @@ from numba import float64, int64, typeof
 from delta_cad import catalogue
 from delta_cad.drive import encoder_count_rad, joint_counts_per_turn
 from delta_cad.mechanism import forward_kinematics
-from haptics.firmware.expressions import literal
 from haptics.firmware.layout import prelude
+from haptics.firmware.literals import literal
 from haptics.firmware.numbers import initialiser
 from haptics.firmware.precision import DOUBLE
 from haptics.firmware.translate import Translation

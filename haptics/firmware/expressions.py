@@ -5,13 +5,11 @@ from __future__ import annotations
 import ast
 import inspect
 import math
-import re
 import textwrap
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any, Protocol
 
-import numpy as np
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
@@ -19,6 +17,7 @@ from delta_cad.common.jit import Compiled
 from haptics.control.supervisor import memory
 from haptics.firmware.inference import inferred
 from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter
+from haptics.firmware.literals import Value, cast, literal
 from haptics.firmware.precision import INTEGER, REAL, SINGLE, Precision
 
 MATH = {"sqrt", "sin", "cos", "exp", "hypot", "atan2", "tan", "acos", "asin", "atan", "log", "log1p", "expm1"}
@@ -45,9 +44,6 @@ class TranslationError(ValueError):
     """Python that has no translation; the message names function and line."""
 
 
-Value = tuple[str, Any]  # C text and the compiler's type
-
-
 class Owner(Protocol):
     """What translates the functions that an expression calls, and defines the structs that it needs."""
 
@@ -60,28 +56,6 @@ class Owner(Protocol):
     def record(self, kind: Any) -> None:
         """Defines the struct of a record or tuple."""
         ...
-
-
-def literal(value: float, kind: Any = REAL) -> str:
-    """A number in C that reads back to the last bit; of single precision where that is its kind."""
-    if isinstance(value, bool | int):
-        return f"{int(value)}LL"
-    if math.isnan(value):
-        return "NAN"
-    if math.isinf(value):
-        return "INFINITY" if value > 0 else "(-INFINITY)"
-    text = repr(float(str(np.float32(value)))) + "f" if kind == SINGLE else repr(float(value))
-    return text if value >= 0.0 else f"({text})"
-
-
-def cast(value: Value, kind: Any) -> str:
-    """A value as C text of another kind: explicitly, so that no compiler warns of what is meant."""
-    text, own = value
-    if own == kind or not (isinstance(kind, types.Float) or isinstance(own, types.Float)):
-        return text
-    if not isinstance(own, types.Float) and re.fullmatch(r"\d+LL", text):
-        return literal(float(text[:-2]), kind)
-    return f"(({c_type(kind)})({text}))"
 
 
 class Expressions:

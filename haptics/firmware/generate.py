@@ -18,8 +18,8 @@ from haptics.control.supervisor.faults import EXTERNAL, TABLE, FaultCode, findin
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS, STATE
 from haptics.control.wall_cap import WallCap
 from haptics.firmware import startup
-from haptics.firmware.expressions import literal
 from haptics.firmware.layout import prelude
+from haptics.firmware.literals import literal
 from haptics.firmware.numbers import STALE, exact_initial, exact_place, initialiser, numbers
 from haptics.firmware.precision import DOUBLE, Precision
 from haptics.firmware.translate import Translation

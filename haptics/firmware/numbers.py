@@ -7,8 +7,8 @@ from typing import Any
 from numba.core.types import Float
 
 from haptics.control.supervisor.limits import SafetyLimits
-from haptics.firmware.expressions import literal
 from haptics.firmware.layout import WIDE, is_record, members, record_name
+from haptics.firmware.literals import literal
 from haptics.firmware.precision import REAL, Precision
 
 STALE = "DELTA_STALE_S"  # Macro of the age at which the host's last command is too old, s

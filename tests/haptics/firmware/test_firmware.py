@@ -22,9 +22,10 @@ from haptics.control.supervisor.faults import EXTERNAL, FaultCode, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
-from haptics.firmware.expressions import TranslationError, literal
+from haptics.firmware.expressions import TranslationError
 from haptics.firmware.generate import _translated, sources
 from haptics.firmware.layout import LayoutError, c_type
+from haptics.firmware.literals import literal
 from haptics.firmware.precision import DOUBLE, MIXED, Precision
 from haptics.firmware.project import write_firmware
 from haptics.firmware.translate import Translation
