@@ -103,4 +103,4 @@ def device_files(machine: MachineModel) -> dict[str, str]:
         count=literal(encoder_count_rad(machine.design)),
         centre=literal(float(machine.centre[2])),
     )
-    return {"delta_device.h": header, "posix/device.c": code}
+    return {"delta_device.h": header, "simulated/device.c": code}

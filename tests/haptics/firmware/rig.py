@@ -167,13 +167,30 @@ def compile_host(folder: Path, *flags: str, compiler: str = "gcc") -> Path:
     return program
 
 
-def compile_bare(folder: Path, core: str) -> Path:
-    """The replay for a bare core."""
+def compile_bare(folder: Path, core: str, *parts: Path, flags: tuple[str, ...] = ()) -> Path:
+    """The replay for a bare core, or another image of other parts."""
     program, bare = folder / f"{core}.elf", folder / "cortex-m"
-    parts = [folder / "replay.c", folder / "delta_controller.c", bare / "start.c", bare / "semihosting.c"]
-    command = [tool("arm-none-eabi-gcc"), *FLAGS, *CORES[core][0], f"-T{bare / 'link.ld'}", f"-I{folder}", f"-I{bare}"]
-    subprocess.run([*command, *map(str, parts), "-o", str(program), *BARE], check=True)
+    replays = (folder / "replay.c", folder / "delta_controller.c", bare / "start.c", bare / "semihosting.c")
+    command = [
+        tool("arm-none-eabi-gcc"),
+        *FLAGS,
+        *flags,
+        *CORES[core][0],
+        f"-T{bare / 'link.ld'}",
+        f"-I{folder}",
+        f"-I{bare}",
+    ]
+    subprocess.run([*command, *map(str, parts or replays), "-o", str(program), *BARE], check=True)
     return program
+
+
+def emulate(program: Path) -> int:
+    """Runs a core's image under QEMU in its folder; the exit code."""
+    command = (
+        *(tool("qemu-system-arm"), "-M", CORES[program.stem][1], "-nographic", "-monitor", "none", "-serial", "none"),
+        *("-semihosting-config", "enable=on,target=native", "-icount", "shift=10", "-kernel", str(program)),
+    )
+    return subprocess.run(command, cwd=program.parent, timeout=600, stdin=subprocess.DEVNULL).returncode
 
 
 def replay(program: Path, recorded: Recorded, real: str = "f8") -> tuple[np.ndarray, bytes]:
@@ -188,14 +205,9 @@ def replay(program: Path, recorded: Recorded, real: str = "f8") -> tuple[np.ndar
     readings = recorded.readings.astype(reading_type(real))
     head = np.array([len(readings), len(recorded.laws)], np.uint32)
     (folder / "replay.in").write_bytes(head.tobytes() + recorded.laws.astype(real).tobytes() + readings.tobytes())
-    command = [str(program)]
-    if program.suffix == ".elf":
-        board = CORES[program.stem][1]
-        command = [
-            *(tool("qemu-system-arm"), "-M", board, "-nographic", "-monitor", "none", "-serial", "none"),
-            *("-semihosting-config", "enable=on,target=native", "-icount", "shift=10", "-kernel", str(program)),
-        ]
-    subprocess.run(command, cwd=folder, check=True, timeout=600, stdin=subprocess.DEVNULL)
+    bare = program.suffix == ".elf"
+    ended = emulate(program) if bare else subprocess.run([program], cwd=folder, timeout=600).returncode
+    assert ended == 0
     told, kind = (folder / "replay.out").read_bytes(), answer_type(real)
     end = len(readings) * kind.itemsize
     return np.frombuffer(told[:end], kind), told[end:]

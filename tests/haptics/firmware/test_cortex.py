@@ -52,14 +52,24 @@ def test_a_cortex_m7_is_the_python_tick_bit_for_bit(
 
 
 @pytest.mark.slow
-def test_a_hundred_thousand_ticks_on_a_cortex_m7(machine: MachineModel, controller: Controller, tmp_path: Path) -> None:
-    recorded = recording(machine, 100_000, 12, controller.limits.period)
+def test_half_a_million_ticks_on_a_cortex_m7(machine: MachineModel, controller: Controller, tmp_path: Path) -> None:
+    recorded = recording(machine, 500_000, 12, controller.limits.period)
     bits, torque, memory = by_python(controller, recorded)
     answers, left = replay(compile_bare(write(controller, DOUBLE, tmp_path), "m7"), recorded)
     assert np.array_equal(answers["bits"], bits)
     assert np.array_equal(answers["torque"], torque)
     assert np.array_equal(np.frombuffer(left), memory, equal_nan=True)
     assert len(faults(bits)) >= 8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flag", ["-O3", "-Os"])
+def test_the_compiler_s_zeal_does_not_matter(
+    machine: MachineModel, controller: Controller, tmp_path: Path, flag: str
+) -> None:
+    recorded = recording(machine, TICKS, 7, controller.limits.period)
+    answers, _ = replay(compile_bare(write(controller, DOUBLE, tmp_path), "m7", flags=(flag,)), recorded)
+    assert np.array_equal(answers["torque"], by_python(controller, recorded)[1])
 
 
 @pytest.mark.slow

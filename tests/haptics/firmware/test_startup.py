@@ -93,6 +93,7 @@ def test_it_is_the_python_one_tick_for_tick(machine: MachineModel, tmp_path: Pat
         assert np.array_equal(offset, ended.memory.start[r.OFFSET : r.OFFSET + 3])
 
 
+@pytest.mark.slow
 def test_single_precision_finds_the_same(machine: MachineModel, tmp_path: Path) -> None:
     loaded, par = library(machine, tmp_path, MIXED, False), start_up(machine, PERIOD, absolute=False)
     ended = run(machine, par, Fault())

@@ -1,12 +1,18 @@
 /* alone [SECONDS [motor|encoder JOINT]]: start-up and a spring on the simulated device, as a board would do it; with a
  * wire turned round, to see how that is refused. Ends with the code of delta_run. */
 #include "../delta_device.h"
+#include "../delta_hal.h"
 #include "../delta_run.h"
-#include "device.h"
-#include "hal_posix.h"
+#include "../simulated/device.h"
+#include "../simulated/hal_simulated.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+void hal_report(int event, int joint, double value, double bound)
+{
+    printf("event %d %d %.9g %.9g\n", event, joint, value, bound);
+}
 
 int main(int many, char **words)
 {
