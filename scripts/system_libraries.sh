@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the system libraries that CadQuery, VTK and gmsh load and the browser for the pages, if we may; else asks.
+# Installs the system libraries that CadQuery, VTK and gmsh load and the tools of the tests, if we may; else asks.
 # libgl1 and libexpat1: OCCT; libegl1, libgl1-mesa-dri: VTK without a display; the rest: gmsh, the second STEP reader.
 set -eu
 
@@ -21,13 +21,23 @@ need libXfixes.so.3 libxfixes3
 need libfontconfig.so.1 libfontconfig1
 need libgomp.so.1 libgomp1
 command -v cc >/dev/null 2>&1 || missing="$missing gcc libc6-dev" # the C controller is compiled in the tests
-command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || command -v google-chrome >/dev/null 2>&1 ||
-    missing="$missing chromium"
 
-[ -n "$missing" ] || exit 0
+# Needed by the tests alone: a browser for the pages; for the firmware a second compiler with its sanitizers, the cross
+# compiler and the emulator of bare Cortex-M cores.
+tested=""
+command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || command -v google-chrome >/dev/null 2>&1 ||
+    tested="$tested chromium"
+has_tool() { command -v "$1" >/dev/null 2>&1 || tested="$tested $2"; }
+has_tool clang clang
+clang -print-file-name="libclang_rt.asan-$(uname -m).a" 2>/dev/null | grep -q / || tested="$tested libclang-rt-dev"
+has_tool arm-none-eabi-gcc gcc-arm-none-eabi
+[ -e /usr/lib/arm-none-eabi/newlib/libm.a ] || tested="$tested libnewlib-arm-none-eabi"
+has_tool qemu-system-arm qemu-system-arm
+
+[ -n "$missing$tested" ] || exit 0
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     export DEBIAN_FRONTEND=noninteractive
-    apt-get update -qq && apt-get install -y -qq --no-install-recommends $missing >/dev/null && exit 0
+    apt-get update -qq && apt-get install -y -qq --no-install-recommends $missing $tested >/dev/null && exit 0
 fi
-echo "Please install these system packages first:$missing (on Debian: sudo apt-get install$missing)" >&2
-[ "$missing" = " chromium" ] # the browser alone is not needed to build; the tests of the pages need it
+echo "Please install these system packages first:$missing$tested (on Debian: sudo apt-get install$missing$tested)" >&2
+[ -z "$missing" ] # what the tests alone need is not needed to build

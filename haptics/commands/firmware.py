@@ -6,11 +6,11 @@ import argparse
 import json
 from pathlib import Path
 
-from delta_cad.common.console import DONE
+from delta_cad.common.console import BAD_INPUT, DONE, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
 NAME = "firmware"
-TEXT = "the controller in C99 for a board: header, code with the design's numbers, and how to use it"
+TEXT = "the controller in C99 for a board: start-up, hardware layer, ports to POSIX and Cortex-M, a guide"
 
 
 def arguments(command: argparse.ArgumentParser) -> None:
@@ -19,6 +19,18 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the files; replaced")
     rate = number("number from 100 to 100000 Hz", 100.0, 1e5)
     command.add_argument("--rate", type=rate, default=8000.0, metavar="HZ", help="of the tick; default 8000")
+    command.add_argument(
+        "--single", action="store_true", help="single precision but for time, faults and heat: for an M4"
+    )
+    age = number("number from 0.001 to 10 s", 1e-3, 10.0)
+    command.add_argument(
+        "--stale",
+        type=age,
+        default=0.1,
+        metavar="S",
+        help="age of the host's last word at which force fades; default 0.1",
+    )
+    command.add_argument("--home", action="store_true", help="zeros from the lower stops at each start")
     command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
 
 
@@ -30,11 +42,12 @@ def run(given: argparse.Namespace) -> int:
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     require_room(given.out, folder=True)
-    from haptics.firmware.generate import sources, write_firmware
-    from haptics.simulation.hardware import board_controller
-    from haptics.simulation.loops import at_rate
+    from haptics.firmware.project import firmware, write_firmware
 
-    files = sources(board_controller(machine, at_rate(given.rate)), machine.design.name)
+    try:
+        files = firmware(machine, given.rate, single=given.single, stale=given.stale, homing=given.home)
+    except ValueError as error:
+        return refuse(f"--rate {given.rate:g}: {error}", BAD_INPUT)
     write_firmware(files, given.out)
     if given.json:
         print(json.dumps({"name": machine.design.name, "folder": str(given.out), "files": sorted(files)}, indent=1))

@@ -1,9 +1,9 @@
 """One tick of the controller: angles in, torques out; compiled, without allocation.
 
 The order is fixed: pose from the angles; the supervisor checks what was read; joint rates, and the handle's velocity by
-`v = J theta_dot`; the force of all laws; `torque = J^T F`, scaled by one factor where the joints cannot give it beside
-gravity; the supervisor lets pass what is safe. The same tick drives the simulation and a device in Python, and is what
-the C controller is held against. Importing this module loads numba.
+`v = J theta_dot`; the force of all laws, walls held to what the loop bears at the pose; `torque = J^T F`, scaled by one
+factor where the joints cannot give it beside gravity; the supervisor lets pass what is safe. The same tick drives the
+simulation and a device in Python, and is what the C controller is held against. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from haptics.control.saturation import saturate
 from haptics.control.supervisor.limits import SafetyLimits
 from haptics.control.supervisor.memory import reset_memory
 from haptics.control.supervisor.supervisor import check, limit
-from haptics.rendering.table import total_force
+from haptics.control.wall_cap import UNCAPPED, WallCap, borne_force
 
 # Rows of the work array after those of `pose`: handle velocity (m/s), wanted force (N), the torque of it that fits
 # (N m), limit of each joint (N m).
@@ -37,12 +37,14 @@ class Controller(NamedTuple):
         estimator: Estimator of the joint rates.
         limits: Limits of the supervisor.
         force: Largest force on the handle, N; what laws ask beyond is scaled down in its direction. May be infinite.
+        walls: What walls the loop bears.
     """
 
     model: Model
     estimator: Estimator
     limits: SafetyLimits
     force: float
+    walls: WallCap = UNCAPPED
 
 
 class Memory(NamedTuple):
@@ -97,7 +99,8 @@ def tick(controller, memory, laws, now, theta, out):
         vy += work[i, 1] * rate
         vz += work[i, 2] * rate
     work[VELOCITY, 0], work[VELOCITY, 1], work[VELOCITY, 2] = vx, vy, vz
-    fx, fy, fz = total_force(laws, work[POSITION, 0], work[POSITION, 1], work[POSITION, 2], vx, vy, vz)
+    px, py, pz = work[POSITION, 0], work[POSITION, 1], work[POSITION, 2]
+    fx, fy, fz = borne_force(controller.walls, work, laws, px, py, pz, vx, vy, vz)
     wanted = math.sqrt(fx * fx + fy * fy + fz * fz)
     if wanted > controller.force:
         scale = controller.force / wanted

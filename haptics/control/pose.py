@@ -14,6 +14,7 @@ from delta_cad.common.jit import compiled
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 from haptics.control.pose_margins import singularity_margins
+from haptics.control.sincos import sincos
 
 POSITION, RATES, HOLDING = 3, 4, 5  # Rows of what `pose` fills; rows 0-2 are the Jacobian's columns
 ROWS = 6
@@ -84,9 +85,9 @@ def pose(known, theta, out):
         Smallest w of the chains (m), and det S / L_B^3: the distances to both kinds of singularity; NaN likewise.
     """
     la, lb, a = known.upper_arm_length, known.forearm_length, known.radius_difference
-    c0, s0 = math.cos(theta[0]), math.sin(theta[0])
-    c1, s1 = math.cos(theta[1]), math.sin(theta[1])
-    c2, s2 = math.cos(theta[2]), math.sin(theta[2])
+    s0, c0 = sincos(theta[0])
+    s1, c1 = sincos(theta[1])
+    s2, c2 = sincos(theta[2])
     r0, r1, r2 = a + la * c0, a + la * c1, a + la * c2
     # sphere centres: the elbows, moved in by the platform's radius
     x0, y0, z0 = r0, 0.0, la * s0

@@ -14,11 +14,12 @@ from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
 from delta_cad.common.jit import Compiled
+from haptics.control.supervisor import memory
 from haptics.firmware.inference import inferred
-from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, is_table
+from haptics.firmware.layout import WIDE, c_type, is_record, is_row, is_scalar, is_table, letter
+from haptics.firmware.literals import Value, cast, literal
+from haptics.firmware.precision import INTEGER, REAL, SINGLE, Precision
 
-REAL = types.float64
-INTEGER = types.int64
 MATH = {"sqrt", "sin", "cos", "exp", "hypot", "atan2", "tan", "acos", "asin", "atan", "log", "log1p", "expm1"}
 OPERATORS = {
     ast.Add: "+",
@@ -43,11 +44,10 @@ class TranslationError(ValueError):
     """Python that has no translation; the message names function and line."""
 
 
-Value = tuple[str, Any]  # C text and the compiler's type
-
-
 class Owner(Protocol):
     """What translates the functions that an expression calls, and defines the structs that it needs."""
+
+    precision: Precision
 
     def add(self, function: Any, arguments: tuple[Any, ...]) -> tuple[str, Any]:
         """Name in C and return type of a function, translated now if it is not yet."""
@@ -58,30 +58,23 @@ class Owner(Protocol):
         ...
 
 
-def literal(value: float) -> str:
-    """A number in C that reads back to the last bit."""
-    if isinstance(value, bool | int):
-        return f"{int(value)}LL"
-    if math.isnan(value):
-        return "NAN"
-    if math.isinf(value):
-        return "INFINITY" if value > 0 else "(-INFINITY)"
-    return repr(float(value)) if value >= 0.0 else f"({float(value)!r})"
-
-
 class Expressions:
     """A function on its way to C: its types, its names, and its expressions."""
 
     def __init__(self, owner: Owner, function: Any, arguments: tuple[Any, ...]) -> None:
         self.owner, self.python = owner, function.py_func
-        typemap, self.returns = inferred(self.python, arguments)
-        self.types = _variables(typemap)
+        precision = owner.precision
+        self.real, self.exact = precision.of_function(function), False
+        typemap, returns = inferred(self.python, arguments)
+        self.returns = of_kind(returns, self.real)
+        self.types = {name: of_kind(kind, self.real) for name, kind in _variables(typemap).items()}
         self.scope = inspect.getclosurevars(self.python)
         source = getattr(self.python, "source", None) or textwrap.dedent(inspect.getsource(self.python))
         tree = ast.parse(source)
         self.tree = next(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
         self.arguments = [argument.arg for argument in self.tree.args.args]
-        self.types.update(zip(self.arguments, arguments, strict=True))
+        for name, kind in zip(self.arguments, arguments, strict=True):
+            self.types[name] = of_kind(kind, precision.of_argument(name, function))
         self.lines: list[str] = []
         self.depth, self.temporaries = 1, 0
         for kind in arguments:
@@ -120,6 +113,8 @@ class Expressions:
             if any(isinstance(part, ast.Call) for part in (node.body, node.orelse)):
                 raise self.refuse(node, "a call that is taken apart would run whether it is chosen or not")
             test, yes, no = self.value(node.test)[0], self.several(node.body, count), self.several(node.orelse, count)
+            if any(a != b for (_, a), (_, b) in zip(yes, no, strict=True)):
+                raise self.refuse(node, "both sides must be of the same kinds")
             return [(f"({test} ? {a} : {b})", kind) for (a, kind), (b, _) in zip(yes, no, strict=True)]
         text, kind = self.value(node)
         if isinstance(kind, types.BaseTuple) and len(kind) == count:
@@ -134,6 +129,35 @@ class Expressions:
             raise self.refuse(node, f"{type(node).__name__} has no translation")
         return handler(node)
 
+    def exactly(self, node: ast.expr) -> Value:
+        """A value whose constants and fields are double."""
+        before, self.exact = self.exact, True
+        try:
+            return self.value(node)
+        finally:
+            self.exact = before
+
+    @property
+    def written(self) -> Any:
+        """Kind of constants and fields here."""
+        return REAL if self.exact else self.real
+
+    def joined(self, *nodes: ast.expr) -> tuple[list[str], Any]:
+        """Values that meet in an operation: all of one kind, the widest, and that kind."""
+        mark, count = len(self.lines), self.temporaries
+        values = [self.value(node) for node in nodes]
+        kinds = {kind for _, kind in values}
+        if REAL in kinds and SINGLE in kinds:
+            del self.lines[mark:]
+            self.temporaries = count
+            values = [self.exactly(node) for node in nodes]
+        kind = next((kind for kind in (REAL, SINGLE) if kind in kinds), None)
+        if kind is None and any(isinstance(part, types.Float) for part in kinds):
+            raise self.refuse(nodes[0], "a real number of another kind")
+        if kind is None:
+            return [text for text, _ in values], INTEGER
+        return [cast(value, kind) for value in values], kind
+
     def of_constant(self, node: ast.Constant) -> Value:
         """A number written out."""
         return self.constant(node, node.value)
@@ -145,7 +169,7 @@ class Expressions:
         if isinstance(value, int):  # IntEnum members too
             return literal(int(value)), INTEGER
         if isinstance(value, float):
-            return literal(value), REAL
+            return literal(value, self.written), self.written
         raise self.refuse(node, f"{value!r} is no number")
 
     def of_name(self, node: ast.Name) -> Value:
@@ -175,7 +199,10 @@ class Expressions:
             raise self.refuse(node, f"{kind} has no fields")
         part = dict(zip(kind.fields, kind.types, strict=True))[node.attr]
         place = f"{text}->{node.attr}"
-        return (f"(&{place})" if is_record(part) else place), part
+        if is_record(part):
+            return f"(&{place})", part
+        wide = isinstance(part, types.Float) and self.owner.precision.single and self.written == REAL
+        return (f"{place}{WIDE}" if wide else place), of_kind(part, self.written)
 
     def of_subscript(self, node: ast.Subscript) -> Value:
         """An element or a part of an array, or its size along an axis."""
@@ -188,18 +215,40 @@ class Expressions:
                 return f"{text}.{('rows', 'columns')[which]}", INTEGER
             raise self.refuse(node, "this array has no such axis")
         text, kind = self.value(node.value)
-        at = self.places(node.slice)
         if is_row(kind) and isinstance(node.slice, ast.Slice):
-            if node.slice.lower is None or node.slice.upper is None or node.slice.step is not None:
-                raise self.refuse(node, "a slice needs both ends and no step")
-            return f"part({text}, {self.value(node.slice.lower)[0]}, {self.value(node.slice.upper)[0]})", kind
+            return f"part({text}, {self.ends(node.slice)})", kind
+        if is_table(kind) and isinstance(node.slice, ast.Tuple):
+            first, second = node.slice.elts
+            if isinstance(first, ast.Slice) and isinstance(second, ast.Slice):
+                return f"table_part({text}, {self.ends(first)}, {self.ends(second)})", kind
+            if isinstance(second, ast.Slice):
+                whole = f"row_of({text}, {self.value(first)[0]})"
+                return f"part({whole}, {self.ends(second)})", types.Array(REAL, 1, "C")
+        at = self.places(node.slice)
         if is_row(kind) and len(at) == 1:
-            return f"{text}.at[{at[0]}]", REAL
+            return self.element(text, node, at[0])
         if is_table(kind) and len(at) == 1:
             return f"row_of({text}, {at[0]})", types.Array(REAL, 1, "C")
         if is_table(kind) and len(at) == 2:
-            return f"{text}.at[({at[0]}) * {text}.columns + ({at[1]})]", REAL
+            return f"{text}.at[({at[0]}) * {text}.stride + ({at[1]})]", self.owner.precision.real
         raise self.refuse(node, f"{kind} has no such element")
+
+    def element(self, text: str, node: ast.Subscript, at: str) -> Value:
+        """An element of a row; in mixed precision some places of the supervisor's memory lie apart, as doubles."""
+        for part in ast.walk(node.slice):
+            if isinstance(part, ast.Attribute) and self.outside(part.value) is memory:
+                place = self.owner.precision.place(part.attr)
+                if place is not None:
+                    own = literal(getattr(memory, part.attr))
+                    return f"{text}.exact[{at.replace(own, literal(place), 1)}]", REAL
+        return f"{text}.at[{at}]", self.owner.precision.real
+
+    def ends(self, node: ast.Slice) -> str:
+        """C text of the ends of a slice; it begins with the first element if nothing is said."""
+        if node.upper is None or node.step is not None:
+            raise self.refuse(node, "a slice needs its end and no step")
+        lower = "0LL" if node.lower is None else self.value(node.lower)[0]
+        return f"{lower}, {self.value(node.upper)[0]}"
 
     def places(self, node: ast.expr) -> list[str]:
         """C text of the indices between brackets."""
@@ -215,12 +264,12 @@ class Expressions:
         """Arithmetic on two values."""
         if isinstance(node.op, ast.Pow):
             return self.power(node)
-        (a, left), (b, right) = self.value(node.left), self.value(node.right)
-        real = isinstance(left, types.Float) or isinstance(right, types.Float)
-        kind = REAL if real else INTEGER
+        (a, b), kind = self.joined(node.left, node.right)
         if isinstance(node.op, ast.Div):
-            return f"((double)({a}) / (double)({b}))", REAL
-        if isinstance(node.op, ast.FloorDiv | ast.Mod) and not real:
+            if kind == INTEGER:
+                (a, b), kind = [cast((text, INTEGER), self.written) for text in (a, b)], self.written
+            return f"({a} / {b})", kind
+        if isinstance(node.op, ast.FloorDiv | ast.Mod) and kind == INTEGER:
             sign = "/" if isinstance(node.op, ast.FloorDiv) else "%"  # none of our whole numbers is negative
             return f"({a} {sign} {b})", INTEGER
         if type(node.op) not in OPERATORS:
@@ -255,15 +304,21 @@ class Expressions:
 
     def of_compare(self, node: ast.Compare) -> Value:
         """A comparison, also a chain of them."""
-        sides = [self.value(side)[0] for side in (node.left, *node.comparators)]
+        if isinstance(node.ops[0], ast.In) and isinstance(node.comparators[0], ast.Tuple):
+            one = ast.copy_location
+            tests = [one(ast.Compare(node.left, [ast.Eq()], [part]), node) for part in node.comparators[0].elts]
+            return self.of_boolop(ast.BoolOp(ast.Or(), list(tests)))
+        sides, _ = self.joined(node.left, *node.comparators)
         tests = [f"({a} {OPERATORS[type(op)]} {b})" for a, op, b in zip(sides, node.ops, sides[1:], strict=False)]
         return "(" + " && ".join(tests) + ")", types.boolean
 
     def of_ifexp(self, node: ast.IfExp) -> Value:
         """A choice between two values."""
         test = self.value(node.test)[0]
-        (a, left), (b, right) = self.value(node.body), self.value(node.orelse)
-        kind = left if not is_scalar(left) or isinstance(left, types.Float) else right
+        first = self.value(node.body)
+        if not is_scalar(first[1]):
+            return f"({test} ? {first[0]} : {self.value(node.orelse)[0]})", first[1]
+        (a, b), kind = self.joined(node.body, node.orelse)
         return f"({test} ? {a} : {b})", kind
 
     def of_call(self, node: ast.Call) -> Value:
@@ -274,31 +329,60 @@ class Expressions:
         if called in (math.isfinite, math.isnan, math.isinf):
             return f"({called.__name__}({self.value(node.args[0])[0]}) != 0)", types.boolean
         if isinstance(called, Dispatcher | Compiled):
-            values = [self.value(argument) for argument in node.args]
-            name, returns = self.owner.add(called, tuple(_plain(kind) for _, kind in values))
-            return f"{name}({', '.join(text for text, _ in values)})", returns
-        values = [self.value(argument) for argument in node.args]
-        texts = [text for text, _ in values]
-        real = any(isinstance(kind, types.Float) for _, kind in values)
+            return self.of_own(node, called)
         if called in (min, max):
-            name, kind = f"{'' if real else 'i'}{called.__name__}2", REAL if real else INTEGER
+            texts, kind = self.joined(*node.args)
+            name = f"{'' if isinstance(kind, types.Float) else 'i'}{called.__name__}2{letter(kind)}"
             text = texts[0]
             for other in texts[1:]:
                 text = f"{name}({text}, {other})"
             return text, kind
-        if called is abs:
-            return (f"fabs({texts[0]})", REAL) if real else (f"llabs({texts[0]})", INTEGER)
-        if called is int:
-            return f"((long long)({texts[0]}))", INTEGER
+        inner = node.args[0]
+        if called is float and isinstance(inner, ast.Call) and self.outside(inner.func) is math.floor:
+            text, kind = self.value(inner.args[0])  # without a way through a whole number, which costs a call each
+            return f"floor{letter(kind)}({text})", kind
         if called is float:
-            return f"((double)({texts[0]}))", REAL
+            return cast(self.value(node.args[0]), self.written), self.written
+        values = [self.value(argument) for argument in node.args]
+        text, kind = values[0]
+        if called is abs:
+            return (f"fabs{letter(kind)}({text})", kind) if isinstance(kind, types.Float) else (f"llabs({text})", kind)
+        if called is int:
+            return f"((long long)({text}))", INTEGER
         if called is math.floor:
-            return f"((long long)floor({texts[0]}))", INTEGER
-        if called is len and is_row(values[0][1]):
-            return f"{texts[0]}.n", INTEGER
+            return f"((long long)floor{letter(kind)}({text}))", INTEGER
+        if called is len and is_row(kind):
+            return f"{text}.n", INTEGER
         if getattr(called, "__module__", "") == "math" and called.__name__ in MATH:
-            return f"{called.__name__}({', '.join(texts)})", REAL
+            texts, kind = self.joined(*node.args)
+            if kind == INTEGER:
+                texts, kind = [cast((one, INTEGER), self.written) for one in texts], self.written
+            return f"{called.__name__}{letter(kind)}({', '.join(texts)})", kind
         raise self.refuse(node, f"{ast.unparse(node.func)} has no translation")
+
+    def of_own(self, node: ast.Call, called: Any) -> Value:
+        """A call of another compiled function, whose arguments may be of another precision than ours."""
+        values = [self.value(argument) for argument in node.args]
+        name, returns = self.owner.add(called, tuple(_plain(kind) for _, kind in values))
+        names = list(inspect.signature(called.py_func).parameters)
+        texts = []
+        for argument, value, own in zip(node.args, values, names, strict=True):
+            if isinstance(value[1], types.Float):
+                wanted = self.owner.precision.of_argument(own, called)
+                value = self.exactly(argument) if wanted == REAL else value
+                texts.append(cast(value, wanted))
+            else:
+                texts.append(value[0])
+        return f"{name}({', '.join(texts)})", returns
+
+
+def of_kind(kind: Any, real: Any) -> Any:
+    """A type whose real number, or those of a tuple, are of a kind; arrays and records stay."""
+    if isinstance(kind, types.Float):
+        return real
+    if isinstance(kind, types.BaseTuple) and not is_record(kind):
+        return types.Tuple([of_kind(part, real) for part in kind])  # pyright: ignore
+    return kind
 
 
 def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
@@ -317,7 +401,9 @@ def _variables(typemap: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain(kind: Any) -> Any:
-    """A type without the compiler's knowledge of constants and alignment."""
+    """A type as the compiler infers with: doubles, and without its knowledge of constants and alignment."""
+    if isinstance(kind, types.Float):
+        return REAL
     if isinstance(kind, types.Boolean | types.BooleanLiteral):
         return types.boolean
     if isinstance(kind, types.Integer | types.IntegerLiteral):

@@ -2,21 +2,45 @@
 
 from __future__ import annotations
 
+import re
+
 from numba.core import types
 
-# Minimum and maximum take the first where the second is not a number, as Python's do.
-PRELUDE = """\
-typedef struct { double *at; long n; } row;
-typedef struct { double *at; long rows, columns; } table;
+from haptics.firmware.precision import SINGLE, Precision
 
-static inline double min2(double a, double b) { return b < a ? b : a; }
-static inline double max2(double a, double b) { return b > a ? b : a; }
-static inline long long imin2(long long a, long long b) { return b < a ? b : a; }
-static inline long long imax2(long long a, long long b) { return b > a ? b : a; }
-static inline row row_of(table t, long i) { row r = { t.at + i * t.columns, t.columns }; return r; }
-static inline row part(row r, long first, long end) { row p = { r.at + first, end - first }; return p; }
-static inline void fill(row r, double value) { for (long k = 0; k < r.n; k++) r.at[k] = value; }
+WIDE = "_wide"  # Ending of a record's field that is kept as a double beside the single one
+
+# Minimum and maximum take the first where the second is not a number, as Python's do.
+_EXTREMES = """\
+static inline {type} min2{end}({type} a, {type} b) {{ return b < a ? b : a; }}
+static inline {type} max2{end}({type} a, {type} b) {{ return b > a ? b : a; }}
 """
+_PRELUDE = """\
+typedef struct {{ delta_real *at; long long n;{exact} }} row;
+typedef struct {{ delta_real *at; long long rows, columns, stride; }} table;
+
+{extremes}\
+static inline long long imin2(long long a, long long b) {{ return b < a ? b : a; }}
+static inline long long imax2(long long a, long long b) {{ return b > a ? b : a; }}
+static inline row row_of(table t, long long i) {{ row r = {{ t.at + i * t.stride, t.columns{none} }}; return r; }}
+static inline row part(row r, long long a, long long b) {{ row p = {{ r.at + a, b - a{none} }}; return p; }}
+static inline table table_part(table t, long long a, long long b, long long c, long long d)
+{{
+    table p = {{ t.at + a * t.stride + c, b - a, d - c, t.stride }};
+    return p;
+}}
+static inline void fill(row r, delta_real value) {{ for (long long k = 0; k < r.n; k++) r.at[k] = value; }}
+"""
+
+
+def prelude(precision: Precision, code: str) -> str:
+    """What a translation begins with: arrays, minimum and maximum, in a precision; only the functions that it calls."""
+    double = _EXTREMES.format(type="double", end="")
+    single = _EXTREMES.format(type="float", end="f") if precision.single else ""
+    exact, none = (" double *exact;", ", NULL") if precision.single else ("", "")
+    parts = re.split(r"^(?=static )", _PRELUDE.format(extremes=double + single, exact=exact, none=none), flags=re.M)
+    named = ((part, re.match(r"static inline .*?(\w+)\(", part)) for part in parts)
+    return "".join(part for part, name in named if name is None or f"{name[1]}(" in code)
 
 
 class LayoutError(TypeError):
@@ -68,7 +92,7 @@ def c_type(kind: types.Type) -> str:
     if isinstance(kind, types.Boolean):
         return "int"
     if isinstance(kind, types.Float):
-        return "double"
+        return "float" if kind == SINGLE else "double"
     if isinstance(kind, types.Integer):
         return "long long"
     if is_row(kind):
@@ -84,19 +108,27 @@ def c_type(kind: types.Type) -> str:
     raise LayoutError(f"no C type for {kind}")
 
 
+def letter(kind: types.Type) -> str:
+    """What C puts behind the names of functions of singles."""
+    return "f" if kind == SINGLE else ""
+
+
 def tuple_name(kind: types.Type) -> str:
     """Name of the struct that a returned tuple becomes."""
-    letters = "".join("d" if isinstance(part, types.Float) else "l" for part in kind)  # pyright: ignore
+    letters = "".join(letter(part) or "d" if isinstance(part, types.Float) else "l" for part in kind)  # pyright: ignore
     return f"tuple_{letters}"
 
 
-def struct(kind: types.Type) -> str:
-    """Definition of the struct of a record or a tuple."""
+def struct(kind: types.Type, precision: Precision) -> str:
+    """Definition of the struct of a record or a tuple; in mixed precision a record has its numbers in both kinds."""
     if is_record(kind):
         lines = []
         for name, part in members(kind):
-            text = record_name(part) if is_record(part) else c_type(part)
+            real = isinstance(part, types.Float)
+            text = record_name(part) if is_record(part) else c_type(precision.real if real else part)
             lines.append(f"    {text} {name};")
+            if real and precision.single:
+                lines.append(f"    double {name}{WIDE};")
         return "typedef struct {\n" + "\n".join(lines) + f"\n}} {record_name(kind)};\n"
     parts = "".join(f" {c_type(part)} v{k};" for k, part in enumerate(kind))  # pyright: ignore
     return f"typedef struct {{{parts} }} {tuple_name(kind)};\n"

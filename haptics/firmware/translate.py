@@ -17,19 +17,26 @@ from typing import Any
 
 from numba.core import types
 
-from haptics.firmware.expressions import INTEGER, Expressions
+from haptics.firmware.expressions import Expressions
 from haptics.firmware.layout import c_type, is_record, is_row, is_scalar, record_name, struct, tuple_name
+from haptics.firmware.literals import Value, cast
+from haptics.firmware.precision import DOUBLE, INTEGER, REAL, Precision
 
 
 class Translation:
     """C text of functions and of all that they need, in the order in which C wants it.
 
+    Args:
+        precision: Of its real numbers.
+
     Attributes:
+        precision: Likewise.
         functions: C name -> definition.
         structs: C name -> definition.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, precision: Precision = DOUBLE) -> None:
+        self.precision = precision
         self.functions: dict[str, str] = {}
         self.structs: dict[str, str] = {}
         self._returns: dict[str, Any] = {}
@@ -72,7 +79,7 @@ class Translation:
         for part in kind:
             if is_record(part):
                 self.record(part)
-        self.structs[name] = struct(kind)
+        self.structs[name] = struct(kind, self.precision)
 
 
 class _Function(Expressions):
@@ -125,39 +132,65 @@ class _Function(Expressions):
             return
         if isinstance(self.returns, types.BaseTuple):
             parts = self.several(node.value, len(self.returns))
-            self.emit(f"return ({tuple_name(self.returns)}){{ {', '.join(text for text, _ in parts)} }};")
+            texts = [cast(part, kind) for part, kind in zip(parts, tuple(self.returns), strict=True)]  # pyright: ignore
+            self.emit(f"return ({tuple_name(self.returns)}){{ {', '.join(texts)} }};")
             return
-        self.emit(f"return {self.value(node.value)[0]};")
+        self.emit(f"return {cast(self.value(node.value), self.returns)};")
 
     def do_assign(self, node: ast.Assign) -> None:
         first = node.targets[0]
+        before, self.exact = self.exact, self.exact or any(map(self.kept_exact, node.targets))
+        try:
+            self.assign(node, first)
+        finally:
+            self.exact = before
+
+    def kept_exact(self, target: ast.expr) -> bool:
+        """Whether a place, or one of a tuple's, keeps a double."""
+        if isinstance(target, ast.Tuple):
+            return any(map(self.kept_exact, target.elts))
+        if isinstance(target, ast.Subscript) and not (
+            isinstance(target.slice, ast.Constant) and target.slice.value is ...
+        ):
+            mark = len(self.lines)
+            kind = self.value(target)[1]
+            del self.lines[mark:]
+            return kind == REAL
+        return isinstance(target, ast.Name) and self.types.get(target.id) == REAL
+
+    def assign(self, node: ast.Assign, first: ast.expr) -> None:
         if isinstance(first, ast.Tuple):
             if len(node.targets) > 1:
                 raise self.refuse(node, "a chain of tuples has no translation")
             parts = self.several(node.value, len(first.elts))
             if len(parts) > 1:  # all are taken before any is changed
-                parts = [(self.temporary(kind, text), kind) for text, kind in parts]
-            for target, (text, _) in zip(first.elts, parts, strict=True):
-                self.store(target, text)
+                parts = [
+                    (text, kind) if isinstance(one, ast.Name) and one.id == "_" else (self.temporary(kind, text), kind)
+                    for one, (text, kind) in zip(first.elts, parts, strict=True)
+                ]
+            for target, part in zip(first.elts, parts, strict=True):
+                self.store(target, part)
             return
         if isinstance(first, ast.Subscript) and isinstance(first.slice, ast.Constant) and first.slice.value is ...:
             array, kind = self.value(first.value)
             if not is_row(kind):
                 raise self.refuse(node, "only a row can be filled")
-            self.emit(f"fill({array}, {self.value(node.value)[0]});")
+            self.emit(f"fill({array}, {cast(self.value(node.value), self.owner.precision.real)});")
             return
         text, kind = self.value(node.value)
         if len(node.targets) > 1:
             text = self.temporary(kind, text)
         for target in node.targets:
-            self.store(target, text)
+            self.store(target, (text, kind))
 
     def do_augassign(self, node: ast.AugAssign) -> None:
         both = ast.BinOp(left=_loaded(node.target), op=node.op, right=node.value)
-        self.store(node.target, self.value(ast.copy_location(both, node))[0])
+        before, self.exact = self.exact, self.exact or self.kept_exact(node.target)
+        self.store(node.target, self.value(ast.copy_location(both, node)))
+        self.exact = before
 
     def do_if(self, node: ast.If) -> None:
-        self.emit(f"if ({self.value(node.test)[0]}) {{")
+        self.emit(f"if ({_bare(self.value(node.test)[0])}) {{")
         self.block(node.body)
         if node.orelse:
             self.emit("} else {")
@@ -171,7 +204,7 @@ class _Function(Expressions):
         test = self.value(node.test)[0]
         if len(self.lines) > before:
             raise self.refuse(node, "the condition of a loop must be one expression")
-        self.emit(f"while ({test}) {{")
+        self.emit(f"while ({_bare(test)}) {{")
         self.block(node.body)
         self.emit("}")
 
@@ -201,16 +234,16 @@ class _Function(Expressions):
             self.statement(statement)
         self.depth -= 1
 
-    def store(self, target: ast.expr, text: str) -> None:
+    def store(self, target: ast.expr, value: Value) -> None:
         if isinstance(target, ast.Name):
             if target.id != "_":
-                self.emit(f"{self.local(target.id)} = {text};")
+                self.emit(f"{self.local(target.id)} = {cast(value, self.types[target.id])};")
             return
         if isinstance(target, ast.Subscript):
             place, kind = self.value(target)
             if not is_scalar(kind):
                 raise self.refuse(target, "only a number can be stored")
-            self.emit(f"{place} = {text};")
+            self.emit(f"{place} = {cast(value, kind)};")
             return
         raise self.refuse(target, "this place cannot be stored to")
 
@@ -218,3 +251,13 @@ class _Function(Expressions):
 def _loaded(target: ast.expr) -> ast.expr:
     """The same place, to be read."""
     return ast.parse(ast.unparse(target), mode="eval").body
+
+
+def _bare(text: str) -> str:
+    """A condition without brackets around all of it: clang takes them for a mistyped assignment."""
+    depth = 0
+    for k, sign in enumerate(text):
+        depth += (sign == "(") - (sign == ")")
+        if depth == 0:
+            return _bare(text[1:-1]) if k == len(text) - 1 and text[0] == "(" else text
+    return text

@@ -100,8 +100,8 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
 
 
 @inlined
-def warmed(heat, winding, housing, torque, seconds):
-    """Temperatures a moment later.
+def warming(heat, winding, housing, torque, seconds):
+    """By how much temperatures grow in a moment.
 
     Args:
         heat: `Heat`.
@@ -111,14 +111,20 @@ def warmed(heat, winding, housing, torque, seconds):
         seconds: s; more than a tenth of the winding's time constant is taken as that.
 
     Returns:
-        Winding and housing, C.
+        Of winding and housing, K.
     """
     dt = min(seconds, 0.1 * heat.winding_time)
     power = heat.heat * torque * torque * (1.0 + heat.slope * max(winding - REFERENCE_C, 0.0))
     flow = winding - housing
-    winding += dt * (power - flow / heat.winding_time)
-    housing += dt * (flow * heat.coupling - (housing - heat.ambient) / heat.housing_time)
-    return winding, housing
+    grows = dt * (power - flow / heat.winding_time)
+    return grows, dt * (flow * heat.coupling - (housing - heat.ambient) / heat.housing_time)
+
+
+@inlined
+def warmed(heat, winding, housing, torque, seconds):
+    """Temperatures a moment later: winding and housing, C; arguments as `warming`."""
+    grows, follows = warming(heat, winding, housing, torque, seconds)
+    return winding + grows, housing + follows
 
 
 @inlined

@@ -14,6 +14,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
+from haptics.control.wall_cap import SHARE, WallCap
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
 from haptics.model.sensor import SensorErrors
@@ -175,11 +176,32 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
 
 
 def board_controller(machine: MachineModel, loop: LoopChoice = BOARD, **limits: float) -> Controller:
-    """The controller of a device in a loop: its period and velocity filter.
+    """The controller of a device in a loop: its period, its velocity filter, and the walls that it bears.
 
     Args:
         machine: The device.
         loop: The loop.
         **limits: Any of `SafetyLimits`, to replace what follows from the design.
     """
-    return default_controller(machine, loop.period, low_pass(loop.period, loop.corner), **limits)
+    plain = default_controller(machine, loop.period, low_pass(loop.period, loop.corner), **limits)
+    return plain._replace(walls=wall_cap(machine, loop))
+
+
+def wall_cap(machine: MachineModel, loop: LoopChoice = BOARD, share: float = SHARE) -> WallCap:
+    """What walls a loop bears: with the least friction and the largest delay.
+
+    Args:
+        machine: The device.
+        loop: The loop.
+        share: Of the closed form.
+    """
+    cost = loop.period / 2.0 + loop.delays[2] * loop.period + reading_age(machine) + loop.current_lag
+    return WallCap(
+        share=share,
+        friction=stiff_plant(machine, loop, 0).viscous,
+        cost=cost,
+        inertia=machine.masses.arm_inertia + machine.masses.rotor_inertia,
+        late=cost + 1.0 / (2.0 * math.pi * loop.corner),
+        damping=loop.damping,
+        blend=loop.blend,
+    )

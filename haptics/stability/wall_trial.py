@@ -15,6 +15,7 @@ import numpy as np
 
 from delta_cad.mechanism import jacobian
 from haptics.control.supervisor.faults import LATCHING, FaultCode
+from haptics.control.wall_cap import UNCAPPED
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand, Plant
 from haptics.model.sensor import EXACT
@@ -149,7 +150,7 @@ class WallBench:
         if loop is not None:
             self.plant, self.errors = real_plant(machine, loop, LEVELS.index(friction)), sensor_errors(machine)
         controller = default_controller(machine, period) if loop is None else board_controller(machine, loop)
-        self.controller = controller._replace(force=force)
+        self.controller = controller._replace(force=force, walls=UNCAPPED)  # what is looked for is the limit
         self.clock, self.count = timing(period, delay, substeps), encoder_count(machine)
         reach = float(np.abs(self.along @ jacobian(machine.geometry, self.centre)).max())
         self.resolution = max(self.count, WIDTH * self.errors.noise) * reach

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.control.filters import low_pass
+from haptics.control.wall_cap import SHARE
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, Hand
@@ -41,7 +42,6 @@ from haptics.stability.port import Handle, handle, impedance, strain
 NOBODY = "nobody"
 # Softest and stiffest wall that is looked at, N/m; points of the scan and rounds of the bisections, which leave 0.1 %.
 SOFTEST, STIFFEST, POINTS, ROUNDS = 10.0, 300e3, 40, 9
-SHARE = 0.7  # of what is computed that is rendered: 3 dB, for hands, friction and delays that are not in the set
 ACTIVE = -1e-6  # Re Z as a share of |Z| that rounding may cause
 
 

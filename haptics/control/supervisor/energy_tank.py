@@ -44,7 +44,7 @@ def need(torque, step, turn, growth):
         growth: By how much that can grow from tick to tick, rad.
     """
     a = abs(torque)
-    n = math.floor(a / step)
+    n = float(math.floor(a / step))
     plain = (n + 1.0) * (a - 0.5 * step * n)  # sum of a - j step over j = 0 .. n
     rising = n * (n + 1.0) * (0.5 * a - step * (2.0 * n + 1.0) / 6.0)  # sum of j (a - j step)
     return turn * plain + growth * rising

@@ -67,16 +67,22 @@ def _depth(laws, i, px, py, pz):
 
 
 @compiled
-def force(laws, i, px, py, pz, vx, vy, vz):
-    """Force of a virtual wall."""
+def push(laws, i, px, py, pz, vx, vy, vz, stiffness, damping, blend):
+    """Force of a virtual wall whose stiffness (N/m), damping (N s/m) and blend (m) are given: those that are borne."""
     depth = _depth(laws, i, px, py, pz)
     if not depth > 0.0:
         return 0.0, 0.0, 0.0
     nx, ny, nz = laws[i, NORMAL], laws[i, NORMAL + 1], laws[i, NORMAL + 2]
     leaving = nx * vx + ny * vy + nz * vz
-    push = laws[i, STIFFNESS] * depth - laws[i, DAMPING] * min(1.0, depth / laws[i, BLEND]) * leaving
-    push = max(0.0, push)
-    return push * nx, push * ny, push * nz
+    size = stiffness * depth - damping * min(1.0, depth / blend) * leaving
+    size = max(0.0, size)
+    return size * nx, size * ny, size * nz
+
+
+@compiled
+def force(laws, i, px, py, pz, vx, vy, vz):
+    """Force of a virtual wall."""
+    return push(laws, i, px, py, pz, vx, vy, vz, laws[i, STIFFNESS], laws[i, DAMPING], laws[i, BLEND])
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""The C controller's tick on this machine: compiled as its README says, every tick timed on its own."""
+"""The C controller's tick: on this machine timed one by one, compiled as its README says; on bare cores counted."""
 
 from __future__ import annotations
 
@@ -13,21 +13,24 @@ import numpy as np
 
 from delta_cad.design import load_design
 from delta_cad.mechanism import inverse_kinematics
+from haptics.model.machine import MachineModel
 from tests.benchmarks.figure import Figure, of_repeats
 from tests.benchmarks.timing import ROOT
 
 SUBJECT = "controller in C"
 TICKS, ROUNDS = 50_000, 7
+COUNTED = 6000  # Ticks on a bare core
+EMPTY = {"energy": 2e-3, "energy_start": 2e-3, "energy_time": 10.0}  # Limits with which the tank is soon empty
 HARNESS = """\
 #define _POSIX_C_SOURCE 199309L
 #include "delta_controller.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
-static double theta[%(n)d][3] = {
+static delta_real theta[%(n)d][3] = {
 %(angles)s
 };
-static const double laws[][DELTA_LAW_COLUMNS] = {
+static const delta_real laws[][DELTA_LAW_COLUMNS] = {
 %(laws)s
 };
 static int order(const void *a, const void *b)
@@ -45,7 +48,8 @@ int main(void)
 {
     static delta_memory memory;
     static double took[%(ticks)d];
-    double torque[3], sum = 0.0, empty = 1.0;
+    delta_real torque[3];
+    double sum = 0.0, empty = 1.0;
     long long bits = 0;
     delta_start(&memory);
     delta_enable(&memory);
@@ -57,7 +61,7 @@ int main(void)
         double begun = seconds();
         bits |= delta_tick(&memory, laws[0], %(rows)d, k * DELTA_PERIOD_S, theta[k %% %(n)d], torque);
         took[k] = seconds() - begun - empty;
-        sum += torque[0];
+        sum += (double)torque[0];
     }
     qsort(took, %(ticks)d, sizeof took[0], order);
     printf("%%.17g %%.17g %%.17g %%lld\\n", took[%(ticks)d / 2], took[%(ticks)d / 100 * 99], sum, bits);
@@ -77,6 +81,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     """
     from haptics.control.supervisor.faults import LATCHING
     from haptics.firmware.generate import sources
+    from haptics.firmware.precision import DOUBLE, MIXED
     from haptics.rendering import law_table
     from haptics.rendering.laws.operating_resistance import OperatingResistance
     from haptics.rendering.laws.virtual_wall import axis_wall
@@ -87,7 +92,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     if compiler is None:
         raise RuntimeError("no C compiler (cc) on this machine")
     design = load_design(ROOT / "best.json")
-    controller = default_controller(scene_machine(design))
+    machine = scene_machine(design)
+    controller = default_controller(machine)
     half = design.cube.half_side_mm / 1000.0
     middle = np.array([0.0, 0.0, design.cube.bottom_height_mm / 1000.0 + half])
     turn = np.linspace(0.0, 2.0 * math.pi, 4000, endpoint=False)
@@ -97,41 +103,63 @@ def run(say: Callable[[str], None]) -> list[Figure]:
         OperatingResistance(stiffness=400.0, damping=10.0, dead_radius=1.5e-3, full_radius=10e-3, origin=middle),
         *(axis_wall(f"+{axis}", middle[k] + 0.3 * half, stiffness=2000.0, damping=5.0) for k, axis in enumerate("xyz")),
     )
-    say(f"{ROUNDS} rounds of {TICKS:,} ticks, resistance and three walls")
+    values = {"n": len(angles), "ticks": TICKS, "rows": len(laws), "angles": _rows(angles), "laws": _rows(laws)}
+    note = "cc -O2 -ffp-contract=off; each tick timed by itself, the clock's own time taken off"
+    found = []
+    for precision, name, targets in ((DOUBLE, "a tick", (0.5, 1.0)), (MIXED, "a tick in single precision", (0.5, 1.0))):
+        say(f"{ROUNDS} rounds of {TICKS:,} ticks, resistance and three walls: {name}")
+        rows = _timed(compiler, sources(controller, design.name, precision), HARNESS % values)
+        if any(int(row[3]) & LATCHING for row in rows):
+            raise RuntimeError("the supervisor stopped the controller; nothing was rendered")
+        for k, what in enumerate(("median", "99 of 100 are below")):
+            figures = [row[k] * 1e6 for row in rows]
+            found.append(of_repeats(SUBJECT, f"{name}, {what}", figures, "us", targets[k], note=note))
+    return found + _counted(machine, say)
+
+
+def _timed(compiler: str, files: dict[str, str], harness: str) -> list[list[float]]:
+    """Median, 99th percentile, a sum and the bits of each round."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, text in sources(controller, design.name).items():
+        for name, text in {**files, "bench.c": harness}.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
-        harness = HARNESS % {
-            "n": len(angles),
-            "ticks": TICKS,
-            "rows": len(laws),
-            "angles": _rows(angles),
-            "laws": _rows(laws),
-        }
-        (Path(folder) / "bench.c").write_text(harness, encoding="utf-8")
-        command = [
-            compiler,
-            "-std=c99",
-            "-O2",
-            "-ffp-contract=off",
-            "delta_controller.c",
-            "bench.c",
-            "-o",
-            "bench",
-            "-lm",
-        ]
-        subprocess.run(command, cwd=folder, check=True)
+        flags = ["-std=c99", "-O2", "-ffp-contract=off", "delta_controller.c", "bench.c", "-o", "bench", "-lm"]
+        subprocess.run([compiler, *flags], cwd=folder, check=True)
         told = [
             subprocess.run(["./bench"], cwd=folder, check=True, capture_output=True, text=True) for _ in range(ROUNDS)
         ]
-    rows = [[float(word) for word in run.stdout.split()] for run in told]
-    if any(int(row[3]) & LATCHING for row in rows):
-        raise RuntimeError("the supervisor stopped the controller; nothing was rendered")
-    note = "cc -O2 -ffp-contract=off; each tick timed by itself, the clock's own time taken off"
-    return [
-        of_repeats(SUBJECT, "a tick, median", [row[0] * 1e6 for row in rows], "us", 0.5, note=note),
-        of_repeats(SUBJECT, "a tick, 99 of 100 are below", [row[1] * 1e6 for row in rows], "us", 1.0, note=note),
-    ]
+    return [[float(word) for word in run.stdout.split()] for run in told]
+
+
+def _counted(machine: MachineModel, say: Callable[[str], None]) -> list[Figure]:
+    """Instructions a tick on bare cores under QEMU, and the load that an assumed number of cycles would mean."""
+    from haptics.firmware.precision import DOUBLE, MIXED
+    from haptics.simulation.hardware import board_controller
+    from haptics.simulation.loops import at_rate
+    from tests.haptics.firmware.rig import COUNTS, compile_bare, recording, replay, write
+
+    found = []
+    for core, precision, rate, clock, cycles, target in (
+        ("m7", DOUBLE, 8000.0, 600e6, 2.0, 20.0),
+        ("m4", MIXED, 4000.0, 168e6, 1.5, 80.0),
+    ):
+        name = f"Cortex-{core.upper()}, {'single' if precision.single else 'double'}"
+        say(f"{name}: {COUNTED:,} ticks under QEMU")
+        recorded = recording(machine, COUNTED, 7, 1.0 / rate)
+        took = []
+        for limits in ({}, EMPTY):
+            controller = board_controller(machine, at_rate(rate), stale=0.1, **limits)
+            with tempfile.TemporaryDirectory() as folder:
+                image = compile_bare(write(controller, precision, Path(folder)), core)
+                took.append(replay(image, recorded, "f4" if precision.single else "f8")[0]["took"] / COUNTS)
+        note = "counted by QEMU, six laws, faults; no cycles, caches or wait states"
+        figures = ("median", float(np.median(took[0]))), ("most, of an empty energy tank", float(took[1].max()))
+        found += [
+            Figure(SUBJECT, f"{name}: instructions a tick, {what}", value, "", note=note) for what, value in figures
+        ]
+        load = 100.0 * figures[1][1] * cycles / clock * rate
+        note = f"if an instruction takes {cycles:g} cycles at {clock / 1e6:g} MHz, which no chip has confirmed"
+        found.append(Figure(SUBJECT, f"{name}: load at {rate / 1e3:g} kHz", load, "%", target, note=note))
+    return found
 
 
 def _rows(array: np.ndarray) -> str:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-import shutil
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,32 +22,33 @@ from haptics.control.supervisor.faults import EXTERNAL, FaultCode, findings
 from haptics.control.supervisor.memory import ENABLE, HEARD, LATCHED, REQUEST, RESET, SIGNALS
 from haptics.devices.device import Reading
 from haptics.devices.host import Host
-from haptics.firmware.expressions import TranslationError, literal
-from haptics.firmware.generate import _translated, sources, write_firmware
+from haptics.firmware.expressions import TranslationError
+from haptics.firmware.generate import _translated, sources
 from haptics.firmware.layout import LayoutError, c_type
+from haptics.firmware.literals import literal
+from haptics.firmware.precision import DOUBLE, MIXED, Precision
+from haptics.firmware.project import write_firmware
 from haptics.firmware.translate import Translation
 from haptics.model.machine import MachineModel
 from haptics.rendering import law_table
-from haptics.rendering.laws.constant_force import ConstantForce
-from haptics.rendering.laws.home import Home
-from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
-from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import axis_wall
 from haptics.rendering.registry import COLUMNS, layout
 from haptics.rendering.registry import LAWS as REGISTRY
 from haptics.simulation.assumptions import default_controller
+from haptics.simulation.hardware import board_controller
 from tests.committed import BEST, Built
-from tests.haptics.scene_machine import scene_machine
-
-HOME = np.array([0.0, 0.0, 0.0946])
-LAWS = law_table(
-    replace(PAPER_SETTINGS["k0.4"], origin=HOME, damping=20.0),
-    SpringDamper(stiffness=50.0, damping=1.0, point=HOME),
-    ConstantForce([0.1, -0.2, 0.3]),
-    Home(stiffness=100.0, damping=2.0, speed=0.2, origin=HOME),
-    axis_wall("+x", 0.005, stiffness=1500.0, damping=3.0),
-    np.array([[kind, 0.5, *(1e-3 * (k + 1) for k in range(COLUMNS - 2))] for kind in REGISTRY]),  # every law there is
+from tests.haptics.firmware.rig import (
+    FLAGS,
+    HOME,
+    LAWS,
+    by_python,
+    compile_host,
+    recording,
+    replay,
+    tool,
+    write,
 )
+from tests.haptics.scene_machine import scene_machine
 
 
 @pytest.fixture(scope="module")
@@ -61,21 +60,8 @@ def compiled(controller: Controller, folder: Path, *macros: str) -> Any:
     """The C controller as a library; warnings are errors."""
     write_firmware(sources(controller, "under-test"), folder)
     library, code = folder.with_suffix(".so"), folder / "delta_controller.c"
-    flags = [
-        "-std=c99",
-        "-O2",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-pedantic",
-        "-ffp-contract=off",
-        "-fPIC",
-        "-shared",
-        *macros,
-    ]
-    compiler = shutil.which("cc")
-    assert compiler is not None, "a C compiler is needed"
-    subprocess.run([compiler, *flags, str(code), "-o", str(library), "-lm"], check=True)
+    shared = ("-fPIC", "-shared", *macros, str(code), "-o", str(library), "-lm")
+    subprocess.run([tool("gcc"), *FLAGS, *shared], check=True)
     loaded = ctypes.CDLL(str(library))
     double = ctypes.POINTER(ctypes.c_double)
     loaded.delta_tick.restype = ctypes.c_longlong
@@ -296,6 +282,48 @@ def test_what_is_written_does_not_depend_on_the_day(machine: MachineModel) -> No
     assert "malloc" not in written["delta_controller.c"]
 
 
+@pytest.mark.quick(2)
+@pytest.mark.parametrize(
+    ("compiler", "precision"),
+    [("clang", DOUBLE), ("gcc", MIXED), ("gcc", DOUBLE), ("clang", MIXED)],
+    ids=["clang-double", "gcc-single", "gcc-double", "clang-single"],
+)
+def test_it_is_clean_under_both_compilers_and_sanitizers(
+    machine: MachineModel, tmp_path: Path, compiler: str, precision: Precision
+) -> None:
+    controller = board_controller(machine, stale=0.1)
+    folder = write(controller, precision, tmp_path)
+    checked = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    program = compile_host(folder, *checked, compiler=compiler)
+    recorded = recording(machine, 3000, 9, controller.limits.period)
+    bits, torque, _ = by_python(controller, recorded)
+    answers, _ = replay(program, recorded, "f4" if precision.single else "f8")
+    assert np.array_equal(answers["bits"], bits)
+    assert np.abs(answers["torque"] - torque).max() <= (1e-4 if precision.single else 0.0)
+
+
+@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only"])
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_fast_math_is_refused(machine: MachineModel, tmp_path: Path, compiler: str, flag: str) -> None:
+    folder = write(board_controller(machine, stale=0.1), DOUBLE, tmp_path)
+    command = [tool(compiler), "-std=c99", flag, "-c", "delta_controller.c", "-o", "x.o"]
+    refused = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert refused.returncode != 0
+    assert "fast-math" in refused.stderr
+
+
+@pytest.mark.slow
+def test_a_million_ticks_with_faults_are_the_python_ones(machine: MachineModel, tmp_path: Path) -> None:
+    controller = board_controller(machine, stale=0.1)
+    recorded = recording(machine, 1_000_000, 11, controller.limits.period)
+    answers, left = replay(compile_host(write(controller, DOUBLE, tmp_path)), recorded)
+    bits, torque, memory = by_python(controller, recorded)
+    assert np.array_equal(answers["bits"], bits)
+    assert np.array_equal(answers["torque"], torque)
+    assert np.array_equal(np.frombuffer(left), memory, equal_nan=True)
+    assert int(np.bitwise_or.reduce(bits)).bit_count() >= 10
+
+
 def test_numbers_read_back_to_the_last_bit() -> None:
     for value in (0.1, -1e-300, 1.0 / 3.0, 5e-324, 3.0):
         assert float(literal(value).strip("()")) == value
@@ -324,7 +352,7 @@ def _with_else(x):
 
 @jit.compiled
 def _slice(a):
-    return a[:2][0]
+    return a[1:][0]
 
 
 @jit.compiled
@@ -339,7 +367,7 @@ def test_what_has_no_translation_is_refused_with_its_line(function: Any) -> None
         Translation().add(function, (float64,))
 
 
-def test_slices_need_both_ends() -> None:
+def test_slices_need_their_end() -> None:
     with pytest.raises(TranslationError, match=r"line \d+"):
         Translation().add(_slice, (typeof(np.zeros(3)),))
 
@@ -357,7 +385,14 @@ def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pyte
     assert "#define DELTA_PERIOD_S 0.000125\n" in (folder / "delta_controller.h").read_text()
     assert main([*command, "--rate", "1000", "--json"]) == 0  # again: replaced
     assert "#define DELTA_PERIOD_S 0.001\n" in (folder / "delta_controller.h").read_text()
-    assert sorted(path.name for path in folder.iterdir()) == ["README.md", "delta_controller.c", "delta_controller.h"]
+    assert {"README.md", "PORTING.md", "delta_controller.c", "delta_hal.h", "posix"} <= {
+        p.name for p in folder.iterdir()
+    }
+    assert main([*command, "--single", "--stale", "0.05", "--home"]) == 0
+    code = (folder / "delta_controller.c").read_text()
+    assert "typedef float delta_real;" in (folder / "delta_controller.h").read_text()
+    assert "#define DELTA_STALE_S 0.05\n" in code
+    assert ".absolute = 0.0f," in code
     (folder / "mine.txt").write_text("keep")
     assert main(command) == 2
     assert "holds other files" in capsys.readouterr().err

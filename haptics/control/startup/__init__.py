@@ -1,0 +1,1 @@
+"""A new device's first minute: is it what the design says, before it may render force."""

@@ -1,0 +1,24 @@
+#include "delta_joints.h"
+#include "delta_device.h"
+#include "delta_hal.h"
+#include <math.h>
+
+double delta_joints_read(delta_real theta[3])
+{
+    double now = hal_now();
+    for (int j = 0; j < 3; j++) {
+        double angle = 0.0;
+        theta[j] = hal_encoder(j, &angle) == 0 ? (delta_real)angle : (delta_real)NAN;
+    }
+    return now;
+}
+
+void delta_joints_write(const delta_real torque[3])
+{
+    for (int j = 0; j < 3; j++) hal_current(j, DELTA_AMPERE_PER_N_M * (double)torque[j]);
+}
+
+long long delta_joints_signals(void)
+{
+    return (hal_stop_pressed() ? DELTA_EMERGENCY_STOP : 0LL) | (hal_healthy() ? 0LL : DELTA_WATCHDOG);
+}

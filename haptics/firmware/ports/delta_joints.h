@@ -1,0 +1,14 @@
+/* Joints between controller and hardware layer: readings in rad, torques in N m. */
+#ifndef DELTA_JOINTS_H
+#define DELTA_JOINTS_H
+
+#include "delta_controller.h"
+
+/* Reads all encoders; NaN for one that is not good. Returns the time of the reading, s. */
+double delta_joints_read(delta_real theta[3]);
+/* Sets the currents of torques at the joints. */
+void delta_joints_write(const delta_real torque[3]);
+/* What the hardware holds up for the supervisor: bits of delta_signal. */
+long long delta_joints_signals(void);
+
+#endif

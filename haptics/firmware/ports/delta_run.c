@@ -1,0 +1,64 @@
+#include "delta_run.h"
+#include "delta_hal.h"
+#include "delta_joints.h"
+
+static int without(const delta_real torque[3])
+{
+    return torque[0] == 0 && torque[1] == 0 && torque[2] == 0;
+}
+
+static void tell_refusal(const delta_startup_memory *start)
+{
+    delta_refusal why = delta_startup_refusal(start);
+    hal_report(DELTA_EVENT_REFUSED, why.joint, why.value, why.bound);
+    hal_report(DELTA_EVENT_CODE, why.code, 0.0, 0.0);
+}
+
+int delta_run(const delta_real *laws, long rows, long long ticks)
+{
+    static delta_startup_memory start;
+    static delta_memory memory;
+    delta_real raw[3], theta[3], torque[3] = { 0, 0, 0 }, offset[3] = { 0, 0, 0 };
+    int told = -1, running = 0, ended = DELTA_RUN_DONE;
+    if (hal_begin() != 0) return DELTA_RUN_NO_HARDWARE;
+    delta_startup_begin(&start);
+    hal_enable(1);
+    for (long long k = 0; ticks == 0 || k < ticks; k++) {
+        hal_wait();
+        double now = delta_joints_read(raw);
+        if (running) {
+            for (int j = 0; j < 3; j++) theta[j] = raw[j] + offset[j];
+            delta_signal(&memory, delta_joints_signals());
+            delta_heard(&memory, now); /* the laws are the board's own; with a host: at each of its messages */
+            long long bits = delta_tick(&memory, laws, rows, now, theta, torque);
+            if (delta_state(&memory) == 4 && without(torque)) {
+                hal_report(DELTA_EVENT_FAULT, 3, (double)bits, 0.0);
+                ended = DELTA_RUN_FAULT;
+                break;
+            }
+        } else {
+            delta_startup_signal(&start, delta_joints_signals());
+            (void)delta_startup_tick(&start, now, raw, torque);
+            int step = delta_startup_step(&start);
+            if (step != told) hal_report(DELTA_EVENT_STEP, step, now, 0.0);
+            told = step;
+            if (step == DELTA_STARTUP_REFUSED && without(torque)) {
+                tell_refusal(&start);
+                ended = DELTA_RUN_REFUSED;
+                break;
+            }
+            if (step == DELTA_STARTUP_READY) {
+                delta_startup_offsets(&start, offset);
+                delta_start(&memory);
+                delta_enable(&memory);
+                hal_report(DELTA_EVENT_READY, 3, now, 0.0);
+                running = 1;
+            }
+        }
+        delta_joints_write(torque);
+        hal_watchdog();
+    }
+    for (int j = 0; j < 3; j++) hal_current(j, 0.0);
+    hal_enable(0);
+    return ended;
+}

@@ -1,0 +1,81 @@
+/* board [PORT [paced]]: a board of the socket protocol on loopback, the simulated device behind it; one session. */
+#define _POSIX_C_SOURCE 200809L
+#include "../delta_board.h"
+#include "../delta_controller.h"
+#include "../delta_device.h"
+#include "../delta_hal.h"
+#include "../simulated/device.h"
+#include "../simulated/hal_simulated.h"
+#include "link.h"
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { PATIENCE_MS = 50, IDLE_MS = 20000 };
+static volatile sig_atomic_t stopped;
+
+/* SIGUSR1 presses the emergency stop, SIGUSR2 releases it. */
+static void press(int signal) { stopped = signal == SIGUSR1; }
+
+void hal_report(int event, int joint, double value, double bound)
+{
+    fprintf(stderr, "event %d %d %.9g %.9g\n", event, joint, value, bound);
+}
+
+/* Sleeps until a period after the last one. */
+static void pace(struct timespec *due)
+{
+    due->tv_nsec += (long)(DELTA_PERIOD_S * 1e9);
+    if (due->tv_nsec >= 1000000000L) {
+        due->tv_nsec -= 1000000000L;
+        due->tv_sec++;
+    }
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, due, NULL) == EINTR) {}
+}
+
+int main(int many, char **words)
+{
+    static delta_board board;
+    unsigned char data[2048], reply[DELTA_PACKET_MOST], sender[DELTA_PEER];
+    int port = link_listen(many > 1 ? atoi(words[1]) : 0);
+    if (port < 0) {
+        fprintf(stderr, "the port cannot be had\n");
+        return 2;
+    }
+    struct timespec due;
+    int paced = many > 2 && strcmp(words[2], "paced") == 0;
+    signal(SIGUSR1, press);
+    signal(SIGUSR2, press);
+    device_begin(0);
+    if (hal_begin() != 0) return 2;
+    hal_enable(1);
+    delta_board_begin(&board, DELTA_PERIOD_S, (double)DELTA_TORQUE_N_M, DELTA_COUNTS_PER_TURN);
+    printf("listening on 127.0.0.1 %d\n", port);
+    fflush(stdout);
+    int served = 0;
+    clock_gettime(CLOCK_MONOTONIC, &due);
+    while (!(served && !board.connected)) {
+        int waiting = !board.connected ? IDLE_MS : ((board.answered || paced) ? 0 : PATIENCE_MS);
+        int ready = link_ready(waiting);
+        if (!ready && !board.connected) break; /* nobody came */
+        if (!board.connected) clock_gettime(CLOCK_MONOTONIC, &due);
+        if (paced && board.connected) pace(&due);
+        hal_wired.stopped = stopped;
+        size_t bytes;
+        while ((bytes = hal_receive(data, sizeof data, sender)) > 0) {
+            size_t answer = delta_board_received(&board, data, bytes, sender, reply);
+            if (answer > 0) hal_send(reply, answer, sender);
+            served = served || board.connected;
+        }
+        if (board.connected && (board.answered || !ready || paced)) {
+            size_t state = delta_board_tick(&board, reply);
+            if (state > 0) hal_send(reply, state, board.peer);
+        }
+    }
+    printf("%lu sessions, %lu commands served, %lu late, %lu dropped\n", board.sessions, board.served, board.late,
+           board.dropped);
+    return 0;
+}

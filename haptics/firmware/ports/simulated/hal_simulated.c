@@ -1,0 +1,43 @@
+#include "hal_simulated.h"
+#include "../delta_controller.h"
+#include "../delta_device.h"
+#include "../delta_hal.h"
+#include "device.h"
+#include <math.h>
+
+hal_wiring hal_wired = { { 1, 1, 1 }, { 1, 1, 1 }, 0 };
+static int begun, powered;
+static long long ticks;
+static double torque[3], current[3], angle[3];
+
+int hal_begin(void)
+{
+    ticks = 0;
+    begun = powered = 0;
+    return 0;
+}
+
+void hal_wait(void)
+{
+    if (begun) {
+        for (int j = 0; j < 3; j++) torque[j] = powered ? hal_wired.motor[j] * current[j] / DELTA_AMPERE_PER_N_M : 0.0;
+        device_step(torque, DELTA_PERIOD_S);
+        ticks++;
+    }
+    begun = 1;
+    device_angles(angle);
+}
+
+double hal_now(void) { return (double)ticks * DELTA_PERIOD_S; }
+
+int hal_encoder(int joint, double *found)
+{
+    *found = hal_wired.encoder[joint] * nearbyint(angle[joint] / DELTA_COUNT_RAD) * DELTA_COUNT_RAD;
+    return isfinite(*found) ? 0 : 1;
+}
+
+void hal_current(int joint, double ampere) { current[joint] = ampere; }
+void hal_enable(int on) { powered = on; }
+int hal_healthy(void) { return 1; }
+int hal_stop_pressed(void) { return hal_wired.stopped; }
+void hal_watchdog(void) {}

@@ -1,0 +1,12 @@
+/* The simulated device in place of encoders and drives: what a process sets of it. */
+#ifndef HAL_SIMULATED_H
+#define HAL_SIMULATED_H
+
+typedef struct {
+    int motor[3], encoder[3]; /* 1 or -1: signs of the wires */
+    int stopped;              /* whether the emergency stop is pressed */
+} hal_wiring;
+
+extern hal_wiring hal_wired;
+
+#endif

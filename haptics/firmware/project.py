@@ -1,0 +1,65 @@
+"""All that a board needs for a design: controller, start-up, hardware layer, ports and their guide, in one folder."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+from delta_cad.common.files import whole_folder
+from haptics.firmware.device import device_files
+from haptics.firmware.generate import sources
+from haptics.firmware.ports import files_of_ports
+from haptics.firmware.precision import DOUBLE, MIXED
+from haptics.model.machine import MachineModel
+from haptics.simulation.hardware import board_controller
+from haptics.simulation.loops import at_rate
+from haptics.simulation.start_up import start_up
+from haptics.stability.wall_share import proven_cap
+
+STALE = 0.1  # Age of the host's last word at which force fades, s
+
+
+def firmware(
+    machine: MachineModel, rate_Hz: float, *, single: bool = False, stale: float = STALE, homing: bool = False
+) -> dict[str, str]:
+    """The files.
+
+    Args:
+        machine: The device.
+        rate_Hz: Of the tick.
+        single: Single precision where it does no harm.
+        stale: Age of the host's last word at which force fades, s; may be infinite.
+        homing: Zeros from the lower stops at each start, also for encoders that have one.
+
+    Returns:
+        Path in the folder -> text.
+
+    Raises:
+        ValueError: The loop bears no wall somewhere, or the design has no stops.
+    """
+    loop = at_rate(rate_Hz)
+    start = start_up(machine, loop.period, absolute=False if homing else None)
+    controller = board_controller(machine, loop, stale=stale)._replace(walls=proven_cap(machine, loop))
+    written = sources(controller, machine.design.name, MIXED if single else DOUBLE, start)
+    return {**written, **device_files(machine), **files_of_ports()}
+
+
+def write_firmware(files: dict[str, str], folder: Path) -> None:
+    """Writes all files or none: beside the folder, then renamed; what stood there is replaced.
+
+    Args:
+        files: Path in the folder -> text.
+        folder: Where to.
+
+    Raises:
+        OSError: The folder cannot be written, or holds something else than a controller.
+    """
+    if folder.is_dir():
+        there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+        if not there <= set(files):
+            raise FileExistsError(errno.EEXIST, "holds other files than a controller", str(folder))
+    with whole_folder(folder) as part:
+        for name, text in files.items():
+            path = part / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")

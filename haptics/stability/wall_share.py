@@ -1,0 +1,75 @@
+"""Whether the closed form by which a tick caps its walls holds over the whole cube: by the eigenvalues of the device.
+
+The closed form knows friction, delay and damping; cable, structure, filter and the coupling of the axes are in the
+eigenvalues. Where a device bears less than the form says, all its walls are scaled down by one figure before its
+controller is written. Importing this module loads numba.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from haptics.control.wall_cap import HEAVIEST, SHARE, WallCap
+from haptics.model.machine import MachineModel
+from haptics.model.plant import FREE
+from haptics.simulation.hardware import wall_cap
+from haptics.simulation.loops import BOARD, LoopChoice
+from haptics.stability.walls import WallAt
+
+# Shares of the closed form that are tried, the largest first; none of them: the loop is refused.
+SCALES = (1.0, 0.98, 0.96, 0.94, 0.92, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+PARTS = (0.05, 0.3, 0.6, 0.85, 1.0)  # Walls tried at a pose, as shares of the stiffest: a softer one must stand, too
+NORMALS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+STRONG = 1e3  # A damping beyond all caps, N s/m
+
+
+def closed_form(cap: WallCap, jacobian: np.ndarray, normal: np.ndarray, damping: float = 0.0) -> tuple[float, float]:
+    """Stiffness (N/m) and damping (N s/m) that are borne across a direction, as `wall_cap.borne` has them."""
+    q = float(np.square(jacobian.T @ normal).sum())
+    kept = min(max(damping, cap.damping), HEAVIEST * cap.inertia / (q * cap.late))
+    return cap.share * (cap.friction / q + kept) / cap.cost, kept
+
+
+def proven_cap(machine: MachineModel, loop: LoopChoice = BOARD) -> WallCap:
+    """The cap of a loop, scaled so that every wall it lets through at full scale is stable let go of.
+
+    Tried are the centre and the corners of the cube, three normals, least friction, largest delay, with the loop's
+    damping and with the largest that is borne; what is rendered is `SHARE` of it.
+
+    Args:
+        machine: The device.
+        loop: The loop.
+
+    Returns:
+        The cap, its share times `SHARE`.
+
+    Raises:
+        ValueError: Even a tenth of the closed form is unstable somewhere.
+    """
+    poses = [
+        machine.centre,
+        *(machine.centre + machine.half_side * np.array(s) for s in product((-1.0, 1.0), repeat=3)),
+    ]
+    tried = [
+        WallAt(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
+        for pose, normal in product(poses, NORMALS)
+    ]
+    whole = wall_cap(machine, loop, 1.0)
+    for scale in SCALES:
+        if all(_stands(at, whole._replace(share=scale)) for at in tried):
+            return whole._replace(share=SHARE * scale)
+    raise ValueError(
+        f"a loop of {1.0 / loop.period:g} Hz bears no wall at some pose, not even {SCALES[-1]:g} of its form"
+    )
+
+
+def _stands(at: WallAt, cap: WallCap) -> bool:
+    """Whether the walls that a cap lets through are stable with nobody at the handle."""
+    loop = at.here.joint_loop(at.normal, FREE, at.timing, at.estimator, at_motor=at.at_motor)
+    for asked in (0.0, STRONG):
+        stiffness, damping = closed_form(cap, at.here.jacobian, at.normal, asked)
+        if any(loop.radius(part * stiffness, damping) >= 1.0 for part in PARTS):
+            return False
+    return True
