@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from delta_cad.commands import build, check, drawings, inspect, schema, view
+from delta_cad.commands import build, check, drawings, fixture, inspect, schema, view
 from delta_cad.common.console import Parser, command_parser, run_command
 
-COMMANDS = (build, check, drawings, inspect, view, schema)
+COMMANDS = (build, check, drawings, fixture, inspect, view, schema)
 EXIT_CODES = """exit codes: 0 done and all checks hold; 1 done, but a check fails; 2 the input or the usage is wrong;
 3 the geometry could not be built; 130 interrupted by Ctrl-C"""
 

@@ -44,7 +44,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     """Draws the design and returns the exit code."""
-    return made(given, _drawn, _place, folder=True, tell=_tell)
+    return made(given, _drawn, _place, folder=True, tell=tell)
 
 
 def _place(design: Design, given: argparse.Namespace) -> Path:
@@ -65,7 +65,7 @@ def _drawn(design: Design, given: argparse.Namespace, progress: Callable[[str], 
     return DrawnOutcome(design.name, drawn, _place(design, given))
 
 
-def _tell(outcome: DrawnOutcome) -> None:
+def tell(outcome: DrawnOutcome) -> None:
     """One line a fault, and where the files are."""
     for name, faults in outcome.drawn.faults.items():
         for fault in faults:

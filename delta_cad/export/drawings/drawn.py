@@ -99,8 +99,8 @@ def write_drawings(
             except UNDRAWN as error:
                 drawn.faults[part.number] = [str(error)]
                 continue
-            _write(drawing, folder)
-            _count(drawn, part.number, drawing_faults(drawing, part, features))
+            write_drawing(drawing, folder)
+            count_faults(drawn, drawing, part, features)
     rows = bill_of_materials(assembly, unit)
     whole = assembly_drawing(assembly, rows, _whole_titles(d, assembly, masses), progress)
     (folder / f"{whole.name}.pdf").write_bytes(pdf_bytes(whole))
@@ -115,7 +115,13 @@ def _count(drawn: Drawn, name: str, faults: list[str]) -> None:
         drawn.faults[name] = faults
 
 
-def _write(drawing: Drawing, folder: Path) -> None:
+def count_faults(drawn: Drawn, drawing: Drawing, part: Part, features: Features) -> None:
+    """Counts a part's drawing, with what is wrong with it."""
+    _count(drawn, part.number, drawing_faults(drawing, part, features))
+
+
+def write_drawing(drawing: Drawing, folder: Path) -> None:
+    """Writes a part's drawing in its three formats into a folder."""
     (folder / f"{drawing.name}.pdf").write_bytes(pdf_bytes(drawing))
     (folder / f"{drawing.name}.svg").write_text(svg_text(drawing), encoding="utf-8")
     (folder / f"{drawing.name}.dxf").write_text(dxf_text(drawing), encoding="utf-8", newline="\n")
@@ -173,7 +179,7 @@ def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) ->
                 material=part.material.name,
                 quantity=str(count[part.number]),
                 mass=f"{masses[part.number] * G_PER_KG:.3g} g",
-                size=_size((box.xlen, box.ylen, box.zlen)),
+                size=size_of((box.xlen, box.ylen, box.zlen)),
                 machine=_machine(d, assembly),
                 revision=REVISION,
                 tolerance=general,
@@ -190,7 +196,7 @@ def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) 
     size = np.ptp(np.array(corners), axis=0)
     mass = f"{masses['total_mass_kg']:.3g} kg"
     text = f"Assembly of {assembly.name}, handle in its middle position"
-    return Titles("assembly", text, "see the item list", "1", mass, _size(size), _machine(d, assembly), REVISION)
+    return Titles("assembly", text, "see the item list", "1", mass, size_of(size), _machine(d, assembly), REVISION)
 
 
 def _location(frame: np.ndarray) -> Any:
@@ -201,7 +207,8 @@ def _location(frame: np.ndarray) -> Any:
     return cq.Location(location_of(frame))
 
 
-def _size(lengths: Any) -> str:
+def size_of(lengths: Any) -> str:
+    """Gives three lengths, mm, as a title block has them."""
     return " x ".join(f"{round(float(length), 2):g}" for length in lengths) + " mm"
 
 

@@ -1,0 +1,134 @@
+"""The calibration plate with its columns and spacers: made parts, their STEP files and drawings, and the poses."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+from pathlib import Path
+
+import numpy as np
+
+from delta_cad.common.units import G_PER_KG
+from delta_cad.design import design_hash
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.drawings.drawn import UNDRAWN, Drawn, count_faults, part_drawing, size_of, write_drawing
+from delta_cad.export.drawings.part.controlled import Controlled, Length
+from delta_cad.export.drawings.title import Titles
+from delta_cad.export.shop.seats import (
+    COLUMN_MM,
+    PLATE_MM,
+    SEAT_WALL_MM,
+    SPIGOT_LONG_MM,
+    SPIGOT_MM,
+    Seats,
+    nominal_readings_deg,
+    seats_of,
+)
+from delta_cad.export.step import write_part_step
+from delta_cad.mechanism.placement import CHAINS
+from delta_cad.solids.boring import Boring, along_z, blind, fitted, tapped
+from delta_cad.solids.making import made_part, round_z
+from delta_cad.solids.materials import GRAPHITE, material
+from delta_cad.solids.part import Part
+from delta_cad.solids.primitive import bore_z, cut, feature, fuse
+
+CONE_DEG = 90.0
+THREAD, THREAD_MM = "M6", 12.0  # by which a column stands on the bench
+COUNTS = {"calibration_plate": 1, "calibration_column": 3, "calibration_spacer": 6}
+PLACE_MM = 0.02  # of seats among each other, and of the heights of columns and spacers
+
+
+def fixture_parts(s: Seats) -> tuple[Part, Part, Part]:
+    """Makes plate (base frame, its lower face at z = 0), column and spacer (upright on z = 0)."""
+    return (
+        _plate(s),
+        _post("calibration_column", "column", s.column_mm),
+        _post("calibration_spacer", "spacer", s.spacer_mm),
+    )
+
+
+def _plate(s: Seats) -> Part:
+    number, through = "calibration_plate", (0.0, PLATE_MM)
+    boring, places = Boring(), [(float(x), float(y)) for x, y in s.places_mm]
+    seats = [blind(along_z(s.mouth_mm, at, (0.0, SEAT_WALL_MM)), CONE_DEG) for at in places]
+    boring.add(
+        f"seat {s.mouth_mm:g} x {SEAT_WALL_MM:g}, below it a cone of {CONE_DEG:g} deg, all places within {PLACE_MM:g}",
+        seats,
+    )
+    boring.add(f"{s.relief_mm:g} through", (along_z(s.relief_mm, at, through) for at in places))
+    columns = [s.column_radius_mm * np.array([cos(a), sin(a)]) for a in (pi / 3 + 2 * pi / 3 * i for i in CHAINS)]
+    spigots = [fitted(along_z(SPIGOT_MM, (float(x), float(y)), through), "H7") for x, y in columns]
+    boring.add(f"{SPIGOT_MM:g} H7 through, columns", spigots)
+    disc = bore_z(2 * s.plate_radius_mm, (0.0, 0.0), through)
+    solid = feature(number, "seats", "cube.half_side_mm", lambda: cut(disc, boring.tools))
+    text = f"calibration plate {2 * s.plate_radius_mm:g} x {PLATE_MM:g}, seats towards the machine"
+    extent = round_z(s.plate_radius_mm, through)
+    return made_part(number, text, solid, material("aluminium-6082", GRAPHITE), extent, boring.holes)
+
+
+def _post(number: str, name: str, length: float) -> Part:
+    """A round post with a spigot at its head; a column has a thread in its foot, a spacer the spigot's bore."""
+    boring, axis = Boring(), (0.0, 0.0)
+    if name == "column":
+        thread = tapped(along_z(0.0, axis, (0.0, length)), THREAD, THREAD_MM)
+        boring.add(f"{THREAD} x {THREAD_MM:g}, drilled {thread.depth_mm:g} deep, bench", [thread])
+    else:
+        deep = SPIGOT_LONG_MM + 0.5
+        boring.add(f"{SPIGOT_MM:g} H7 x {deep:g}", [fitted(blind(along_z(SPIGOT_MM, axis, (0.0, deep))), "H7")])
+    body = fuse(bore_z(COLUMN_MM, axis, (0.0, length)), bore_z(SPIGOT_MM, axis, (0.0, length + SPIGOT_LONG_MM)))
+    solid = feature(number, "bore", "cube.half_side_mm", lambda: cut(body, boring.tools))
+    text = f"calibration {name} {COLUMN_MM:g} x {length:g}, spigot {SPIGOT_MM:g} h6 x {SPIGOT_LONG_MM:g}"
+    extent = round_z(COLUMN_MM / 2, (0.0, length + SPIGOT_LONG_MM))
+    return made_part(number, text, solid, material("aluminium-6082", GRAPHITE), extent, boring.holes)
+
+
+def _held(part: Part, s: Seats) -> Controlled:
+    """What of a part is held closer than the general tolerance."""
+    height = {"calibration_column": s.column_mm, "calibration_spacer": s.spacer_mm}.get(part.number)
+    if height is None:
+        return Controlled()
+    return Controlled((Length(2, 0.0, height, PLACE_MM),), ((SPIGOT_MM, "h6"),))
+
+
+def write_fixture(d: Dimensions, folder: Path) -> Drawn:
+    """Writes a machine's fixture: STEP file and drawing of each part, and `poses.csv` to be filled in.
+
+    Args:
+        d: The machine's dimensions.
+        folder: An existing folder.
+
+    Returns:
+        What came of the drawings.
+
+    Raises:
+        GeometryError: The cube is too low for it.
+        OSError: It cannot be written.
+    """
+    seats, drawn = seats_of(d), Drawn()
+    machine = f"{d.design.name}, design {design_hash(d.design)[:12]}"
+    for part in fixture_parts(seats):
+        write_part_step(part, folder / f"{part.number}.step")
+        box = part.solid.BoundingBox(1e-4)
+        grams = part.solid.Volume() * 1e-9 * part.material.density_kg_m3 * G_PER_KG
+        size, count = size_of((box.xlen, box.ylen, box.zlen)), str(COUNTS[part.number])
+        text = part.description
+        titles = Titles(part.number, text, part.material.name, count, f"{grams:.0f} g", size, machine, "A")
+        try:
+            drawing, features = part_drawing(part, _held(part, seats), titles)
+        except UNDRAWN as error:
+            drawn.faults[part.number] = [str(error)]
+            continue
+        write_drawing(drawing, folder)
+        count_faults(drawn, drawing, part, features)
+    (folder / "poses.csv").write_text(poses_text(d, seats), encoding="utf-8")
+    return drawn
+
+
+def poses_text(d: Dimensions, seats: Seats) -> str:
+    """Gives the poses in the columns that `python -m haptics calibrate` reads, readings as of a machine as drawn.
+
+    The readings are there to be replaced by those of the made one: left as they are, they calibrate to nothing.
+    """
+    lines = ["x_mm,y_mm,z_mm,reading_0_deg,reading_1_deg,reading_2_deg"]
+    for p, readings in zip(seats.poses_mm, nominal_readings_deg(d, seats), strict=True):
+        lines.append(",".join([*(f"{v:.6f}" for v in p), *(f"{v:.4f}" for v in readings)]))
+    return "\n".join(lines) + "\n"

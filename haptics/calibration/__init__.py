@@ -1,0 +1,1 @@
+"""A device as it came out of the shop: its lengths, zeros and encoders from poses at known positions."""

@@ -1,0 +1,130 @@
+"""Readings of a made device as those of the drawn one, and torques of the drawn one as those of the made; compiled.
+
+A controller that knows the drawn lengths alone is right about a calibrated device if it sees, in place of the readings,
+the angles that the drawn device has where the made one is: readings to angles, angles to the position by the made
+lengths, the position to the drawn angles. Torques, which act on angles and not on readings, go back by the derivative
+`D = d drawn / d angle`: `torque = D^T torque_drawn` has the same power, so that force and gravity come out at the
+handle as they were meant.
+Scalars without allocation, in the subset of the language that the firmware is translated from. Importing this module
+loads numba.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from delta_cad.common.jit import compiled
+from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
+from haptics.calibration.unknowns import LENGTHS, Unknowns
+
+POSITION, DRAWN = 3, 4  # rows of what `correct` fills; rows 0-2 are D, row i the drawn angle of chain i by each angle
+ELBOW, COS, SIN = 5, 8, 9  # rows of work: elbows, then forearms; of the made device's angles
+ROWS = 10
+# Columns of the table, by chain: radius difference, upper arm, forearm, side and height offset, zero, four waves.
+COLUMNS = 10
+
+
+class Correction(NamedTuple):
+    """Parameters of the map, SI.
+
+    Attributes:
+        radius_difference: R - r as drawn, m.
+        upper_arm_length: L_A as drawn, m.
+        forearm_length: L_B as drawn, m.
+        turns: Turns of an encoder in one of the arm.
+        table: (3, COLUMNS) of the made device.
+    """
+
+    radius_difference: float
+    upper_arm_length: float
+    forearm_length: float
+    turns: float
+    table: np.ndarray
+
+
+def correction(g: DeltaGeometry, unknowns: Unknowns) -> Correction:
+    """Makes the map of a device.
+
+    Args:
+        g: The device as drawn.
+        unknowns: As it was measured.
+    """
+    made, table = unknowns.mechanism, unknowns.table
+    own = np.column_stack([made.radius_difference, table[:, 2:LENGTHS], table[:, LENGTHS:]])
+    return Correction(
+        g.radius_difference, g.upper_arm_length, g.forearm_length, unknowns.turns, np.ascontiguousarray(own)
+    )
+
+
+@compiled
+def correct(known, readings, out):
+    """Gives where the handle is, and how the drawn device would stand there.
+
+    Args:
+        known: `Correction`.
+        readings: (3,) rad.
+        out: (ROWS, 3) filled: rows 0-2 D; row 3 the position, m; row 4 the drawn angles, rad; NaN where the
+            chains do not close. The rest is work.
+    """
+    table, turns = known.table, known.turns
+    e, c, s = out[ELBOW:COS], out[COS], out[SIN]
+    for i in range(3):
+        a = turns * readings[i]
+        c1, s1, c2, s2 = math.cos(a), math.sin(a), math.cos(2.0 * a), math.sin(2.0 * a)
+        angle = readings[i] + table[i, 5] + table[i, 6] * c1 + table[i, 7] * s1 + table[i, 8] * c2 + table[i, 9] * s2
+        c[i], s[i] = math.cos(angle), math.sin(angle)
+        rx = 1.0 if i == 0 else -0.5
+        ry = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
+        radial = table[i, 0] + table[i, 1] * c[i]
+        e[i, 0] = radial * rx - table[i, 3] * ry
+        e[i, 1] = radial * ry + table[i, 3] * rx
+        e[i, 2] = table[i, 4] + table[i, 1] * s[i]
+    bx, by, bz = e[1, 0] - e[0, 0], e[1, 1] - e[0, 1], e[1, 2] - e[0, 2]
+    dx, dy, dz = e[2, 0] - e[0, 0], e[2, 1] - e[0, 1], e[2, 2] - e[0, 2]
+    nx, ny, nz = by * dz - bz * dy, bz * dx - bx * dz, bx * dy - by * dx
+    n2 = nx * nx + ny * ny + nz * nz
+    l0, l1, l2 = table[0, 2], table[1, 2], table[2, 2]
+    beta = 0.5 * (l0 * l0 - l1 * l1 + bx * bx + by * by + bz * bz)
+    gamma = 0.5 * (l0 * l0 - l2 * l2 + dx * dx + dy * dy + dz * dz)
+    ux = (beta * (dy * nz - dz * ny) + gamma * (ny * bz - nz * by)) / n2
+    uy = (beta * (dz * nx - dx * nz) + gamma * (nz * bx - nx * bz)) / n2
+    uz = (beta * (dx * ny - dy * nx) + gamma * (nx * by - ny * bx)) / n2
+    square = (l0 * l0 - (ux * ux + uy * uy + uz * uz)) / n2
+    up = math.sqrt(square) if square >= 0.0 else math.nan
+    px, py, pz = e[0, 0] + ux + up * nx, e[0, 1] + uy + up * ny, e[0, 2] + uz + up * nz
+    out[POSITION, 0], out[POSITION, 1], out[POSITION, 2] = px, py, pz
+    for i in range(3):
+        e[i, 0], e[i, 1], e[i, 2] = px - e[i, 0], py - e[i, 1], pz - e[i, 2]
+    det = (
+        e[0, 0] * (e[1, 1] * e[2, 2] - e[1, 2] * e[2, 1])
+        + e[0, 1] * (e[1, 2] * e[2, 0] - e[1, 0] * e[2, 2])
+        + e[0, 2] * (e[1, 0] * e[2, 1] - e[1, 1] * e[2, 0])
+    )
+    for i in range(3):
+        rx = 1.0 if i == 0 else -0.5
+        ry = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
+        q = px * rx + py * ry - known.radius_difference
+        t = py * rx - px * ry
+        rho2 = q * q + pz * pz
+        la, lb = known.upper_arm_length, known.forearm_length
+        m = (rho2 + t * t + la * la - lb * lb) / (2.0 * la)
+        w2 = rho2 - m * m
+        w = math.sqrt(w2) if w2 >= 0.0 else math.nan
+        cos, sin = (q * m + pz * w) / rho2, (pz * m - q * w) / rho2
+        out[DRAWN, i] = math.atan2(sin, cos)
+        # the drawn angle turns by s . v / (L_A w), s being the drawn forearm
+        along, height = q - la * cos, pz - la * sin
+        sx, sy = along * rx - t * ry, along * ry + t * rx
+        for j in range(3):
+            k, n = (j + 1) % 3, (j + 2) % 3
+            vx = e[k, 1] * e[n, 2] - e[k, 2] * e[n, 1]
+            vy = e[k, 2] * e[n, 0] - e[k, 0] * e[n, 2]
+            vz = e[k, 0] * e[n, 1] - e[k, 1] * e[n, 0]
+            jx = 1.0 if j == 0 else -0.5
+            jy = 0.0 if j == 0 else (SIN_60 if j == 1 else -SIN_60)
+            turn = c[j] * e[j, 2] - s[j] * (e[j, 0] * jx + e[j, 1] * jy)
+            rate = table[j, 1] * turn / det
+            out[i, j] = rate * (sx * vx + sy * vy + height * vz) / (la * w)

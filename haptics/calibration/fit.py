@@ -1,0 +1,285 @@
+"""The parameters that explain measured poses best, how sure each is, and what the poses say nothing of.
+
+Weighted least squares of positions: each row is divided by what the noise of positions and of readings explains of it.
+What parts are made to weighs in as one more measurement of each parameter, so that what poses do not tell stays as
+drawn. `Fit.told` has the singular values of the poses' equations with every parameter in units of that, and with the
+tracker's frame taken out: below 1 the drawing says more of a direction than the poses do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from delta_cad.mechanism.chains import chain_angles, chain_derivatives, chain_positions
+from delta_cad.mechanism.geometry import DeltaGeometry
+from haptics.calibration.poses import Poses
+from haptics.calibration.unknowns import COUNT, WAVE_SIGMA, ZERO, Unknowns, nominal, sigmas
+
+ALWAYS_HIDDEN = 3  # of the unknowns: the sum of each chain's two radii
+SPARE = 4  # poses beyond as many as there are unknowns, from which one sees how well they fit
+# Of a tracker's frame beyond the closest one: so wide that it says nothing, and yet finite where nothing else does.
+TURN_SIGMA, SHIFT_SIGMA = 0.3, 0.1
+STEP = 1e-6  # rad, of the difference that gives how positions follow a turn of their frame
+
+
+class FitError(ValueError):
+    """Poses that no parameters can be told from; the message is one line."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of what was measured.
+
+    Attributes:
+        position: Of each coordinate of a position, m.
+        angle: Of a reading, rad.
+    """
+
+    position: float = 0.02e-3
+    angle: float = math.radians(0.005)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where the frame of the positions lies: `p_base = rotation p + shift`.
+
+    Attributes:
+        rotation: (3, 3).
+        shift: (3,) m.
+        solved: Whether it was sought; else positions are in the base frame.
+    """
+
+    rotation: np.ndarray
+    shift: np.ndarray
+    solved: bool
+
+    def to_base(self, p: np.ndarray) -> np.ndarray:
+        """Gives positions (n, 3) in the base frame, m."""
+        return p @ self.rotation.T + self.shift
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What came of the poses.
+
+    Attributes:
+        unknowns: The parameters.
+        frame: The positions' frame.
+        sigma: (3, 11) standard deviation of each parameter.
+        told: (k,) singular values of what the poses tell, largest first, and 0 for what they cannot.
+        directions: (33, 33) as rows the combinations of parameters that they tell, in units of `sigmas`.
+        before: (n,) distance of each pose from where the drawn device has its readings, m; NaN where it has none.
+        after: (n,) from the calibrated one, m.
+        misfit: Root of the mean square of what is left, in units of the noise: 1 where noise alone explains it.
+    """
+
+    unknowns: Unknowns
+    frame: Frame
+    sigma: np.ndarray
+    told: np.ndarray
+    directions: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    misfit: float
+
+
+def poses_needed(own_frame: bool) -> int:
+    """Computes how many poses the parameters need: three equations a pose, and some to spare."""
+    unknown = 3 * COUNT - ALWAYS_HIDDEN + (6 if own_frame else 0)
+    return math.ceil(unknown / 3) + SPARE
+
+
+def fit(
+    g: DeltaGeometry,
+    poses: Poses,
+    *,
+    turns: float = 1.0,
+    noise: Noise | None = None,
+    own_frame: bool = False,
+    wave: float = WAVE_SIGMA,
+) -> Fit:
+    """Finds the parameters of a device.
+
+    Args:
+        g: The device as drawn.
+        poses: What was measured.
+        turns: Turns of an encoder in one of the arm.
+        noise: Of positions and readings.
+        own_frame: Whether positions are in a frame of their own, which is sought, too.
+        wave: Standard deviation of an encoder's wave before it is measured, rad.
+
+    Returns:
+        The fit.
+
+    Raises:
+        FitError: There are too few poses, or the drawn device cannot be at one of them.
+    """
+    noise = Noise() if noise is None else noise
+    count, needed = len(poses.positions), poses_needed(own_frame)
+    if count < needed:
+        raise FitError(f"{count} poses; at least {needed} are needed for {3 * COUNT - ALWAYS_HIDDEN} parameters that "
+                       f"can be told{' and a frame' if own_frame else ''}, with {SPARE} to spare")  # fmt: skip
+    drawn = nominal(g, turns)
+    scale, frame = sigmas(wave).ravel(), Frame(np.eye(3), np.zeros(3), own_frame)
+    reached = _reached(drawn, poses)
+    if own_frame:
+        scale = np.concatenate([scale, [TURN_SIGMA] * 3, [SHIFT_SIGMA] * 3])
+        frame = _closest(poses.positions, reached)
+    before = np.linalg.norm(reached - frame.to_base(poses.positions), axis=1)
+    problem = _Problem(poses, drawn, frame, scale)
+    x = _zeros_alone(problem)
+    for _ in range(2):  # the noise's share follows the pose, so once more with that of the calibrated device
+        problem = replace(problem, whitening=problem.whitened(x, noise))
+        x = _least_squares(problem.residuals, x, problem.jacobian)
+    unknowns, frame = problem.at(x)
+    jacobian, rows = problem.jacobian(x), 3 * count
+    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    data = jacobian[:rows, : 3 * COUNT]
+    if own_frame:
+        q, _ = np.linalg.qr(jacobian[:rows, 3 * COUNT :])
+        data = data - q @ (q.T @ data)
+    _, told, directions = np.linalg.svd(data, full_matrices=False)
+    freedom = rows - 3 * COUNT + ALWAYS_HIDDEN - (6 if own_frame else 0)
+    return Fit(
+        unknowns=unknowns,
+        frame=frame,
+        sigma=(np.sqrt(np.diag(covariance)) * scale)[: 3 * COUNT].reshape(3, COUNT),
+        told=told,
+        directions=directions,
+        before=before,
+        after=np.linalg.norm(problem.apart(x), axis=1),
+        misfit=float(np.sqrt((problem.residuals(x)[:rows] ** 2).sum() / freedom)),
+    )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Residuals of unknowns x, each in units of its standard deviation and counted from the drawn device."""
+
+    poses: Poses
+    drawn: Unknowns
+    frame: Frame
+    scale: np.ndarray
+    whitening: np.ndarray | None = None
+
+    def at(self, x: np.ndarray) -> tuple[Unknowns, Frame]:
+        """The device and the frame."""
+        step = self.scale * x
+        table = self.drawn.table + step[: 3 * COUNT].reshape(3, COUNT)
+        frame = self.frame
+        if frame.solved:
+            frame = _moved(frame, step[3 * COUNT : 3 * COUNT + 3], step[3 * COUNT + 3 :])
+        return replace(self.drawn, table=table), frame
+
+    def apart(self, x: np.ndarray) -> np.ndarray:
+        """(n, 3) from the measured position to that of the readings, m."""
+        unknowns, frame = self.at(x)
+        return _reached(unknowns, self.poses) - frame.to_base(self.poses.positions)
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """(3 n + m,) of the poses, and of the parameters as drawn."""
+        return np.concatenate([(self._whitening() @ self.apart(x)[..., None]).ravel(), x])
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """(3 n + m, m) of `residuals`."""
+        unknowns, frame = self.at(x)
+        theta = unknowns.angles(self.poses.readings)
+        p = chain_positions(unknowns.mechanism, theta)
+        by_joint, by_length = chain_derivatives(unknowns.mechanism, theta, p)
+        by_angle = by_joint[..., None] * unknowns.waves(self.poses.readings)[:, None, :, :]
+        rows = np.concatenate([by_length, by_angle], axis=-1).reshape(len(p), 3, 3 * COUNT)
+        if frame.solved:
+            moves = []
+            for step in STEP * np.eye(3):
+                turn = self.scale[3 * COUNT : 3 * COUNT + 3] * x[3 * COUNT : 3 * COUNT + 3]
+                either = (_moved(self.frame, turn + sign * step, np.zeros(3)) for sign in (1.0, -1.0))
+                ahead, behind = (one.to_base(self.poses.positions) for one in either)
+                moves.append((behind - ahead) / (2.0 * STEP))
+            shifts = np.broadcast_to(-np.eye(3), (len(p), 3, 3))
+            rows = np.concatenate([rows, np.stack(moves, axis=-1), shifts], axis=-1)
+        whole = (self._whitening() @ (rows * self.scale)).reshape(-1, len(x))
+        return np.vstack([whole, np.eye(len(x))])
+
+    def whitened(self, x: np.ndarray, noise: Noise) -> np.ndarray:
+        """(n, 3, 3) by which noise becomes of unit variance."""
+        unknowns, _ = self.at(x)
+        theta = unknowns.angles(self.poses.readings)
+        by_joint, _ = chain_derivatives(unknowns.mechanism, theta, chain_positions(unknowns.mechanism, theta))
+        both = noise.position**2 * np.eye(3) + noise.angle**2 * by_joint @ np.swapaxes(by_joint, 1, 2)
+        return np.linalg.inv(np.linalg.cholesky(both))
+
+    def _whitening(self) -> np.ndarray:
+        assert self.whitening is not None
+        return self.whitening
+
+
+def _reached(unknowns: Unknowns, poses: Poses) -> np.ndarray:
+    """(n, 3) where the readings put the handle, m; NaN where no position fits."""
+    return chain_positions(unknowns.mechanism, unknowns.angles(poses.readings))
+
+
+def _moved(frame: Frame, turn: np.ndarray, shift: np.ndarray) -> Frame:
+    from scipy.spatial.transform import Rotation
+
+    rotation = Rotation.from_rotvec(turn).as_matrix()
+    return Frame(rotation @ frame.rotation, rotation @ frame.shift + shift, frame.solved)
+
+
+def _closest(measured: np.ndarray, reached: np.ndarray) -> Frame:
+    """The frame that brings the measured positions closest to those of the drawn device."""
+    from scipy.spatial.transform import Rotation
+
+    if np.isnan(reached).any():
+        bad = int(np.isnan(reached).any(axis=1).argmax())
+        raise FitError(
+            f"pose {bad + 1}: no position of the drawn device has these readings; with a frame of its own the zeros "
+            "must be right to some degrees: put them in first"
+        )
+    middle, goal = measured.mean(axis=0), reached.mean(axis=0)
+    rotation = Rotation.align_vectors(reached - goal, measured - middle)[0].as_matrix()
+    return Frame(rotation, goal - rotation @ middle, True)
+
+
+def _zeros_alone(problem: _Problem) -> np.ndarray:
+    """Unknowns of which only the zeros, and the frame, are not as drawn: where the whole search begins."""
+    x, poses, drawn = np.zeros(len(problem.scale)), problem.poses, problem.drawn
+    zeros = np.arange(3) * COUNT + ZERO
+    if not problem.frame.solved:
+        theta = chain_angles(drawn.mechanism, poses.positions)
+        if np.isnan(theta).any():
+            bad = int(np.isnan(theta).any(axis=1).argmax())
+            raise FitError(f"pose {bad + 1}: the drawn device does not reach its position")
+        off = theta - poses.readings
+        x[zeros] = np.angle(np.exp(1j * off).mean(axis=0)) / problem.scale[zeros]
+    else:
+        some = np.concatenate([zeros, np.arange(3 * COUNT, len(x))])
+
+        def apart(part: np.ndarray) -> np.ndarray:
+            x[some] = part
+            return np.nan_to_num(problem.apart(x), nan=1.0).ravel()
+
+        x[some] = _least_squares(apart, x[some])
+    if np.isnan(problem.apart(x)).any():
+        bad = int(np.isnan(problem.apart(x)).any(axis=1).argmax())
+        raise FitError(f"pose {bad + 1}: its readings and its position do not belong to the drawn device")
+    return x
+
+
+def _least_squares(
+    residuals: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    jacobian: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> np.ndarray:
+    from scipy.optimize import least_squares
+
+    try:
+        by: Any = "3-point" if jacobian is None else jacobian
+        found = least_squares(residuals, start, by, xtol=1e-12, ftol=1e-12)
+    except ValueError:  # a residual that is not finite
+        raise FitError("readings and positions belong to no device like the drawn one") from None
+    return found.x

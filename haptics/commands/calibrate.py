@@ -1,0 +1,124 @@
+"""`calibrate`: lengths, zeros and encoders of a made device from poses at known positions."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, catalogue_option, refuse
+from haptics.commands.device import number, refusing
+
+if TYPE_CHECKING:
+    from delta_cad.design import Design
+    from haptics.calibration.record import Calibration
+
+NAME = "calibrate"
+TEXT = "zeros, link lengths, offsets and encoder errors from measured poses, each with its uncertainty"
+MISFIT_MOST = 3.0  # what is left of the poses over what their noise explains; beyond it something else is wrong
+
+
+def arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the command's arguments."""
+    command.add_argument("poses", type=Path, metavar="POSES.csv", help="x_mm, y_mm, z_mm of the platform's centre and "
+                         "reading_0_deg to reading_2_deg, a pose a line")  # fmt: skip
+    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    catalogue_option(command)
+    frames = "of the positions: the base frame, or one of their own, which is sought, too"
+    command.add_argument("--frame", choices=("base", "own"), default="base", help=frames)
+    sigma = number("number from 0.0001 to 10 mm", 1e-4, 10.0)
+    command.add_argument(
+        "--position-sigma", type=sigma, default=0.02, metavar="MM", help="of a coordinate; default 0.02"
+    )
+    angle = number("number from 0.00001 to 5 degrees", 1e-5, 5.0)
+    command.add_argument(
+        "--reading-sigma", type=angle, metavar="DEG", help="of a reading; default: the encoder's noise"
+    )
+    command.add_argument("--out", type=Path, default=Path("calibration.json"), metavar="FILE",
+                         help="default calibration.json; written if the poses fit")  # fmt: skip
+    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+
+
+@refusing
+def run(given: argparse.Namespace) -> int:
+    """Runs it and returns the exit code."""
+    import math
+
+    from delta_cad.common.files import require_room
+    from delta_cad.common.units import MM_PER_M
+    from delta_cad.design import load_design
+    from haptics.calibration.fit import FitError, Noise, fit
+    from haptics.calibration.poses import PosesError, load_poses
+    from haptics.calibration.record import calibration_of, save_calibration
+
+    design = load_design(given.design, given.catalogue)
+    turns, wave, angle = _encoder(design)
+    if given.reading_sigma is not None:
+        angle = math.radians(given.reading_sigma)
+    try:
+        poses = load_poses(given.poses)
+        require_room(given.out, folder=False)
+        noise = Noise(given.position_sigma / MM_PER_M, angle)
+        found = fit(design.geometry, poses, turns=turns, noise=noise, own_frame=given.frame == "own", wave=wave)
+    except PosesError as error:
+        return refuse(str(error), BAD_INPUT)
+    except FitError as error:
+        return refuse(f"{given.poses.name}: {error}", BAD_INPUT)
+    calibration = calibration_of(design, found, len(poses.positions))
+    fits = found.misfit <= MISFIT_MOST
+    if fits:
+        save_calibration(calibration, given.out)
+    if given.json:
+        print(json.dumps(_facts(calibration, given.out, fits), indent=1, allow_nan=False))
+    else:
+        _print(calibration, given.out, fits)
+    return DONE if fits else NOT_MET
+
+
+def _encoder(design: Design) -> tuple[float, float, float]:
+    """Turns of an encoder in one of the arm; how far its waves and one reading may be off, rad."""
+    import math
+
+    from delta_cad import catalogue
+    from delta_cad.drive import drive_torque, encoder_count_rad
+    from haptics.calibration.unknowns import WAVE_SIGMA
+
+    count = encoder_count_rad(design)
+    if design.hardware.encoder_at == "motor":
+        return drive_torque(design).ratio, WAVE_SIGMA, count
+    row = catalogue.encoder.chosen(design.hardware)
+    wave = max(WAVE_SIGMA, math.radians(row.nonlinearity_deg or 0.0))
+    # a pose is noted from many readings, but the handle does not sit still to better than some thousandths of a degree
+    return 1.0, wave, max(count, math.radians(row.noise_rms_deg or 0.0), math.radians(0.003))
+
+
+def _facts(calibration: Calibration, out: Path, fits: bool) -> dict[str, Any]:
+    from haptics.calibration.record import to_dict
+
+    return {**to_dict(calibration), "passed": fits, "misfit_max": MISFIT_MOST, "file": str(out) if fits else None}
+
+
+def _print(calibration: Calibration, out: Path, fits: bool) -> None:
+    from haptics.calibration.record import to_dict
+
+    record, f = to_dict(calibration), calibration.fit
+    frame = "a frame of their own" if f["frame"] == "own" else "the base frame"
+    print(f"{calibration.name}: {f['poses']} poses, positions in {frame}")
+    before = "not reached" if f["before_rms_mm"] is None else f"{f['before_rms_mm']:.3f} mm rms"
+    print(f"off as drawn {before}, calibrated {f['after_rms_mm']:.3f} mm rms; "
+          f"worst {f['worst_mm']:.3f} mm at pose {f['worst_pose']}")  # fmt: skip
+    print(f"\n{'':22}" + "".join(f"{f'chain {i}':>22}" for i in range(3)))
+    for key in record["chains"][0]:
+        cells = zip(record["chains"], record["uncertainty"], strict=True)
+        print(f"{key:22}" + "".join(f"{f'{value[key]:.4f} +- {sigma[key]:.4f}':>22}" for value, sigma in cells))
+    print()
+    for sentence in calibration.not_told:
+        print(f"- {sentence}")
+    if fits:
+        print(f"what is left is {f['misfit']:.2f} times what noise explains; written to {out}")
+    else:
+        print(
+            f"NOT KEPT  what is left is {f['misfit']:.1f} times what noise explains, at most {MISFIT_MOST:g} is taken: "
+            f"pose {f['worst_pose']} is off by {f['worst_mm']:.3f} mm; nothing is written"
+        )

@@ -1,0 +1,128 @@
+"""The calibration fixture: its poses, that the stem's edge lies in its cones, that it stands clear, its files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.commands.cli import main
+from delta_cad.dimensions import Dimensions, dimensions
+from delta_cad.export.shop.fixture import fixture_parts
+from delta_cad.export.shop.seats import COLUMN_MM, LEVELS, Seats, seats_of
+from delta_cad.mechanism import GeometryError, forward_kinematics
+from haptics.calibration.fit import fit, poses_needed
+from haptics.calibration.poses import load_poses
+from tests.committed import BEST
+
+
+@pytest.fixture(scope="module")
+def seats(best_dimensions: Dimensions) -> Seats:
+    return seats_of(best_dimensions)
+
+
+def test_poses_lie_in_the_cube_and_are_enough(best_dimensions: Dimensions, seats: Seats) -> None:
+    cube = best_dimensions.design.cube
+    middle = np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm])
+    assert np.abs(seats.poses_mm - middle).max() < cube.half_side_mm - 2.0
+    assert len(seats.poses_mm) >= poses_needed(own_frame=True)
+    apart = np.linalg.norm(seats.places_mm[:, None] - seats.places_mm, axis=-1) + 1e3 * np.eye(len(seats.places_mm))
+    assert apart.min() > seats.mouth_mm + 4.0
+
+
+def levels(seats: Seats, plate: cq.Solid, bench: float) -> list[cq.Solid]:
+    """The plate as it stands on columns and spacers, level by level."""
+    return [
+        plate.translate(cq.Vector(0, 0, bench + seats.column_mm + level * seats.spacer_mm)) for level in range(LEVELS)
+    ]
+
+
+def test_the_stems_edge_lies_on_the_cones_at_every_pose(
+    best_dimensions: Dimensions, best_assembly: Assembly, seats: Seats
+) -> None:
+    """The edge is the made stem's, placed by the assembly; the plate stands on the heights of column and spacers."""
+    plate, column, spacer = (part.solid for part in fixture_parts(seats))
+    assert column.BoundingBox().zmax - 8.0 == pytest.approx(seats.column_mm, abs=1e-6)
+    assert spacer.BoundingBox().zmax - 8.0 == pytest.approx(seats.spacer_mm, abs=1e-6)
+    (stem,) = [one for one in best_assembly.occurrences if one.part.number == "handle_stem"]
+    shoulder = max(e.Center().z for e in stem.part.solid.Edges() if e.geomType() == "CIRCLE" and e.radius() > 4.9)
+    (base,) = [one for one in best_assembly.occurrences if one.part.number == "base_plate"]
+    bench = base.part.solid.BoundingBox().zmin + base.placement[2, 3]
+    standing = levels(seats, plate, bench)
+    radius = best_dimensions.platform.stem_diameter_mm / 2
+    for n, pose in enumerate(seats.poses_mm):
+        if n % 5:
+            continue
+        lies = best_assembly.placement(pose)["platform"] @ stem.placement
+        for angle in np.radians([10.0, 130.0, 250.0]):
+            point = lies @ [radius * np.cos(angle), radius * np.sin(angle), shoulder, 1.0]
+            touch = standing[n // 7].distance(cq.Vertex.makeVertex(*point[:3]))
+            inside = standing[n // 7].isInside(cq.Vector(*(point[:3] - [0.0, 0.0, 0.01])))
+            assert touch < 1e-6
+            assert not inside
+
+
+@pytest.mark.slow
+def test_it_stands_clear_of_the_machine(best_dimensions: Dimensions, best_assembly: Assembly, seats: Seats) -> None:
+    import trimesh
+
+    points: dict[str, list[np.ndarray]] = {}
+    for one in best_assembly.occurrences:
+        if one.part.number in ("handle_stem", best_assembly_knob(best_assembly)):
+            continue  # the stem stands in the seat, the knob is off
+        vertices, faces = one.part.solid.tessellate(0.5, 0.5)
+        mesh = [np.array([v.toTuple() for v in vertices]), np.array(faces)]
+        fine, _ = trimesh.remesh.subdivide_to_size(mesh[0], mesh[1], 8.0, max_iter=20)
+        points.setdefault(one.link, []).append(fine @ one.placement[:3, :3].T + one.placement[:3, 3])
+    cloud = {link: np.vstack(many) for link, many in points.items()}
+    bench = best_dimensions.base.top_mm - best_dimensions.base.thickness_mm
+    angles = np.pi / 3 + 2 * np.pi / 3 * np.arange(3)
+    columns = seats.column_radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
+    least = [np.inf, np.inf]
+    for n in range(len(seats.poses_mm)):
+        frames = best_assembly.placement(seats.poses_mm[n])
+        under = bench + seats.column_mm + (n // 7) * seats.spacer_mm
+        for link, many in cloud.items():
+            placed = many @ frames[link][:3, :3].T + frames[link][:3, 3]
+            least[0] = min(least[0], under - placed[:, 2].max())
+            beside = np.linalg.norm(placed[:, None, :2] - columns, axis=-1).min() - COLUMN_MM / 2
+            least[1] = min(least[1], float(beside))
+    assert min(least) > 5.0 + 1.0, least  # points of a mesh of 8 mm are at most 4.7 from any other; its chords 0.5
+
+
+def best_assembly_knob(assembly: Assembly) -> str:
+    (knob,) = {one.part.number for one in assembly.occurrences if one.name == "knob"}
+    return knob
+
+
+def test_the_command_writes_parts_drawings_and_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fixture", "--design", str(BEST), "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["faults"] == {}
+    (folder,) = tmp_path.iterdir()
+    names = {
+        f"calibration_{part}.{kind}" for part in ("plate", "column", "spacer") for kind in ("step", "pdf", "svg", "dxf")
+    }
+    assert {path.name for path in folder.iterdir()} == names | {"poses.csv"}
+    step = cq.importers.importStep(str(folder / "calibration_plate.step"))
+    (solid,) = step.solids().vals()
+    cones = [f for f in solid.Faces() if f.geomType() == "CONE"]  # type: ignore[union-attr]
+    assert len(cones) == 7
+    # the poses left as they are calibrate to the machine as drawn
+    poses = load_poses(folder / "poses.csv")
+    from delta_cad.design import load_design
+
+    geometry = load_design(BEST).geometry
+    np.testing.assert_allclose(forward_kinematics(geometry, poses.readings), poses.positions, atol=1e-6)
+    found = fit(geometry, poses, own_frame=True)
+    assert found.after.max() < 1e-6
+
+
+def test_a_cube_too_low_for_three_levels_is_refused(best_dimensions: Dimensions) -> None:
+    design = best_dimensions.design
+    low = design.model_copy(update={"cube": design.cube.model_copy(update={"half_side_mm": 12.0})})
+    with pytest.raises(GeometryError, match="too low"):
+        seats_of(dimensions(low))

@@ -1,0 +1,69 @@
+"""The command `calibrate`: what it writes, what it refuses, and its exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from haptics.calibration.poses import Poses, poses_text
+from haptics.calibration.record import load_calibration
+from haptics.commands.cli import main
+from tests.committed import BEST
+from tests.haptics.calibration.devices import cube_points, made, measured
+
+
+@pytest.fixture
+def poses(best: Design) -> Poses:
+    rng = np.random.default_rng(1)
+    return measured(made(best, rng), cube_points(best, rng, 40), rng)
+
+
+def ran(folder: Path, poses: Poses, *more: str) -> tuple[int, Path]:
+    path, out = folder / "poses.csv", folder / "calibration.json"
+    path.write_text(poses_text(poses))
+    return main(["calibrate", "--design", str(BEST), str(path), "--out", str(out), *more]), out
+
+
+def test_it_writes_what_it_found(
+    best: Design, poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out = ran(tmp_path, poses, "--json")
+    facts = json.loads(capsys.readouterr().out)
+    assert code == 0
+    assert facts["passed"]
+    assert facts["fit"]["after_rms_mm"] < 0.1 * facts["fit"]["before_rms_mm"]
+    assert any("base_radius_0" in one for one in facts["not_told"])
+    found = load_calibration(out, best)
+    assert found.unknowns.table[0, 2] * 1e3 == pytest.approx(facts["chains"][0]["upper_arm_length_mm"])
+    assert ran(tmp_path, poses)[0] == 0
+    table = capsys.readouterr().out
+    assert "forearm_length_mm" in table
+    assert "+-" in table
+
+
+def test_a_wrong_pose_is_named_and_nothing_written(
+    poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    poses.positions[7, 1] += 0.003
+    code, out = ran(tmp_path, poses)
+    assert code == 1
+    assert "pose 8" in capsys.readouterr().out
+    assert not out.exists()
+
+
+def test_bad_input_is_one_line(poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    few = Poses(poses.positions[:5], poses.readings[:5])
+    for given, more in ((few, ()), (poses, ("--position-sigma", "0")), (poses, ("--frame", "mine"))):
+        try:
+            code = ran(tmp_path, given, *more)[0]
+        except SystemExit as end:
+            code = int(str(end.code))
+        said = capsys.readouterr()
+        assert (code, said.out) == (2, "")
+        assert said.err.count("\n") == 1
+    assert main(["calibrate", "--design", str(BEST), str(tmp_path / "no.csv")]) == 2
+    assert "no.csv" in capsys.readouterr().err
