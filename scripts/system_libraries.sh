@@ -1,5 +1,6 @@
 #!/bin/sh
-# Installs the system libraries that CadQuery, VTK and gmsh load and the browser for the pages, if we may; else asks.
+# Installs the system libraries that CadQuery and VTK load, if we may; else asks. With the word "tests" also those of
+# gmsh, a C compiler and the browser for the pages.
 # libgl1 and libexpat1: OCCT; libegl1, libgl1-mesa-dri: VTK without a display; the rest: gmsh, the second STEP reader.
 set -eu
 
@@ -12,6 +13,7 @@ need libGL.so.1 libgl1
 need libexpat.so.1 libexpat1
 need libEGL.so.1 libegl1
 need libGLX_mesa.so.0 libgl1-mesa-dri
+[ "${1:-}" != tests ] || {
 need libGLU.so.1 libglu1-mesa
 need libXcursor.so.1 libxcursor1
 need libXft.so.2 libxft2
@@ -23,6 +25,7 @@ need libgomp.so.1 libgomp1
 command -v cc >/dev/null 2>&1 || missing="$missing gcc libc6-dev" # the C controller is compiled in the tests
 command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || command -v google-chrome >/dev/null 2>&1 ||
     missing="$missing chromium"
+}
 
 [ -n "$missing" ] || exit 0
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then

@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import DONE
 from haptics.commands.device import device_arguments, number, refusing
 
@@ -19,7 +20,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the files; replaced")
     rate = number("number from 100 to 100000 Hz", 100.0, 1e5)
     command.add_argument("--rate", type=rate, default=8000.0, metavar="HZ", help="of the tick; default 8000")
-    command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
+    json_option(command)
 
 
 @refusing

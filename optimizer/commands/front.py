@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
@@ -58,7 +59,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     )
     catalogue_option(command, "the requirements file or the design")
     proof_minutes(command, "of each proof")
-    command.add_argument("--json", action="store_true", help="the facts as JSON on stdout")
+    json_option(command)
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
 
 
