@@ -1,8 +1,11 @@
-# Two commands do everything on a fresh machine: `make build` and `make test`.
+# Two commands do everything on a fresh machine: `make build` and `make test`. The first installs what a machine from
+# requirements takes, the second the rest.
 VENV ?= .venv
 BASE_PYTHON ?= python3
 PYTHON := $(VENV)/bin/python
-STAMP := $(VENV)/.installed
+BUILDS := $(VENV)/.installed
+STAMP := $(VENV)/.installed-all
+EVERYTHING := cad,optimize,sim,atlas,view,docs,test
 # A file's tests stay in one worker: what they share is made once, and two workers seldom compile the same. One thread
 # of linear algebra in each: a second would only wait, and in that take the core of the other worker.
 PYTEST := OPENBLAS_NUM_THREADS=1 $(PYTHON) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
@@ -13,10 +16,13 @@ LINTED := $(VENV)/.linted
 # Python keeps what it compiles of the sources: the tests alone start some 150 commands.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: build test tests linted slow bench coverage mutants faults offered endurance three lint clean
+.PHONY: build install test tests linted slow docs bench coverage mutants faults offered endurance three lint clean
 
-build: $(STAMP)
+build: $(BUILDS)
 	$(PYTHON) -m delta_cad build --design best.json
+
+# All that any command needs, the tests included.
+install: $(STAMP)
 
 # The linters, of which the slow one takes a single core, run beside the tests; what they say follows the tests.
 test: $(STAMP)
@@ -67,12 +73,20 @@ endurance: $(STAMP)
 three:
 	sh scripts/bundle_three.sh
 
-$(STAMP): pyproject.toml constraints.txt scripts/system_libraries.sh
-	sh scripts/system_libraries.sh
-	$(BASE_PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, not " + sys.version.split()[0])'
-	test -x $(PYTHON) || $(BASE_PYTHON) -m venv $(VENV)
-	$(PYTHON) -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[cad,optimize,sim,atlas,test]'
-	touch $(STAMP)
+# The pages of docs/, without a warning.
+docs: $(STAMP)
+	$(PYTHON) -m sphinx -W --keep-going -q -b html docs out/docs
+	@echo 'open out/docs/index.html'
+
+INSTALL := scripts/install.py scripts/system_libraries.sh pyproject.toml constraints.txt
+
+$(BUILDS): $(INSTALL)
+	@$(BASE_PYTHON) scripts/install.py $(VENV) cad,optimize
+	@touch $(BUILDS)
+
+$(STAMP): $(INSTALL)
+	@$(BASE_PYTHON) scripts/install.py $(VENV) $(EVERYTHING)
+	@touch $(BUILDS) $(STAMP)
 
 clean:
 	rm -rf $(VENV) out/* build *.egg-info

@@ -1,6 +1,14 @@
-"""`python -m delta_cad`."""
+"""`python -m delta_cad`, or installed `delta-cad`."""
+
+from typing import NoReturn
 
 from delta_cad.common.console import run_program
 
-if __name__ == "__main__":
+
+def main() -> NoReturn:
+    """Runs a command as a process."""
     run_program("delta_cad.commands.cli")
+
+
+if __name__ == "__main__":
+    main()

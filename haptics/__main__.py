@@ -1,6 +1,14 @@
-"""`python -m haptics`."""
+"""`python -m haptics`, or installed `delta-haptics`."""
+
+from typing import NoReturn
 
 from delta_cad.common.console import run_program
 
-if __name__ == "__main__":
+
+def main() -> NoReturn:
+    """Runs a command as a process."""
     run_program("haptics.commands.cli")
+
+
+if __name__ == "__main__":
+    main()

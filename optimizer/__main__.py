@@ -1,6 +1,14 @@
-"""`python -m optimizer`."""
+"""`python -m optimizer`, or installed `delta-optimizer`."""
+
+from typing import NoReturn
 
 from delta_cad.common.console import run_program
 
-if __name__ == "__main__":
+
+def main() -> NoReturn:
+    """Runs a command as a process."""
     run_program("optimizer.commands.cli")
+
+
+if __name__ == "__main__":
+    main()

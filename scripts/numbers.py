@@ -46,7 +46,7 @@ def runs(room: Path) -> Iterator[tuple[str, list[str]]]:
     yield "verify", command("optimizer", "verify", certificate, *design, "--mass-properties", masses, "--json")
     yield "front", command("optimizer", "front", "joystick.toml", "--points", "5", "--out", out, "--json")
     yield "reproduce", command("optimizer", "reproduce", "--out", out, "--json")
-    held = ["--masses", masses, "--json"]
+    held = ["--mass-properties", masses, "--json"]
     yield "gravity", command("haptics", "gravity", *design, "--at", "10,20,90", *held)
     yield "published", command("haptics", "gravity", "--published", "--json")
     for scene in ("resistance", "home", "wall"):

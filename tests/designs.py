@@ -124,11 +124,15 @@ REFUSED = [
     (
         "mechanism.forearm_mm",
         3,
-        "mechanism.forearm_mm = 3: unknown key; known here: base_radius_mm, platform_radius_mm",
+        "mechanism.forearm_mm = 3: unknown key; did you mean forearm_length_mm? known here: base_radius_mm, platform",
     ),
     ("mechanism", MISSING, "mechanism: is missing; must be an object"),
     ("mechanism", [], "mechanism = []: must be an object"),
-    ("motor", "x", 'motor = "x": unknown key; known here: schema, name, mechanism, cube, requirements, hardware'),
+    (
+        "motor",
+        "x",
+        'motor = "x": unknown key; did you mean hardware.motor? known here: schema, name, mechanism',
+    ),
     ("schema", "delta-design/2", 'schema = "delta-design/2": must be "delta-design/1"'),
     ("schema", 1, 'schema = 1: must be "delta-design/1"'),
     ("schema", MISSING, 'schema: is missing; must be "delta-design/1"'),

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import machine_arguments, made
+from delta_cad.commands.machine import all_option, machine_arguments, made
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -19,6 +19,7 @@ TEXT = "solids, assembly, checks and all files into OUT/NAME (OUT/NAME.rejected 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
+    all_option(command)
     command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
     command.add_argument("--no-drawings", action="store_true", help="leave the drawings out, which the manifest says")
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from delta_cad.commands.machine import machine_arguments, made
+from delta_cad.commands.machine import all_option, machine_arguments, made
 
 if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
@@ -21,6 +21,7 @@ TEXT = "the checks alone; writes OUT/NAME.checks.json only"
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
+    all_option(command)
 
 
 def run(given: argparse.Namespace) -> int:

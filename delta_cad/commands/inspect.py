@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from delta_cad.commands.machine import design_arguments, refuse_design, refused
+from delta_cad.commands.machine import all_option, design_arguments, refuse_design, refused
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse, refuse_all
 
 NAME = "inspect"
@@ -17,6 +17,7 @@ TEXT = "one table: dimensions, reach, torque, conditioning, angles, margins; nee
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     design_arguments(command)
+    all_option(command)
     command.add_argument(
         "--mass-properties", type=Path, metavar="FILE", help="mass_properties.json of a build, for limits on masses"
     )
@@ -47,7 +48,7 @@ def run(given: argparse.Namespace) -> int:
         told = [asdict(reason) for reason in reasons]
         print(json.dumps({"name": design.name, "rows": [row.to_json() for row in rows], "refused": told}, indent=1))
     else:
-        print_inspection(design.name, rows)
+        print_inspection(design.name, rows, given.all)
     if reasons:  # of its hardware: the mechanism's figures stand all the same
         refuse_all([f"{given.design.name}: no build: {reason}" for reason in reasons], NOT_MET)
     return DONE if all(row.holds is not False for row in rows) else NOT_MET

@@ -7,9 +7,11 @@ import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import design_option, json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse, refuse_all
 from delta_cad.common.files import require_room
 
@@ -26,9 +28,14 @@ Place = Callable[["Design", argparse.Namespace], Path]
 
 def design_arguments(command: argparse.ArgumentParser) -> None:
     """Adds the design file, the folder of own parts and the form of the answer."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    design_option(command)
     catalogue_option(command)
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
+
+
+def all_option(command: argparse.ArgumentParser) -> None:
+    """Adds `--all`, with which everything is told, not what fails and ten figures."""
+    command.add_argument("--all", action="store_true", help="the whole table, not only what fails and ten figures")
 
 
 def machine_arguments(command: argparse.ArgumentParser) -> None:
@@ -85,7 +92,7 @@ def made(
         landed = None if outcome.folder is None else str(outcome.folder)
         print(json.dumps(outcome.record() | {"folder": landed}, indent=1))
     else:
-        (tell or print_outcome)(outcome)
+        (tell or partial(print_outcome, whole=getattr(given, "all", False)))(outcome)
     return DONE if outcome.passed else NOT_MET
 
 

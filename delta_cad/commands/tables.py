@@ -1,8 +1,9 @@
-"""Output for a person: the inspection table, the result table."""
+"""Output for a person: what fails first, ten figures, and on demand the inspection table or the result table."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -14,6 +15,38 @@ if TYPE_CHECKING:
     from delta_cad.commands.pipeline import Outcome
 
 FIGURES = 5  # significant digits of a value in a table
+MOST_FIGURES = 10  # that are told first
+FIRST_CHECKED = (
+    "envelope width",
+    "envelope depth",
+    "clearance",
+    "torque with gravity",
+    "drive torque",
+    "kappa",
+    "effective mass",
+    "friction",
+    "structure stiffness at the knob",
+    "structure first mode",
+    "lean",
+    "couple index",
+)
+"""Checks whose figures are told first, as far as there are."""
+FIRST_INSPECTED = (
+    "cube side 2 L",
+    "longer side",
+    "shorter side",
+    "torque for",
+    "joint torque, for ever",
+    "kappa",
+    "effective mass",
+    "friction",
+    "least stiffness",
+    "lean",
+    "couple index",
+    "motor",
+)
+"""How the figures begin that are told first, as far as there are."""
+UNKNOWN_MASSES = "give --mass-properties"
 DETAILED = (  # checks whose detail a buyer wants
     "envelope width",
     "envelope depth",
@@ -32,17 +65,48 @@ def _console() -> Console:
     return Console(file=sys.stdout) if sys.stdout.isatty() else Console(file=sys.stdout, width=160)
 
 
-def _table(title: str, *columns: str) -> Table:
+def _table(*columns: str) -> Table:
     """An empty table; columns whose name starts with > are flush right."""
-    table = Table(title=title, title_justify="left")
+    table = Table()
     for column in columns:
         table.add_column(column.removeprefix(">"), justify="right" if column.startswith(">") else "left")
     return table
 
 
-def print_inspection(name: str, rows: list[InspectionRow]) -> None:
-    """Prints the inspection of a design."""
-    table = _table(name, "", ">value", "unit", "limit", ">at x, y, z mm")
+def _figures(lines: Sequence[Sequence[str]]) -> Table:
+    """Lists figures without frames: what it is, value, unit, what it is held against."""
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1, 0, 1))
+    for justify in ("left", "right", "left", "left"):
+        table.add_column(justify=justify)
+    for line in lines:
+        table.add_row(*line)
+    return table
+
+
+def _words(row: InspectionRow) -> str:
+    """Says what a row is without its heading."""
+    return f"{row.group}, {row.quantity}" if row.quantity.endswith("side") else row.quantity
+
+
+def print_inspection(name: str, rows: list[InspectionRow], whole: bool = False) -> None:
+    """Prints the inspection of a design: what fails, ten figures, and on demand the whole table."""
+    console = _console()
+    bounded = [row for row in rows if row.holds is not None]
+    failed = [row for row in bounded if not row.holds]
+    verdict = f"{len(failed)} of {len(bounded)} limits FAIL" if failed else f"all {len(bounded)} limits hold"
+    console.print(f"{name}: {verdict}", highlight=False, soft_wrap=True)
+    for row in failed:
+        at = "" if row.at_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*row.at_mm)
+        told = f"{_number(row.value)} {row.unit}".strip()
+        console.print(f"[red]FAILS[/red] {row.quantity}{at}: {told}, {row.limit}", highlight=False, soft_wrap=True)
+    if not whole:
+        named = {word: row for word in FIRST_INSPECTED for row in reversed(rows) if row.quantity.startswith(word)}
+        shown = list(named.values())[:MOST_FIGURES]
+        shown += [row for row in rows if row.value == UNKNOWN_MASSES and row not in shown]
+        console.print(_figures([(_words(row), _number(row.value), row.unit, row.limit) for row in shown]))
+        console.print("every figure, with where it is worst: --all", highlight=False)
+        return
+    table = _table("", ">value", "unit", "limit", ">at x, y, z mm")
     group = ""
     for row in rows:
         if row.group != group:
@@ -51,31 +115,23 @@ def print_inspection(name: str, rows: list[InspectionRow]) -> None:
         mark = "" if row.holds is None else " [green]holds[/green]" if row.holds else " [red]FAILS[/red]"
         at = "" if row.at_mm is None else ", ".join(f"{v:.1f}" for v in row.at_mm)
         table.add_row(f"  {row.quantity}", _number(row.value), row.unit, f"{row.limit}{mark}", at)
-    _console().print(table)
-
-
-def print_outcome(outcome: Outcome) -> None:
-    """Prints the result of a build or a check: one line a check, equal checks of the three chains as one."""
-    from delta_cad.checks.report import closeness, grouped  # loads all checks
-
-    console = _console()
-    table = _table(outcome.design.name, "check", ">value", ">limit", "unit", "", "where")
-    for name, results in grouped(outcome.results).items():
-        worst = min(results, key=closeness)
-        verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
-        if all(r.passed and r.limit is None and r.value is not None for r in results):
-            verdict = ""  # a figure that nothing is asked of
-        count = f" ({len(results)}x)" if len(results) > 1 else ""
-        where = " / ".join(worst.worst_pair or ())
-        table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), worst.unit, verdict, where)
     console.print(table)
-    for result in outcome.results:
-        if not result.passed:
-            at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
-            console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
-    for result in outcome.results:
-        if result.passed and result.name in DETAILED:
-            console.print(f"{result.name}: {result.detail}", highlight=False, soft_wrap=True)
+
+
+def print_outcome(outcome: Outcome, whole: bool = False) -> None:
+    """Prints the result of a build or a check: what fails, ten figures, and on demand every check and its detail."""
+    console = _console()
+    failed = [result for result in outcome.results if not result.passed]
+    count = len(outcome.results)
+    verdict = f"{len(failed)} of {count} checks FAIL" if failed else f"all {count} checks hold"
+    console.print(f"{outcome.design.name}: {verdict}", highlight=False, soft_wrap=True)
+    for result in failed:
+        at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
+        console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
+    if whole:
+        _print_checks(console, outcome)
+    else:
+        console.print(_figures(_headline(outcome)))
     total, moving = outcome.masses["total_mass_kg"], outcome.masses["moving_mass_kg"]
     console.print(f"mass {total * 1000:.0f} g, of it moving {moving * 1000:.0f} g", highlight=False)
     if outcome.unverified:
@@ -87,3 +143,36 @@ def print_outcome(outcome: Outcome) -> None:
     if outcome.folder is not None:
         state = "" if outcome.passed else " (rejected: a check fails)"
         console.print(f"files in {escape(str(outcome.folder))}{state}", highlight=False, soft_wrap=True)
+    if not whole:
+        console.print("every check with its limit: --all", highlight=False)
+
+
+def _headline(outcome: Outcome) -> list[tuple[str, str, str, str]]:
+    """Gives the cube's side and those of the first figures that were checked: words, value, unit, limit."""
+    from delta_cad.report.figures import line  # loads all checks
+
+    found = {result.name: result for result in outcome.results}
+    lines = [("cube side", _number(2.0 * outcome.design.cube.half_side_mm), "mm", "")]
+    for name in [name for name in FIRST_CHECKED if name in found][: MOST_FIGURES - 1]:
+        limit = " ".join(line(found[name]).limit.replace("≤", "<=").replace("≥", ">=").split()[:2])  # the unit is told
+        lines.append((name, _number(found[name].value), found[name].unit, limit))
+    return lines
+
+
+def _print_checks(console: Console, outcome: Outcome) -> None:
+    """Prints one line a check, equal checks of the three chains as one, and what a buyer wants to know of some."""
+    from delta_cad.checks.report import closeness, grouped  # loads all checks
+
+    table = _table("check", ">value", ">limit", "unit", "", "where")
+    for name, results in grouped(outcome.results).items():
+        worst = min(results, key=closeness)
+        verdict = "[green]holds[/green]" if all(r.passed for r in results) else "[red]FAILS[/red]"
+        if all(r.passed and r.limit is None and r.value is not None for r in results):
+            verdict = ""  # a figure that nothing is asked of
+        count = f" ({len(results)}x)" if len(results) > 1 else ""
+        where = " / ".join(worst.worst_pair or ())
+        table.add_row(f"{name}{count}", _number(worst.value), _number(worst.limit), worst.unit, verdict, where)
+    console.print(table)
+    for result in outcome.results:
+        if result.passed and result.name in DETAILED:
+            console.print(f"{result.name}: {result.detail}", highlight=False, soft_wrap=True)

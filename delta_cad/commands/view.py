@@ -7,10 +7,10 @@ import io
 import socket
 import threading
 from contextlib import redirect_stdout
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware, refused
+from delta_cad.common.arguments import design_option
 from delta_cad.common.console import BAD_INPUT, DONE, Interrupt, Line, catalogue_option, refuse
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ NOT_BUILT = 3
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    design_option(command)
     catalogue_option(command)
     command.set_defaults(json=False)
     command.add_argument("--port", type=int, default=PORT, metavar="N", help=f"default: {PORT}")

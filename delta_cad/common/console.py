@@ -12,12 +12,14 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout, suppress
+from functools import partial
 from importlib import import_module
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any, NoReturn, TextIO
 
+from delta_cad.common.arguments import Completion, Version, hint
 from delta_cad.common.refusal import printable
 
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
@@ -30,7 +32,8 @@ GRACE_S, AGAIN_S = 1.0, 0.5
 LATER_S = 0.02  # s until it is tried again where it cannot be at once
 # What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
 BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
-TELL_S = 10.0  # s between two lines of progress where nobody watches, as in a log
+FIRST_S = 0.4  # s until the first line of progress where nobody watches: what ends sooner says nothing
+TELL_S = 4.0  # s between two lines of progress there, as in a log
 
 
 class Parser(argparse.ArgumentParser):
@@ -38,7 +41,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> Any:
         """Ends the program with one line."""
-        raise SystemExit(refuse(f"{self.prog}: {message}; see {self.prog} --help", BAD_INPUT))
+        what = f"{message}{hint(message, self)}".removesuffix("?")
+        raise SystemExit(refuse(f"{self.prog}: {what}; see {self.prog} --help", BAD_INPUT))
 
 
 def command_parser(program: str, description: str, epilog: str, commands: Sequence[ModuleType]) -> Parser:
@@ -54,9 +58,14 @@ def command_parser(program: str, description: str, epilog: str, commands: Sequen
         The parser; what it parses has the command's function as `run`.
     """
     top = Parser(prog=program, description=description, epilog=epilog)
+    top.add_argument("--version", action=Version)
+    script = program.removeprefix("python -m ").replace("_", "-").removeprefix("delta-")
+    whole = partial(command_parser, f"delta-{script}", description, epilog, commands)
+    top.add_argument("--completion", action=Completion, make=whole)
     below = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in commands:
         command = below.add_parser(module.NAME, help=module.TEXT, description=module.TEXT, epilog=epilog)
+        command.add_argument("--version", action=Version)
         module.arguments(command)
         command.set_defaults(run=module.run)
     return top
@@ -75,6 +84,7 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         with redirect_stdout(_Output(sys.stdout)) as out:  # type: ignore[type-var]
             try:
                 given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
+                getattr(given, "settle", _as_given)(given)
                 with Interrupt():
                     code = given.run(given)
             finally:
@@ -86,6 +96,10 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
     except ModuleNotFoundError as error:
         return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
     return code
+
+
+def _as_given(_: argparse.Namespace) -> None:
+    """Leaves what was typed as it is."""
 
 
 def run_program(commands: str) -> NoReturn:
@@ -313,8 +327,8 @@ def _interrupt(_number: int, frame: FrameType | None) -> None:
 class Line:
     """What a long step is doing, on stderr: one line that lives on a terminal that can, elsewhere a line each `TELL_S`.
 
-    Each line starts with the seconds since the first. It is told by a thread of its own, so that it also comes while
-    one call takes long.
+    The first comes there after `FIRST_S`. Each starts with the seconds since the work began, and is told by a thread of
+    its own, so that it also comes while one call takes long.
     """
 
     def __init__(self) -> None:
@@ -345,8 +359,10 @@ class Line:
         self._put(f"\r\033[K{line}" if self._live else line)
 
     def _tick(self) -> None:
-        while not self._done.wait(1.0 if self._live else TELL_S):
+        wait = 1.0 if self._live else min(FIRST_S, TELL_S)
+        while not self._done.wait(wait):
             self._tell()
+            wait = 1.0 if self._live else TELL_S
 
     def _tell(self) -> None:
         if self._text:

@@ -40,6 +40,40 @@ class RefusedError(ValueError):
         super().__init__(printable(": ".join(part for part in (file, what, allowed) if part)))
 
 
+def meant(word: str, known: Iterable[str]) -> str:
+    """Finds the known name that a wrong one was probably meant to be.
+
+    Args:
+        word: The wrong name.
+        known: All right ones.
+
+    Returns:
+        The closest; "" where none is close.
+    """
+    from difflib import get_close_matches  # only where something is wrong
+
+    found = get_close_matches(word[:LONGEST], list(known), n=1, cutoff=0.6)
+    return found[0] if found else ""
+
+
+def unknown_key(word: str, known: Iterable[str], elsewhere: Iterable[str] = ()) -> str:
+    """Says what is allowed in place of a key that is not known.
+
+    Args:
+        word: The key.
+        known: Keys that the table has.
+        elsewhere: Dotted keys of the other tables.
+
+    Returns:
+        That it is unknown, what it was probably meant to be, and the keys that are known there.
+    """
+    names, other = list(known), list(elsewhere)
+    found = next((name for name in other if name.rpartition(".")[2] == word), "")
+    found = found or meant(word, names) or meant(word, other)
+    hint = f"did you mean {found}? " if found else ""
+    return f"unknown key; {hint}known here: {', '.join(names)}"
+
+
 def short(value: object) -> str:
     """Gives a value as short JSON text for a message."""
     try:

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 
 from delta_cad import catalogue
 from delta_cad.common.reading import ReadError, read_json
-from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
+from delta_cad.common.refusal import RefusedError, bounds_of, meant, not_finite, short, unknown_key
 from delta_cad.design.record import (
     FOLDER_LONGEST,
     HARDWARE_FAMILIES,
@@ -32,6 +32,12 @@ from delta_cad.design.sums import impossible_sums
 from delta_cad.design.task import GRAVITY_MAX
 
 MOST_BYTES = 4_000_000  # of a design file; ours have a thousandth of it, and who keeps more in `provenance` some more
+SECTIONS: dict[str, type[BaseModel]] = {
+    "mechanism": Mechanism,
+    "cube": DesignCube,
+    "requirements": DesignRequirements,
+    "hardware": Hardware,
+}
 UNITS = {
     "_N_mm": "N/mm",
     "_mm": "mm",
@@ -113,7 +119,7 @@ def _validated(data: object, file: str, folder: Path, own_parts: Path | None) ->
     try:
         design = Design.model_validate(dict(data), context=_own_parts(data.get("hardware"), file, folder, own_parts))
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
+        first = _first(error)
         raise _explained(file, first["type"], first["loc"], first["input"], first["msg"]) from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
@@ -168,7 +174,7 @@ def hardware_from_dict(
     try:
         hardware = Hardware.model_validate(dict(data), context=own)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
+        first = _first(error)
         raise _explained(file, first["type"], ("hardware", *first["loc"]), first["input"], first["msg"]) from None
     _check_catalogue(hardware, file)
     if drive_fits:
@@ -232,13 +238,7 @@ def own_rows(design: Design) -> dict[str, catalogue.CatalogueRow]:
 
 def _model_at(loc: tuple[int | str, ...]) -> type[BaseModel]:
     """The record that holds the field at a location."""
-    sections: dict[str, type[BaseModel]] = {
-        "mechanism": Mechanism,
-        "cube": DesignCube,
-        "requirements": DesignRequirements,
-        "hardware": Hardware,
-    }
-    return sections[str(loc[0])] if len(loc) > 1 and loc[0] in sections else Design
+    return SECTIONS[str(loc[0])] if len(loc) > 1 and loc[0] in SECTIONS else Design
 
 
 def _allowed(loc: tuple[int | str, ...]) -> str:
@@ -266,13 +266,18 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
     return f"must be a number {bounds} {unit}".rstrip()
 
 
+def _first(error: ValidationError) -> Any:
+    """Picks the finding that is told: a field that is missing is often there under a wrong name, which comes first."""
+    return min(error.errors(include_url=False), key=lambda one: one["type"] == "missing")
+
+
 def _explained(file: str, kind: str, loc: tuple[int | str, ...], value: object, message: str) -> DesignError:
     """Turns the first finding of the validator into our error."""
     field = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     if kind == "extra_forbidden":
-        model = _model_at(loc)
-        known = ", ".join(info.alias or name for name, info in model.model_fields.items())
-        return DesignError(file, field, short(value), f"unknown key; known here: {known}")
+        known = [info.alias or name for name, info in _model_at(loc).model_fields.items()]
+        other = [f"{section}.{name}" for section, model in SECTIONS.items() for name in model.model_fields]
+        return DesignError(file, field, short(value), unknown_key(str(loc[-1]), known, other))
     if kind == "missing":
         return DesignError(file, field, "", f"is missing; {_allowed(loc)}")
     if kind in {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}:
@@ -287,7 +292,8 @@ def _check_catalogue(hardware: Hardware, file: str) -> None:
     for entry in HARDWARE_FAMILIES:
         key, rows = getattr(hardware, entry), catalogue.family(entry, hardware.own_parts)
         if key not in rows:
-            raise DesignError(file, f"hardware.{entry}", short(key), f"must be one of {', '.join(rows)}")
+            hint = f"; did you mean {found}?" if (found := meant(key, rows)) else ""
+            raise DesignError(file, f"hardware.{entry}", short(key), f"must be one of {', '.join(rows)}{hint}")
 
 
 def _check_drive(hardware: Hardware, file: str) -> None:

@@ -8,16 +8,19 @@ from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 
+from delta_cad.common.arguments import design_option
 from delta_cad.common.console import BAD_INPUT, catalogue_option, refuse
 
 Run = Callable[[argparse.Namespace], int]
 
 
-def device_arguments(command: argparse.ArgumentParser, *, required: bool = True) -> None:
+def device_arguments(command: argparse.ArgumentParser, *, unless: str = "") -> None:
     """Adds the design file, the folder of own parts and the masses of a build to a command's arguments."""
-    command.add_argument("--design", type=Path, required=required, metavar="FILE", help="design file, delta-design/1")
+    design_option(command, unless=unless)
     catalogue_option(command)
-    command.add_argument("--masses", type=Path, metavar="FILE", help="default: out/NAME/mass_properties.json")
+    text = "mass_properties.json of the design's build; default: out/NAME/mass_properties.json"
+    command.add_argument("--mass-properties", type=Path, dest="masses", metavar="FILE", help=text)
+    command.add_argument("--masses", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)  # its former name
 
 
 def number(meaning: str, low: float, high: float = math.inf) -> Callable[[str], float]:

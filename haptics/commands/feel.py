@@ -7,6 +7,7 @@ import json
 import os
 from pathlib import Path
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 from haptics.commands.device import device_arguments, refusing
 
@@ -18,7 +19,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 @refusing

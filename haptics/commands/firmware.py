@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
@@ -31,7 +32,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         help="age of the host's last word at which force fades; default 0.1",
     )
     command.add_argument("--home", action="store_true", help="zeros from the lower stops at each start")
-    command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
+    json_option(command)
 
 
 @refusing

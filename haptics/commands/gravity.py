@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 from delta_cad.common.units import MM_PER_M
 from haptics.commands.device import device_arguments, refusing
@@ -19,7 +20,7 @@ LARGEST = 1e6  # Largest coordinate in mm and largest mass in g: a kilometre, a 
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    device_arguments(command, required=False)
+    device_arguments(command, unless="published")
     command.add_argument(
         "--at",
         type=_three("position such as 0,0,95", -LARGEST),
@@ -33,7 +34,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         help="the paper's m1, m2, m3 in g instead of the solids'",
     )
     command.add_argument("--published", action="store_true", help="fit the paper's torques; needs no design")
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 @refusing
@@ -41,8 +42,6 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.published:
         return _published(given.json)
-    if given.design is None:
-        return refuse("python -m haptics gravity: --design FILE is needed; see --help", BAD_INPUT)
     from delta_cad.mechanism import MechanismError
 
     try:

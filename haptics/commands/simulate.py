@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
@@ -36,7 +37,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", type=natural, default=0, metavar="N", help="places of the encoders' counts")
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="parent folder, default out")
     command.add_argument("--plot", action="store_true", help="draw pictures, too")
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 @refusing

@@ -7,6 +7,7 @@ import json
 import os
 from pathlib import Path
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, refuse
 from haptics.commands.device import device_arguments, number, refusing
 
@@ -24,7 +25,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--delay", type=at_least_0, metavar="MS", help="from reading to torque, ms; default: from 0 to a period"
     )
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 @refusing

@@ -68,7 +68,10 @@ def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: 
     path = masses_file if masses_file is not None else Path("out") / design.name / FILE
     if masses_file is None and not path.exists():
         raise MassError(
-            str(path), "", "", f"is missing; run `python -m delta_cad build --design {design_file}` or give --masses"
+            str(path),
+            "",
+            "",
+            f"is missing; run `python -m delta_cad build --design {design_file}` or give --mass-properties",
         )
     return MachineModel(design, load_masses(path, design), drive_torque(design))
 

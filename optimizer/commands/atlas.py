@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, INTERRUPTED, NOT_MET, Line, Request, natural, refuse, refuse_all
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster; default: processes of this machine")
     command.add_argument("--workers", type=natural, metavar="N", help="processes of this machine; default: its cores")
     command.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="default: out")
-    command.add_argument("--json", action="store_true", help="the rows as JSON on stdout")
+    json_option(command)
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from delta_cad.common.arguments import design_option, json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, natural, proof_minutes, refuse
 from delta_cad.common.files import require_room
 
@@ -33,7 +34,7 @@ class _UnprovableError(ValueError):
 
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file")
+    design_option(command)
     catalogue_option(command)
     command.add_argument(
         "--out", type=Path, default=Path("certificate.json"), metavar="FILE", help="default: certificate.json"
@@ -62,7 +63,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         "--max-boxes", type=natural, default=5_000_000, metavar="N", help="then undecided; default: 5000000"
     )
     proof_minutes(command, "of all proofs together")
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 def tolerance(text: str) -> float | str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
@@ -63,7 +64,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
     catalogue_option(command, "the requirements file")
-    command.add_argument("--json", action="store_true", help="the result as JSON on stdout")
+    json_option(command)
 
 
 def run(given: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
@@ -63,7 +64,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="the front of machines as `design` makes them: cube against effective mass, friction, stiffness, outline",
     )
-    command.add_argument("--json", action="store_true", help="the facts as JSON on stdout")
+    json_option(command)
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
 
 

@@ -27,7 +27,9 @@ _FIELD = re.compile(r"(?:# )?(\w+) = (.+?)(?:  # (.+))?")
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     kinds = "; ".join(f"{name}: {what}" for name, what in PRESETS.items())
-    command.add_argument("preset", nargs="?", choices=PRESETS, default="dashboard", help=f"{kinds}; default: dashboard")
+    command.add_argument(
+        "preset", nargs="?", choices=tuple(PRESETS), default="dashboard", help=f"{kinds}; default: dashboard"
+    )
     command.add_argument(
         "--out", type=Path, metavar="REQ.toml", help="default: PRESET.toml; its name becomes the design's"
     )

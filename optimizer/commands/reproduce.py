@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, natural, proof_minutes, refuse
 
 NAME = "reproduce"
@@ -33,7 +34,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--population", type=natural, metavar="N", help="of the GA; default: the paper's, by step")
     command.add_argument("--generations", type=natural, metavar="N", help="of the GA; default: the paper's")
     proof_minutes(command, "of the proof of each optimum")
-    command.add_argument("--json", action="store_true", help="the facts as JSON on stdout too")
+    json_option(command)
 
 
 def run(given: argparse.Namespace) -> int:

@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import (
     BAD_INPUT,
     DONE,
@@ -77,7 +78,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     catalogue_option(command, "the requirements file")
     proof_minutes(command, "of a step's proof")
     command.add_argument("--no-proof", action="store_true", help="no bound beside the result of ga, sqp, ga+sqp")
-    command.add_argument("--json", action="store_true", help="the results as JSON on stdout")
+    json_option(command)
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left beside FILE")
 
 

@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, Line, catalogue_option, refuse
 from delta_cad.common.units import MM_PER_M
 
@@ -58,7 +59,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         metavar="MM",
         help="the certificate must be about all machines within at least this of the drawn one",
     )
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 def _millimetres(text: str) -> float:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from delta_cad import catalogue
-from delta_cad.common.refusal import short
+from delta_cad.common.refusal import short, unknown_key
 from delta_cad.design import DesignError, Hardware, hardware_from_dict
 from optimizer.problem.validation import RequirementsError
 
@@ -143,7 +143,7 @@ def _each(entries: Mapping[str, Any], file: str, folder: Path, own_parts: Path |
     own = {"catalogue": entries["catalogue"]} if "catalogue" in entries else {}
     for entry, value in entries.items():
         if entry not in Hardware.model_fields:
-            allowed = f"unknown key; known here: {', '.join(Hardware.model_fields)}"
+            allowed = unknown_key(entry, Hardware.model_fields)
             yield RequirementsError(file, f"hardware.{entry}", short(value), allowed)
             continue
         listed = _listed(entries, entry)

@@ -8,7 +8,7 @@ from typing import Any, Generic, Literal, NoReturn, TypeVar, get_args, get_origi
 
 from pydantic import BaseModel, ValidationError
 
-from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short
+from delta_cad.common.refusal import RefusedError, bounds_of, not_finite, short, unknown_key
 from delta_cad.design import NAME_RULE, Hardware
 from delta_cad.design.file import UNITS
 from optimizer.problem.quantity import QuantityError, quantity
@@ -222,7 +222,8 @@ def _explained(model: type[BaseModel], file: str, kind: str, loc: Loc, value: ob
     field = dotted(loc)
     if kind == "extra_forbidden":
         known = _tables(model).get(str(loc[0]), model) if len(loc) > 1 else model
-        told = f"unknown key; known here: {', '.join(known.model_fields)}"
+        other = [f"{table}.{name}" for table, inner in _tables(model).items() for name in inner.model_fields]
+        told = unknown_key(field.rpartition(".")[2], known.model_fields, other)
         return RequirementsError(file, field, short(value), told)
     if kind == "missing" and not isinstance(loc[-1], int):
         return RequirementsError(file, field, "", f"is missing; {_allowed(model, loc)}")

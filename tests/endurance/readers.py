@@ -186,7 +186,7 @@ def readers(folder: Path) -> list[Reader]:
                (optimizer_cli.main, lambda p: ["atlas", str(p), "--out", str(p.parent)])),
         Reader("masses", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
                lambda p: load_masses(p, design), (MassError,),
-               (haptics_cli.main, lambda p: ["gravity", "--design", str(BEST), "--masses", str(p)])),
+               (haptics_cli.main, lambda p: ["gravity", "--design", str(BEST), "--mass-properties", str(p)])),
         Reader("certificate", "c.json", _of_tree(certificate, json_text, redigested), read_certificate,
                (CertificateError,), (optimizer_cli.main, lambda p: ["verify", str(p)])),
         Reader("certificate's words", "p.json", _of_tree(certificate | {"design_hash": design_hash(design)}, json_text),

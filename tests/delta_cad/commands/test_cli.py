@@ -119,8 +119,13 @@ def test_a_missing_file_and_a_directory_are_refused(tmp_path: Path, capsys: pyte
     ],
 )
 def test_wrong_usage_ends_with_2_in_one_line(
-    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    word: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)  # where no best.json stands
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code == 2
@@ -153,7 +158,7 @@ def test_inspect_prints_a_table_or_json_of_the_same_facts(best: Design, capsys: 
     data = json.loads(told.out)
     assert data["name"] == best.name
     assert data["rows"] == json.loads(json.dumps([row.to_json() for row in inspection(best)]))
-    assert main(["inspect", "--design", str(BEST)]) == 0
+    assert main(["inspect", "--design", str(BEST), "--all"]) == 0
     told = capsys.readouterr()
     assert told.err == ""
     assert "\x1b" not in told.out  # no colours into a file

@@ -29,7 +29,7 @@ def test_exit_codes_of_the_process(tmp_path: Path) -> None:
         (["inspect", "--design", str(BEST)], 0),
         (["inspect", "--design", str(asking)], 1),
         (["inspect", "--design", str(tmp_path)], 2),
-        (["inspect"], 2),
+        (["inspect", "--out", out], 2),
         (["build", "--design", str(thin), "--out", out], 2),
     ):
         ended = run(*arguments)

@@ -29,7 +29,7 @@ def test_how_the_drive_holds_and_which_way_the_outline_lies_are_told(
         CheckResult(name, passed, 1.0, 1.0, "", detail=f"detail of {name}")
         for name in ("drive torque", "envelope width", "lean")
     ]
-    tables.print_outcome(Outcome(best, found, masses, None, ()))
+    tables.print_outcome(Outcome(best, found, masses, None, ()), whole=True)
     told = [line for line in capsys.readouterr().out.splitlines() if "detail of" in line]
     if passed:
         assert told == ["drive torque: detail of drive torque", "envelope width: detail of envelope width"]
@@ -44,7 +44,7 @@ def test_a_figure_that_nothing_is_asked_of_has_no_verdict(best: Design, capsys: 
         CheckResult("asked", True, 1.0, 2.0, "Hz"),
         CheckResult("plain", True, None, None, ""),
     ]
-    tables.print_outcome(Outcome(best, found, masses, None, ()))
+    tables.print_outcome(Outcome(best, found, masses, None, ()), whole=True)
     lines = {
         name: line
         for line in capsys.readouterr().out.splitlines()
@@ -52,3 +52,23 @@ def test_a_figure_that_nothing_is_asked_of_has_no_verdict(best: Design, capsys: 
         if name in line
     }
     assert {name: "holds" in line for name, line in lines.items()} == {"told": False, "asked": True, "plain": True}
+
+
+def test_what_fails_comes_first_then_ten_figures_and_the_table_on_demand(
+    best: Design, capsys: pytest.CaptureFixture[str]
+) -> None:
+    masses = {"total_mass_kg": 1.0, "moving_mass_kg": 0.25}
+    found = [CheckResult(f"check {k}", True, 1.0, 2.0, "mm") for k in range(40)]
+    found += [CheckResult(name, True, 1.0, 2.0, "mm") for name in tables.FIRST_CHECKED]
+    found += [CheckResult("broken", False, 3.0, 2.0, "mm", worst_pose_mm=(1.0, 2.0, 3.0), detail="why it is")]
+    tables.print_outcome(Outcome(best, found, masses, None, ()))
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == [f"{best.name}: 1 of 53 checks FAIL", "FAILS broken at (1.0, 2.0, 3.0) mm: why it is"]
+    figures = lines[2 : lines.index("mass 1000 g, of it moving 250 g")]
+    assert [line.split()[0] for line in figures][:3] == ["cube", "envelope", "envelope"]
+    assert len(figures) == tables.MOST_FIGURES == 10
+    assert figures[1].split()[2:] == ["1", "mm", "<=", "2"]
+    tables.print_outcome(Outcome(best, found, masses, None, ()), whole=True)
+    told = capsys.readouterr().out
+    assert all(result.name in told for result in found)
+    assert told.startswith(f"{best.name}: 1 of 53 checks FAIL\nFAILS broken")

@@ -56,6 +56,16 @@ def test_into_a_pipe_a_short_step_says_nothing(monkeypatch: pytest.MonkeyPatch) 
     assert screen.getvalue() == ""
 
 
+def test_into_a_pipe_the_first_sign_comes_before_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(False, 1)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(console, "FIRST_S", 0.01)
+    with console.Line() as line:
+        line.show("step 1")
+        assert screen.told.wait(60.0)  # the next would come after an hour
+    assert screen.getvalue().count("\n") == 1
+
+
 def test_on_a_terminal_the_line_lives(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)

@@ -31,13 +31,13 @@ def masses(built: Built) -> Path:
 
 
 def test_it_tells_the_torques(masses: Path, best: Design, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("gravity", "--design", BEST, "--masses", masses, "--at", "-10,5,90", "--json") == 0
+    assert call("gravity", "--design", BEST, "--mass-properties", masses, "--at", "-10,5,90", "--json") == 0
     facts = json.loads(capsys.readouterr().out)
     known = load_masses(masses, best)
     expected = gravity_torque(best.geometry, known, [-0.010, 0.005, 0.090], best.requirements.gravity_m_s2)
     assert facts["holding_torque_N_m"] == pytest.approx(expected.tolist(), rel=1e-12)
     assert facts["position_mm"] == [-10.0, 5.0, 90.0]
-    assert call("gravity", "--design", BEST, "--masses", masses) == 0
+    assert call("gravity", "--design", BEST, "--mass-properties", masses) == 0
     assert f"joint 2: {facts['holding_torque_N_m'][2]:9.5f}"[:7] in capsys.readouterr().out
 
 
@@ -69,14 +69,19 @@ def test_published(capsys: pytest.CaptureFixture[str]) -> None:
         (["gravity", "--design", BEST, "--at", "-1,nan,2"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "0,0,1e308"], "argument --at"),
         (["gravity", "--design", BEST, "--point-masses", "-1,1,2"], "argument --point-masses"),
-        (["gravity", "--design", BEST, "--masses", "none.json"], "none.json: "),
+        (["gravity", "--design", BEST, "--mass-properties", "none.json"], "none.json: "),
         (["weight"], "invalid choice"),
         ([], "COMMAND"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(
-    arguments: list[Any], message: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[Any],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)  # where no best.json stands
     assert call(*arguments) == 2
     told = capsys.readouterr()
     assert told.out == ""
@@ -97,7 +102,7 @@ def test_masses_of_another_design_are_refused(tmp_path: Path, masses: Path) -> N
 
 
 def test_a_full_disk_is_one_line(masses: Path) -> None:
-    command = [sys.executable, "-m", "haptics", "gravity", "--design", str(BEST), "--masses", str(masses)]
+    command = [sys.executable, "-m", "haptics", "gravity", "--design", str(BEST), "--mass-properties", str(masses)]
     with open("/dev/full", "w") as full:
         run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=BEST.parent)
     assert run.returncode == 2

@@ -190,7 +190,7 @@ def test_files_that_are_missing_are_one_line_and_exit_2(tmp_path: Path, capsys: 
     assert main(["simulate", "--design", str(tmp_path / "no.json"), "--scene", "home"]) == 2
     assert "no.json" in refused(capsys)
     masses = tmp_path / "no_masses.json"
-    assert main(["simulate", "--design", str(BEST), "--scene", "home", "--masses", str(masses)]) == 2
+    assert main(["simulate", "--design", str(BEST), "--scene", "home", "--mass-properties", str(masses)]) == 2
     assert "no_masses.json" in refused(capsys)
 
 

@@ -52,7 +52,7 @@ def test_table_and_file(
     masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert quick
-    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 0
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 0
     told = capsys.readouterr()
     assert "largest stable wall, N/mm" in told.out
     assert told.err == ""
@@ -61,7 +61,7 @@ def test_table_and_file(
     facts = json.loads(file.read_text())
     assert facts["axes"]["x"]["simulated_N_per_mm"]["protocol"] == pytest.approx(4.3)
     assert facts["default_wall_oscillates_with"] == []
-    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new", "--json") == 0
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new", "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
 
 
@@ -69,7 +69,7 @@ def test_a_default_wall_that_oscillates_is_exit_1_and_says_with_whom(
     masses: Path, tmp_path: Path, quick: dict[str, float], capsys: pytest.CaptureFixture[str]
 ) -> None:
     quick["light"] = 900.0
-    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path, "--json") == 1
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 1
     told = capsys.readouterr()
     assert told.err.count("light") == 3
     shaken = json.loads(told.out)["default_wall_oscillates_with"]
@@ -81,7 +81,7 @@ def test_options_reach_the_search(
 ) -> None:
     assert quick
     more = ["--period", 0.5, "--delay", 0.25, "--damping", 7, "--json", "--out", tmp_path]
-    assert call(NAME, "--design", BEST, "--masses", masses, *more) == 0
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, *more) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["period_ms"] == 0.5
     assert facts["delay_ms"] == [0.25, 0.25, 0.25]
@@ -96,7 +96,7 @@ def test_options_reach_the_search(
         (["--period", "0"], "argument --period"),
         (["--delay", "x"], "argument --delay"),
         (["--delay", "30"], "--delay 30 ms"),
-        (["--masses", "none.json"], "none.json: "),
+        (["--mass-properties", "none.json"], "none.json: "),
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(
@@ -122,7 +122,7 @@ def test_a_place_that_cannot_be_written(
 ) -> None:
     assert quick
     (tmp_path / "file").write_text("")
-    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "file") == 2
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "file") == 2
     assert str(tmp_path / "file") in capsys.readouterr().err
 
 
@@ -133,7 +133,7 @@ def test_what_the_search_refuses_is_exit_2(
         raise ValueError("a point of the cube cannot be reached")
 
     monkeypatch.setattr(haptics.stability.stiffness, "largest_walls", refused)
-    assert call(NAME, "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 2
+    assert call(NAME, "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 2
     assert capsys.readouterr().err.startswith(f"{BEST}: ")
     assert not (tmp_path / "new").exists()
 
@@ -156,7 +156,7 @@ def test_ctrl_c_at_any_moment_is_one_line_and_leaves_nothing(
     words: list[str], after_s: float, tmp_path: Path, masses: Path
 ) -> None:
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "haptics", *words, "--design", str(BEST), "--masses", str(masses)]
+    command = [sys.executable, "-m", "haptics", *words, "--design", str(BEST), "--mass-properties", str(masses)]
     ended = interrupted([*command, "--out", str(out)], after_s)
     assert (ended.code, ended.said) == (INTERRUPTED, "interrupted; nothing was written\n")
     assert not out.exists() or list(out.iterdir()) == []

@@ -242,7 +242,7 @@ def test_the_command_serves_the_design(masses: Path) -> None:
         "import sys; from delta_cad.common.console import Parser; from haptics.commands import board\n"
         "parser = Parser(prog='board'); board.arguments(parser); sys.exit(board.run(parser.parse_args()))"
     )
-    arguments = ["--design", str(BEST), "--masses", str(masses), "--once"]
+    arguments = ["--design", str(BEST), "--mass-properties", str(masses), "--once"]
     with subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, text=True, cwd=ROOT
     ) as process:
@@ -261,7 +261,7 @@ def test_the_command_serves_the_design(masses: Path) -> None:
 
 
 def test_ctrl_c_on_the_command_says_what_it_did(masses: Path) -> None:
-    arguments = ["-m", "haptics", "board", "--design", str(BEST), "--masses", str(masses)]
+    arguments = ["-m", "haptics", "board", "--design", str(BEST), "--mass-properties", str(masses)]
     with subprocess.Popen(
         [sys.executable, *arguments],
         stdout=subprocess.PIPE,
@@ -292,7 +292,7 @@ def test_ctrl_c_before_any_host(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("haptics.devices.server.serve", interrupted)
-    assert call("--design", BEST, "--masses", masses) == 130
+    assert call("--design", BEST, "--mass-properties", masses) == 130
     assert capsys.readouterr().err == "interrupted; 0 sessions, 0 commands served; dropped: nothing\n"
 
 
@@ -305,13 +305,13 @@ def test_ctrl_c_before_any_host(
         (["--host", "192.0.2.1"], "--host 192.0.2.1 --port 0: 192.0.2.1 is not a loopback address"),
         (["--host", "here"], "'here' is not a numeric address"),
         (["--design", "gone.json"], "gone.json"),
-        (["--masses", "gone.json"], "gone.json: "),
+        (["--mass-properties", "gone.json"], "gone.json: "),
     ],
 )
 def test_wrong_arguments_are_refused_in_one_line(
     arguments: list[str], says: str, masses: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert call("--design", BEST, "--masses", masses, *arguments) == 2
+    assert call("--design", BEST, "--mass-properties", masses, *arguments) == 2
     told = capsys.readouterr().err
     assert says in told
     assert told.count("\n") == 1

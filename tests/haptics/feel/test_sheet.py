@@ -307,7 +307,7 @@ def test_files_and_table(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert quick
-    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 0
+    assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 0
     told = capsys.readouterr()
     assert told.out.startswith("dashboard-joystick: what it will feel like")
     (folder,) = tmp_path.iterdir()
@@ -319,7 +319,7 @@ def test_files_and_table(
     assert facts["schema"] == "delta-feel/1"
     (folder / "stray").write_text("of a run before")
     monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # drawn once is enough
-    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path, "--json") == 0
+    assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path, "--json") == 0
     assert json.loads(capsys.readouterr().out) == facts
     assert not (folder / "stray").exists()
 
@@ -335,7 +335,7 @@ def test_a_run_that_fails_leaves_the_folder_before(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("haptics.scenes.pictures.style.save", full)
-    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 2
+    assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["dashboard-joystick-feel"]
     assert (tmp_path / "dashboard-joystick-feel" / "feel.md").read_text() == "before"
 
@@ -350,7 +350,7 @@ def test_exit_1_says_what_is_not_met(
 ) -> None:
     monkeypatch.setattr("haptics.scenes.pictures.style.save", lambda *_: None)  # the pictures are another test's
     quick["light"] = 900.0
-    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path) == 1
+    assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 1
     assert "x with the light hand" in capsys.readouterr().err
     weak = tmp_path / "weak.json"
     weak.write_text(json.dumps(changed(requirements__force_N=9.0, requirements__peak_force_N=9.0)))
@@ -358,7 +358,7 @@ def test_exit_1_says_what_is_not_met(
     known = json.loads(masses.read_text())
     del known["input_sha256"]  # of another design: the masses are the user's word
     copy.write_text(json.dumps(known))
-    assert call("feel", "--design", weak, "--masses", copy, "--out", tmp_path) == 1
+    assert call("feel", "--design", weak, "--mass-properties", copy, "--out", tmp_path) == 1
     assert " 9 N " in capsys.readouterr().err
 
 
@@ -366,7 +366,7 @@ def test_exit_1_says_what_is_not_met(
     ("more", "message"),
     [
         (["--design", "none.json"], "none.json: "),
-        (["--design", BEST, "--masses", "none.json"], "none.json: "),
+        (["--design", BEST, "--mass-properties", "none.json"], "none.json: "),
         ([], "--design"),
     ],
 )
@@ -388,7 +388,7 @@ def test_what_the_mechanism_refuses_is_exit_2(
         raise SingularError("the three forearms lie in one plane")
 
     monkeypatch.setattr(haptics.feel.sheet, "feel", refused)
-    assert call("feel", "--design", BEST, "--masses", masses, "--out", tmp_path / "new") == 2
+    assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path / "new") == 2
     told = capsys.readouterr()
     assert told.err.startswith(f"{BEST}: cube: ")
     assert not (tmp_path / "new").exists()

@@ -380,7 +380,7 @@ def test_types_without_a_counterpart_are_refused() -> None:
 
 def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     masses, folder = built.folder / "mass_properties.json", tmp_path / "board"
-    command = ["firmware", "--design", str(BEST), "--masses", str(masses), "--out", str(folder)]
+    command = ["firmware", "--design", str(BEST), "--mass-properties", str(masses), "--out", str(folder)]
     assert main(command) == 0
     assert "#define DELTA_PERIOD_S 0.000125\n" in (folder / "delta_controller.h").read_text()
     assert main([*command, "--rate", "1000", "--json"]) == 0  # again: replaced

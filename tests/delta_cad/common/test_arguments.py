@@ -1,0 +1,139 @@
+"""What all three command lines share: version, completion, the design of the folder, hints at what was meant."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from delta_cad.commands import cli as delta_cad
+from delta_cad.common.arguments import actions, hint
+from delta_cad.common.console import Parser
+from delta_cad.common.refusal import meant, unknown_key
+from haptics.commands import cli as haptics
+from optimizer.commands import cli as optimizer
+from tests.committed import BEST, DATA
+
+CLIS = {"delta-cad": delta_cad, "delta-optimizer": optimizer, "delta-haptics": haptics}
+NEEDS_NONE = {"verify", "front"}  # whose design is something to compare with, or to picture
+
+
+def ended(main: Callable[[list[str]], int], arguments: list[str]) -> int:
+    try:
+        return main(arguments)
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+@pytest.mark.parametrize("cli", CLIS.values(), ids=list(CLIS))
+def test_every_command_tells_the_version(cli: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    for words in ([], *([module.NAME] for module in cli.COMMANDS)):
+        assert ended(cli.main, [*words, "--version"]) == 0
+        assert capsys.readouterr().out == f"delta-haptics {version('delta-haptics')}\n"
+
+
+@pytest.mark.parametrize(("script", "cli"), CLIS.items())
+def test_a_shell_completes_every_command_and_option(
+    script: str, cli: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Bash itself is asked what it would offer."""
+    assert ended(cli.main, ["--completion", "bash"]) == 0
+    (tmp_path / "completion").write_text(capsys.readouterr().out)
+    (tmp_path / "some-folder").mkdir()
+    (tmp_path / "some.json").touch()
+
+    def offered(*words: str) -> set[str]:
+        asks = f"COMP_WORDS=({' '.join(repr(word) for word in (script, *words))}); COMP_CWORD={len(words)}"
+        run = f"source completion; {asks}; _shtab_{script.replace('-', '_')}; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+        process = subprocess.run(["bash", "-c", run], cwd=tmp_path, capture_output=True, text=True, check=True)
+        return set(process.stdout.split())
+
+    assert offered("") >= {module.NAME for module in cli.COMMANDS}
+    for module in cli.COMMANDS:
+        parser = Parser(prog="-")
+        module.arguments(parser)
+        options = {name for action in actions(parser) for name in action.option_strings if name.startswith("--")}
+        hidden = {name for a in actions(parser) if a.help == argparse.SUPPRESS for name in a.option_strings}
+        assert offered(module.NAME, "--") >= options - hidden
+
+
+def test_files_and_folders_are_completed_where_they_are_meant(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ended(delta_cad.main, ["--completion", "bash"]) == 0
+    told = capsys.readouterr().out
+    assert "_shtab_delta_cad_build___design_COMPGEN=_shtab_compgen_files" in told
+    assert "_shtab_delta_cad_build___out_COMPGEN=_shtab_compgen_dirs" in told
+
+
+@pytest.mark.parametrize("cli", CLIS.values(), ids=list(CLIS))
+def test_the_same_option_has_the_same_name_and_meaning_everywhere(cli: ModuleType) -> None:
+    for module in cli.COMMANDS:
+        parser = Parser(prog="-")
+        module.arguments(parser)
+        by_name = {name: action for action in actions(parser) for name in action.option_strings}
+        assert "--masses" not in by_name or by_name["--masses"].help == argparse.SUPPRESS
+        for name, kind in (("--design", "FILE"), ("--mass-properties", "FILE"), ("--catalogue", "DIR")):
+            assert name not in by_name or (by_name[name].metavar, by_name[name].required) == (kind, False)
+        if "--design" in by_name and module.NAME not in NEEDS_NONE:
+            assert parser.get_default("settle") is not None
+
+
+def test_the_design_of_the_folder_is_taken_and_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert ended(delta_cad.main, ["inspect", "--json"]) == 2
+    assert capsys.readouterr().err.startswith("python -m delta_cad inspect: --design FILE is needed, as no best.json")
+    shutil.copy(BEST, tmp_path)
+    assert delta_cad.main(["inspect", "--json"]) == 0
+    told = capsys.readouterr()
+    assert told.err == "--design best.json: taken, as none was given\n"
+    assert json.loads(told.out)["name"] == DATA["name"]
+    assert delta_cad.main(["inspect", "--json", "--design", str(BEST)]) == 0
+    again = capsys.readouterr()
+    assert (again.out, again.err) == (told.out, "")
+
+
+def test_no_design_is_sought_where_none_is_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert haptics.main(["gravity", "--published", "--json"]) in (0, 1)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("cli", "words", "meaning"),
+    [
+        (delta_cad, ["biuld"], "build"),
+        (delta_cad, ["build", "--desing", "x"], "--design"),
+        (optimizer, ["init", "dashbord"], "dashboard"),
+        (haptics, ["simulate", "--scene", "resistence"], "resistance"),
+        (delta_cad, ["xylophone"], ""),
+    ],
+)
+def test_a_wrong_word_gets_a_hint(
+    cli: ModuleType, words: list[str], meaning: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ended(cli.main, words) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert (f"; did you mean {meaning}; see" in told) == bool(meaning)
+    assert ("did you mean" in told) == bool(meaning)
+
+
+def test_a_message_of_another_kind_gets_none() -> None:
+    assert hint("the following arguments are required: --design", Parser(prog="-")) == ""
+
+
+def test_what_is_meant_is_what_is_close() -> None:
+    assert meant("cube_syde", ["clearance", "cube_side", "lean"]) == "cube_side"
+    assert meant("k" * 100_000, ["cube_side"]) == ""
+    assert unknown_key("motor", ["name"], ["hardware.motor"]).startswith("unknown key; did you mean hardware.motor?")
+    assert unknown_key("zzz", ["name", "cube"]) == "unknown key; known here: name, cube"
