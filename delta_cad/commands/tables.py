@@ -127,7 +127,9 @@ def print_outcome(outcome: Outcome, whole: bool = False) -> None:
     console.print(f"{outcome.design.name}: {verdict}", highlight=False, soft_wrap=True)
     for result in failed:
         at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
-        console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
+        where = f" ({' / '.join(result.worst_pair)})" if result.worst_pair else ""
+        text = f"[red]FAILS[/red] {result.name}{at}: {result.detail}{where}"
+        console.print(text, highlight=False, soft_wrap=True)
     if whole:
         _print_checks(console, outcome)
     else:

@@ -110,7 +110,10 @@ def test_bad_input_is_one_line_and_exit_2(
     assert not (tmp_path / "new").exists()
 
 
-def test_a_design_is_needed_and_read(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_design_is_needed_and_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where no best.json stands
     assert call(NAME) == 2
     assert "--design" in capsys.readouterr().err
     assert call(NAME, "--design", "none.json") == 2
