@@ -11,17 +11,21 @@ CLASSES = ("f", "m", "c")
 ASKED = "m"  # what drawings state
 NOTES = {"f": "ISO 2768-fH", "m": "ISO 2768-mK", "c": "ISO 2768-cL"}
 """Class -> how drawings state it, with the class of forms and places that goes with it."""
-LINEAR_MM = (3.0, 6.0, 30.0, 120.0, 400.0)
+LINEAR_MM = (3.0, 6.0, 30.0, 120.0, 400.0, 1000.0, 2000.0)
 """Upper ends of the ranges of length of `GENERAL_MM`."""
 GENERAL_MM = {
-    "f": (0.05, 0.05, 0.1, 0.15, 0.2),
-    "m": (0.1, 0.1, 0.2, 0.3, 0.5),
-    "c": (0.2, 0.3, 0.5, 0.8, 1.2),
+    "f": (0.05, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5),
+    "m": (0.1, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2),
+    "c": (0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0),
 }
 """Either way, of lengths. Source: ISO 2768-1:1989, table 1."""
-FLAT_MM = {"f": (0.02, 0.05, 0.1, 0.2), "m": (0.05, 0.1, 0.2, 0.4), "c": (0.1, 0.2, 0.4, 0.8)}
+FLAT_MM = {
+    "f": (0.02, 0.05, 0.1, 0.2, 0.3, 0.4),
+    "m": (0.05, 0.1, 0.2, 0.4, 0.6, 0.8),
+    "c": (0.1, 0.2, 0.4, 0.8, 1.2, 1.6),
+}
 """Flatness, classes H, K and L as in `NOTES`. Source: ISO 2768-2:1989, table 1."""
-FLAT_TO_MM = (10.0, 30.0, 100.0, 300.0)
+FLAT_TO_MM = (10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 COARSE_UM = {
     8: (14, 18, 22, 27, 33, 39, 46, 54),
     9: (25, 30, 36, 43, 52, 62, 74, 87),
@@ -36,7 +40,7 @@ def general_mm(length_mm: float, name: str = ASKED) -> float:
     """Looks up the general tolerance of a length, either way, mm.
 
     Args:
-        length_mm: Of the feature, up to 400 mm.
+        length_mm: Of the feature, up to 2000 mm.
         name: Class of ISO 2768-1.
 
     Raises:
@@ -46,7 +50,7 @@ def general_mm(length_mm: float, name: str = ASKED) -> float:
 
 
 def flat_mm(length_mm: float, name: str = ASKED) -> float:
-    """Looks up the general flatness of a face of a length up to 300 mm, the width of its zone, mm; see `general_mm`."""
+    """Looks up the general flatness of a face of a length up to 3000 mm, the width of its zone, mm; see `general_mm`."""
     return _looked_up(FLAT_MM, FLAT_TO_MM, length_mm, name)
 
 

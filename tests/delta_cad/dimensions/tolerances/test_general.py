@@ -25,7 +25,7 @@ def test_flatness() -> None:
     assert [flat_mm(144.0, name) for name in "fmc"] == [0.2, 0.4, 0.8]
 
 
-@pytest.mark.parametrize(("length", "name"), [(0.0, "m"), (401.0, "m"), (10.0, "v"), (float("nan"), "m")])
+@pytest.mark.parametrize(("length", "name"), [(0.0, "m"), (2001.0, "m"), (10.0, "v"), (float("nan"), "m")])
 def test_what_no_table_has_is_refused(length: float, name: str) -> None:
     with pytest.raises(ValueError, match="known are f, m, c"):
         general_mm(length, name)
