@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.arguments import design_option, json_option
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, catalogue_option, refuse
 from haptics.commands.device import number, refusing
 
@@ -23,7 +24,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     command.add_argument("poses", type=Path, metavar="POSES.csv", help="x_mm, y_mm, z_mm of the platform's centre and "
                          "reading_0_deg to reading_2_deg, a pose a line")  # fmt: skip
-    command.add_argument("--design", type=Path, required=True, metavar="FILE", help="design file, delta-design/1")
+    design_option(command)
     catalogue_option(command)
     frames = "of the positions: the base frame, or one of their own, which is sought, too"
     command.add_argument("--frame", choices=("base", "own"), default="base", help=frames)
@@ -37,7 +38,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--out", type=Path, default=Path("calibration.json"), metavar="FILE",
                          help="default calibration.json; written if the poses fit")  # fmt: skip
-    command.add_argument("--json", action="store_true", help="the same facts as JSON on stdout")
+    json_option(command)
 
 
 @refusing

@@ -50,7 +50,7 @@ def general_mm(length_mm: float, name: str = ASKED) -> float:
 
 
 def flat_mm(length_mm: float, name: str = ASKED) -> float:
-    """Looks up the general flatness of a face of a length up to 3000 mm, the width of its zone, mm; see `general_mm`."""
+    """Looks up the flatness of a face of a length up to 3000 mm, the width of its zone, mm; see `general_mm`."""
     return _looked_up(FLAT_MM, FLAT_TO_MM, length_mm, name)
 
 
