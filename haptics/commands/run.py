@@ -34,6 +34,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
                          help="none holds the weight alone; default %(default)s")  # fmt: skip
     command.add_argument("--host", default="127.0.0.1", help="numeric address of the board (default: %(default)s)")
     command.add_argument("--port", type=int, default=0, help="of the board, as `board` prints it")
+    timeout = number("number from 0.01 to 60 s", 0.01, 60.0)
+    command.add_argument("--timeout", type=timeout, default=0.1, metavar="S",
+                         help="without a reading after which the board is lost; default %(default)s")  # fmt: skip
     command.add_argument("--recording", type=Path, metavar="FILE", help="what is replayed, .csv or .npz")
     command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this one device")
     rate = number("number from 100 to 10000 Hz", 100.0, 1e4)
@@ -64,7 +67,7 @@ def run(given: argparse.Namespace) -> int:
     try:
         device = opened_device(
             machine, given.device, host=given.host, port=given.port, recording=given.recording,
-            calibration=given.calibration, rate_Hz=given.rate,
+            calibration=given.calibration, rate_Hz=given.rate, timeout=given.timeout,
         )  # fmt: skip
     except (CalibrationError, RecordingError) as error:
         return refuse(str(error), BAD_INPUT)

@@ -185,6 +185,7 @@ def opened_device(
     recording: str | Path | None = None,
     calibration: str | Path | None = None,
     rate_Hz: float = 1000.0,
+    timeout: float = WAIT_S,
 ) -> Device:
     """Opens what a controller drives.
 
@@ -196,6 +197,7 @@ def opened_device(
         recording: File of what is replayed.
         calibration: `calibration.json` of the device, or None.
         rate_Hz: Ticks a second of a simulated device.
+        timeout: Time without a reading after which a board is lost, s.
 
     Returns:
         The device, behind its calibration where there is one.
@@ -213,7 +215,7 @@ def opened_device(
     elif device == "socket":
         if not 0 < port < 65536:
             raise ValueError(f"port is {port!r}; a board's is from 1 to 65535, and `haptics board` prints its own")
-        opened = RemoteDevice(UdpLink(host, port), timeout=WAIT_S)
+        opened = RemoteDevice(UdpLink(host, port), timeout=timeout)
     elif device == "recorded":
         if recording is None:
             raise ValueError("a recorded device needs its recording, .csv or .npz")

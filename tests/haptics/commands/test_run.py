@@ -60,7 +60,7 @@ def test_what_it_recorded_is_replayed(weights: Path, tmp_path: Path, capsys: pyt
 
 def test_a_board_is_driven(best: Design, weights: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with served(scene_machine(best)) as up:
-        code, facts = ran(capsys, weights, "--device", "socket", "--port", up.port, "--seconds", 0.3)
+        code, facts = ran(capsys, weights, "--device", "socket", "--port", up.port, "--timeout", 20, "--seconds", 0.3)
         assert not up.device.torques.any()
     assert (code, facts["lost"], facts["ticks"]) == (0, None, 301)
 
@@ -125,15 +125,19 @@ def test_ctrl_c_ends_it_with_force_zero(best: Design, weights: Path) -> None:
     with served(scene_machine(best)) as up:
         command = [sys.executable, "-m", "haptics", "run", "--design", BEST, "--masses", weights, "--device", "socket"]
         process = subprocess.Popen(
-            [*map(str, command), "--port", str(up.port)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)},
+            [*map(str, command), "--port", str(up.port), "--timeout", "20"], stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, text=True, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)},
         )  # fmt: skip
-        end = time.monotonic() + 60.0
-        while up.board.served < 300 and time.monotonic() < end:
-            time.sleep(0.02)
-        assert up.device.torques.any()
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
+        try:
+            end = time.monotonic() + 120.0
+            while up.board.served < 300 and process.poll() is None and time.monotonic() < end:
+                time.sleep(0.02)
+            assert up.device.torques.any()
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+            process.communicate()
         assert (process.returncode, err) == (0, "")
         assert "Ctrl-C" in out
         assert not up.device.torques.any()
@@ -152,7 +156,7 @@ def test_a_board_that_goes_away_is_told(best: Design, weights: Path, capsys: pyt
             return real()
 
         up.device.read = read  # type: ignore[method-assign]
-        code, facts = ran(capsys, weights, "--device", "socket", "--port", up.port)
+        code, facts = ran(capsys, weights, "--device", "socket", "--port", up.port, "--timeout", 0.3)
     assert code == 1
     assert facts["lost"]
     assert "DEVICE_LOST" in facts["faults"] or facts["ticks"] < 120

@@ -12,7 +12,7 @@ from haptics.devices.server import listen, serve
 from haptics.devices.simulated import SimulatedDevice, simulated_machine
 from haptics.model.machine import MachineModel
 
-PATIENT = 2.0
+PATIENT = 20.0
 """Seconds that a board in a test waits for its host: longer than any pause of a busy machine."""
 
 

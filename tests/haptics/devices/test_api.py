@@ -152,7 +152,7 @@ def test_open_takes_a_design_and_its_masses(best: Design, tmp_path: Path) -> Non
 
 def test_each_kind_is_opened(machine: MachineModel) -> None:
     with served(machine) as up:
-        remote = opened_device(machine, "socket", port=up.port)
+        remote = opened_device(machine, "socket", port=up.port, timeout=20.0)
         with handle(machine, remote) as device:
             for _ in range(50):
                 device.set_force([0.0, 0.0, 0.1])

@@ -13,6 +13,8 @@ int main(int argc, char **argv)
     delta_config config = DELTA_MACHINE;
     int status = DELTA_OK, ticks = argc > 2 ? atoi(argv[2]) : 0;
     double target[3] = {0.004, -0.003, DELTA_CENTRE_Z + 0.002}, p[3], v[3], a[3], t[3], force[3];
+    if (getenv("TIMEOUT") != NULL)
+        config.timeout = atof(getenv("TIMEOUT"));
     if (argc > 3)
         config.ramp = atof(argv[3]);
     delta_device *device = delta_open(&config, argc > 4 ? argv[4] : "127.0.0.1", (uint16_t)atoi(argv[1]), &status);

@@ -15,7 +15,7 @@ from delta_cad.mechanism import forward_kinematics, jacobian
 from haptics.devices.fake import DisturbedDevice, invalid
 from haptics.devices.simulated import SimulatedDevice
 from haptics.gravity import gravity_torque
-from haptics.interfaces.sources import FILES, MACHINE, sources, write_sources
+from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, sources, write_sources
 from haptics.model.machine import MachineModel
 from tests.haptics.devices.served import Served, served
 from tests.haptics.scene_machine import scene_machine
@@ -35,6 +35,9 @@ def machine(best: Design) -> MachineModel:
 def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("c") / "interfaces"
     assert write_sources(machine, folder) == sorted([*FILES, MACHINE])
+    header = (folder / MACHINE).read_text()
+    assert f"    {TIMEOUT_S}, \\\n" in header
+    (folder / MACHINE).write_text(header.replace(f"    {TIMEOUT_S}, \\\n", "    20.0, \\\n"))  # on a busy machine
     return folder
 
 
@@ -175,7 +178,7 @@ class occupied:  # noqa: N801
 def test_a_board_that_goes_away_is_lost(machine: MachineModel, client: Path) -> None:
     with served(machine) as up:
         up.device.read = counted(up.device.read, 50, up)  # type: ignore[method-assign]
-        lines = ran(client, up.port, 1000, 0.0)
+        lines = ran(client, up.port, 1000, 0.0, TIMEOUT="1.0")
     head, _ = ticks(lines)
     assert head[-1, 3] == LOST
     assert 40 < len(head) < 60
