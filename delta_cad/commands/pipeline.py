@@ -35,6 +35,7 @@ from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import known_joints
 from delta_cad.dimensions.tolerances.machine import general_class, tolerance_record
 from delta_cad.drive import drive_torque
+from delta_cad.drive.friction import joint_friction
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export import mesh_files
 from delta_cad.export.bom import bill_of_materials, write_bom
@@ -263,7 +264,7 @@ def build(
 
             def meanwhile() -> None:
                 moves = (machine.masses, drive_torque(design), machine.dimensions.stops_rad)
-                moves += (design.requirements.gravity_m_s2,)
+                moves += (design.requirements.gravity_m_s2, joint_friction(design))
                 writer.give((bare, meshes, folder.path, _stage(machine, sweep), moves))
                 fingerprints.append(write_files(machine, cost, folder.path, progress, schema))
 

@@ -1,4 +1,4 @@
-"""What a build writes without the solids, by a second process while this one goes on: STL, 3MF, GLB, twin, pictures.
+"""What a build writes without the solids, by a second process while this one goes on: STL, 3MF, GLB, twins, pictures.
 
 Software rendering keeps a core busy for seconds; what all these need is loaded while the solids are still being made.
 """
@@ -16,6 +16,7 @@ from delta_cad.drive import DriveReport
 from delta_cad.export.glb import write_glb
 from delta_cad.export.meshes import write_3mf, write_stl
 from delta_cad.export.mjcf import twin
+from delta_cad.export.robot import Robot, sdf, urdf
 from delta_cad.export.views.scene import PictureError
 from delta_cad.export.views.views import Stage, write_views
 
@@ -32,8 +33,8 @@ LOADS = (
 )
 
 
-Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float]]
-"""Masses, drive, stops and gravity, as `twin` takes them."""
+Moves = tuple[Mapping[str, Any], DriveReport, tuple[float, float], Sequence[float], tuple[float, float]]
+"""Masses, drive, stops, gravity and friction, as `twin` takes them."""
 
 
 def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list[Path]]:
@@ -41,7 +42,7 @@ def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list
 
     Args:
         order: The machine without its solids, its meshes by part number, the build's folder, outline and cube, and
-            what the twin needs.
+            what the twins need.
 
     Yields:
         The pictures' files.
@@ -56,6 +57,10 @@ def results(order: tuple[Assembly, Meshes, Path, Stage, Moves]) -> Iterator[list
             write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
     write_glb(assembly, meshes, folder / "assembly.glb")
     (folder / "twin.xml").write_text(twin(assembly, *moves), encoding="utf-8")
+    masses, drive, stops, _, friction = moves
+    robot = Robot(assembly, masses["bodies"], drive, stops, friction)
+    (folder / "machine.urdf").write_text(urdf(robot), encoding="utf-8")
+    (folder / "machine.sdf").write_text(sdf(robot), encoding="utf-8")
     yield write_views(assembly, meshes, folder / "views", stage)
 
 

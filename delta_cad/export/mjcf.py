@@ -38,15 +38,17 @@ def twin(
     drive: DriveReport,
     stops_rad: tuple[float, float],
     gravity_m_s2: Sequence[float],
+    friction: tuple[float, float] = (0.0, 0.0),
 ) -> str:
     """Writes the MJCF text of a machine.
 
     Args:
         assembly: The machine.
         masses: What `mass_report` returned.
-        drive: Rotor inertia, ratio and peak torque at the joint.
+        drive: Rotor inertia, ratio and the torque at the joint that the controller lets it give.
         stops_rad: Smallest and largest shoulder angle.
         gravity_m_s2: (3,) in the base frame.
+        friction: Coulomb friction (N m) and damping (N m s/rad) of a joint's drive; the ball joints' is left out.
 
     Returns:
         The text, indented, ending with a line break.
@@ -76,6 +78,7 @@ def twin(
     for i in CHAINS:
         arm = _body(base, f"upper_arm_{i}", frames[f"upper_arm_{i}"], frames["base"])
         hinge = {"name": f"shoulder_{i}", "axis": "0 -1 0", "armature": _text(armature)}
+        hinge |= {"frictionloss": _text(friction[0]), "damping": _text(friction[1])}
         travel = [stop - theta[i] for stop in stops_rad]
         ET.SubElement(arm, "joint", hinge, type="hinge", range=_text(travel))
         _inertial(arm, bodies[f"upper_arm_{i}"])
@@ -107,7 +110,7 @@ def twin(
             ET.SubElement(equality, "connect", name=f"wrist_{i}_{j}", body1=rod, body2="platform", anchor=anchor)
     actuator, sensor = ET.SubElement(root, "actuator"), ET.SubElement(root, "sensor")
     for i in CHAINS:
-        limits = _text((-drive.peak_torque_N_m, drive.peak_torque_N_m))
+        limits = _text((-drive.controlled_torque_N_m, drive.controlled_torque_N_m))
         ET.SubElement(actuator, "motor", name=f"motor_{i}", joint=f"shoulder_{i}", ctrlrange=limits)
         ET.SubElement(sensor, "jointpos", name=f"encoder_{i}", joint=f"shoulder_{i}")
     ET.SubElement(sensor, "framepos", name="handle_position", objtype="site", objname="handle")

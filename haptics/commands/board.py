@@ -64,17 +64,12 @@ def _summary(board: Board) -> str:
 
 
 def _board(given: argparse.Namespace):
-    import math
-
     from delta_cad.drive import joint_counts_per_turn
     from haptics.devices.board import Board
-    from haptics.devices.simulated import SimulatedDevice
+    from haptics.devices.simulated import simulated_machine
     from haptics.model.machine import load_machine
-    from haptics.model.plant import plant
 
     machine = load_machine(given.design, given.masses, given.catalogue)
+    device = simulated_machine(machine)
     counts = round(joint_counts_per_turn(machine.design))
-    par = plant(machine.geometry, machine.masses, machine.design.requirements.gravity_m_s2)
-    device = SimulatedDevice(par, machine.centre, count=2.0 * math.pi / counts)
-    torque = machine.drive.controlled_torque_N_m
-    return Board(device, device.period, torque, counts), device.period
+    return Board(device, device.period, machine.drive.controlled_torque_N_m, counts), device.period

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from delta_cad.common.console import Parser, command_parser, run_command
-from haptics.commands import board, calibrate, feel, firmware, gravity, simulate, stiffness
+from haptics.commands import board, calibrate, feel, firmware, gravity, interfaces, run, simulate, stiffness
 
-COMMANDS = (simulate, stiffness, feel, gravity, firmware, calibrate, board)
+COMMANDS = (simulate, stiffness, feel, gravity, firmware, calibrate, run, interfaces, board)
 EXIT_CODES = (
     "exit codes: 0 done; 1 done, but a promise fails; 2 the input or the usage is wrong; 130 interrupted by Ctrl-C"
 )

@@ -32,6 +32,8 @@ def arguments(command: argparse.ArgumentParser) -> None:
     device_arguments(command)
     command.add_argument("--scene", required=True, choices=SCENES)
     command.add_argument("--hand", choices=HANDS, help="who pushes; of the scene wall only, default medium")
+    why = "limits of the scene wall again, one assumption changed at a time: why they differ from the paper's"
+    command.add_argument("--differs", action="store_true", help=why)
     delay = number(f"delay in ms, 0 to {LONGEST_MS:g}", 0.0, LONGEST_MS)
     command.add_argument("--delay", type=delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
     command.add_argument("--seed", type=natural, default=0, metavar="N", help="places of the encoders' counts")
@@ -45,6 +47,8 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.hand is not None and given.scene != "wall":
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
+    if given.differs and given.scene != "wall":
+        return refuse(f"--differs: of the scene wall only, not of {given.scene}", BAD_INPUT)
     if given.delay != DELAY_MS and given.scene == "noise":
         return refuse(f"--delay {given.delay:g}: the scene noise has the delay of the board's loop", BAD_INPUT)
     if given.plot:
@@ -58,6 +62,8 @@ def run(given: argparse.Namespace) -> int:
     with Line() as line:
         line.show(f"{given.scene}: simulating")
         scene = _scene(machine, given)
+        if given.differs:
+            scene = _differs(machine, given, scene, line)
         line.show(f"{given.scene}: writing")
         facts = _plain(_facts(machine, given, scene))
         facts["files"] = _write(folder, machine, scene, facts, given.plot)
@@ -85,6 +91,18 @@ def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
     from haptics.scenes.wall import wall
 
     return wall(machine, hand=given.hand or "medium", delay=delay, seed=given.seed)
+
+
+def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: Line) -> Scene:
+    """The scene with the cases of `wall_differs` among its facts and in its discussion."""
+    from dataclasses import asdict, replace
+
+    from haptics.scenes.wall_differs import cases, discussion
+
+    hand, delay = given.hand or "medium", _rounded(given.delay)
+    found = cases(machine, hand, delay, given.seed, lambda name: line.show(f"wall: {name}"))
+    facts = scene.facts | {"differs": [asdict(one) for one in found]}
+    return replace(scene, facts=facts, discussion=[*scene.discussion, *discussion(found, hand, delay)])
 
 
 def _rounded(delay_ms: float) -> float:

@@ -137,6 +137,8 @@ class Board:
         again = self.connected and peer == self.peer and packet.session == self._session
         if not again:  # a HELLO is repeated when its WELCOME was lost; the session goes on then
             self.end()
+            if recover := getattr(self._device, "recover", None):  # of a simulated one, which may have left its numbers
+                recover()
             self.peer, self._session, self._watchdog = peer, packet.session, requested
             self._sequence, self._silent, self.answered = 0, 0.0, True
             self.sessions += 1

@@ -63,6 +63,11 @@ class Host:
         tick(controller, fresh(controller), self._laws, 0.0, np.zeros(3), self._torques)
 
     @property
+    def table(self) -> np.ndarray:
+        """(n, COLUMNS) laws that act now, those that fade included; the table itself, for a compiled tick."""
+        return self._laws
+
+    @property
     def laws(self) -> np.ndarray:
         """(n, COLUMNS) laws that act now, those that fade included; a copy."""
         return self._laws.copy()
@@ -113,19 +118,31 @@ class Host:
             BaseException: See `device.run`.
         """
         try:
-            self._require_fit(device)
+            self.begin(device)
         except ValueError:
             device.close()
             raise
-        self._device = device
         try:
             return run(device, self, ticks=ticks, until=until, recorder=recorder)
         except DeviceLostError:
-            self._lost = True
-            self._tick_unread()
+            self.lost()
             raise
         finally:
             self._leave()
+
+    def begin(self, device: Device) -> None:
+        """Takes a device whose ticks another loop than `drive` calls.
+
+        Raises:
+            ValueError: It does not fit, see `drive`.
+        """
+        self._require_fit(device)
+        self._device = device
+
+    def lost(self) -> None:
+        """Signals that the device does not answer, in a tick that is not written to it."""
+        self._lost = True
+        self._tick_unread()
 
     def enable(self) -> None:
         """Lets force come in from the next tick on, if nothing forbids it; see `supervisor.state` then."""
@@ -173,6 +190,18 @@ class Host:
         table[:, GAIN] = 0.0
         self._gains = np.concatenate([np.zeros(len(self._laws)), gains])
         self._laws = np.vstack([self._laws, table])
+        self.heard()
+
+    def set_row(self, row: int, column: int, values: ArrayLike) -> None:
+        """Changes parameters of a law at once, which is a sign of life; whoever does that at each tick bears for steps.
+
+        Args:
+            row: Of the table.
+            column: First column that changes.
+            values: (n,) finite numbers.
+        """
+        given = np.asarray(values, dtype=float)
+        self._laws[row, column : column + len(given)] = given
         self.heard()
 
     def _tick(self, sample: Reading) -> np.ndarray:

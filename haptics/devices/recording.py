@@ -70,6 +70,13 @@ class Recorder:
         return _split(np.array(self._rows, dtype=float).reshape(-1, len(COLUMNS)))
 
 
+class Forgetful(Recorder):
+    """Keeps nothing: a device may run for days."""
+
+    def add(self, time: float, angles: ArrayLike, torques: ArrayLike) -> None:
+        """Drops a tick."""
+
+
 def save_recording(recording: Recording, path: str | Path) -> None:
     """Writes a recording; what is read back is the same to the last bit.
 

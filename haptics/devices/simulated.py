@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from haptics.devices.device import DeviceError, Reading, three_torques
+from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, STATES, Hand, Plant, advance, angles
+from haptics.simulation.assumptions import encoder_count
+from haptics.simulation.hardware import real_plant, stiff_plant
+
+STEP_S = 1e-4  # of the simulation: a tenth of the time in which a motor's current and an arm on its stop move
 
 
 class SimulatedDevice:
@@ -38,6 +43,7 @@ class SimulatedDevice:
         self.par, self.period, self.count, self.hand, self.steps = par, period, count, hand, steps
         self.state, self.anchor = np.zeros(STATES), np.array(position, dtype=float)
         self.state[:3] = self.anchor
+        self._start = self.anchor.copy()
         self.force, self.torques = np.zeros(3), np.zeros(3)
         self._room, self._theta = np.zeros((13, STATES)), np.zeros(3)
         self._tick, self._closed = -1, False
@@ -63,6 +69,13 @@ class SimulatedDevice:
         read = np.round(self._theta / self.count) * self.count if self.count > 0.0 else self._theta.copy()
         return Reading(read, self.time)
 
+    def recover(self) -> None:
+        """Puts the handle back to where it began, at rest, if the simulation has lost it; its clock goes on."""
+        if not np.isfinite(self.state).all() or not np.isfinite(self._theta).all():
+            self.state[:] = 0.0
+            self.state[:3], self.torques = self._start, np.zeros(3)
+            angles(self.par, self.state, self._theta)
+
     def write(self, torques: ArrayLike) -> None:
         """Sets the torques that the motors are asked for until the next call, (3,) N m."""
         self._require_open()
@@ -75,3 +88,24 @@ class SimulatedDevice:
     def _require_open(self) -> None:
         if self._closed:
             raise DeviceError("the simulated device is closed")
+
+
+def simulated_machine(machine: MachineModel, period: float = 1e-3) -> SimulatedDevice:
+    """Makes the simulated device of a design: rigid, with nominal friction, motors that lag, end stops and counts.
+
+    Args:
+        machine: The design and its masses.
+        period: Of its tick, s.
+
+    Returns:
+        The device, its handle in the middle of the cube.
+    """
+    whole = real_plant(machine)
+    par = stiff_plant(machine)._replace(
+        stop_low=whole.stop_low,
+        stop_high=whole.stop_high,
+        stop_stiffness=whole.stop_stiffness,
+        stop_damping=whole.stop_damping,
+    )
+    steps = max(1, round(period / STEP_S))
+    return SimulatedDevice(par, machine.centre, period=period, count=encoder_count(machine), steps=steps)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from delta_cad import catalogue
 from delta_cad.drive import drive_friction_N_m, encoder_count_rad, idle_torque_N_m
+from delta_cad.drive.friction import IDLE_SPEED
 from haptics.control.controller import Controller
 from haptics.control.filters import Estimator, low_pass
 from haptics.control.pose import model
@@ -19,8 +20,6 @@ from haptics.model.ball_joints import ball_friction
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant, plant
 
-# Speed of the motor at its no-load current, rad/s: a small motor at its rated voltage, about 8600 turns a minute.
-IDLE_SPEED = 900.0
 # Least, nominal and largest share of the idle torque that grows with the speed; the nominal one and that of
 # `drive.friction` add up to it.
 VISCOUS = (0.0, 0.4, 0.75)

@@ -21,9 +21,12 @@ import numpy as np
 from delta_cad.catalogue import FAMILIES, CatalogueError
 from delta_cad.catalogue.reader import DATA, read_family
 from delta_cad.commands import cli as delta_cad_cli
-from delta_cad.design import DesignError, design_hash, load_design
+from delta_cad.design import Design, DesignError, design_hash, load_design
 from delta_cad.drive.masses import MassError, load_masses
 from delta_cad.report.words import certificate as told
+from haptics.calibration.fit import fit
+from haptics.calibration.poses import PosesError, load_poses, poses_text
+from haptics.calibration.record import CalibrationError, calibration_of, load_calibration, to_dict
 from haptics.commands import cli as haptics_cli
 from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, encode
 from haptics.devices.recording import Recording, RecordingError, load_recording, save_recording
@@ -40,6 +43,7 @@ from optimizer.search.genetic import Generation
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
 from tests.committed import BEST, ROOT
 from tests.endurance.mutation import csv_text, damaged, json_text, mutated, strange, toml_text
+from tests.haptics.calibration.devices import cube_points, made, measured
 from tests.optimizer.certify.designs import masses, redigested
 
 HANG_S = 10.0
@@ -199,6 +203,7 @@ def readers(folder: Path) -> list[Reader]:
                (RecordingError,)),
         Reader("packet", "packet", _packet, lambda p: decode(p.read_bytes()), (PacketError,)),
     ]  # fmt: skip
+    found += _calibration_readers(design)
     found.append(
         Reader(
             "own parts", "motor.csv", _of_tree(_table(ROOT / "examples" / "my-parts" / "motor.csv"), csv_text),
@@ -213,6 +218,19 @@ def readers(folder: Path) -> list[Reader]:
             )
         )  # fmt: skip
     return found
+
+
+def _calibration_readers(design: Design) -> list[Reader]:
+    rng = np.random.default_rng(1)
+    poses = measured(made(design, rng), cube_points(design, rng, 20), rng)
+    calibration = to_dict(calibration_of(design, fit(design.geometry, poses), 20))
+    rows = [line.split(",") for line in poses_text(poses).splitlines()]
+    return [
+        Reader("calibration", "k.json", _of_tree(calibration, json_text), lambda p: load_calibration(p, design),
+               (CalibrationError,)),
+        Reader("poses", "p.csv", _of_tree(rows, csv_text), load_poses, (PosesError,),
+               (haptics_cli.main, lambda p: ["calibrate", "--design", str(BEST), str(p), "--out", str(p) + ".out"])),
+    ]  # fmt: skip
 
 
 def _table(path: Path) -> list[list[str]]:

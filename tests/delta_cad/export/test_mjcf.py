@@ -18,6 +18,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.design import Design
 from delta_cad.dimensions import Dimensions
 from delta_cad.drive import drive_torque
+from delta_cad.drive.friction import joint_friction
 from delta_cad.drive.masses import masses_from_dict
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.mjcf import twin
@@ -171,6 +172,34 @@ def test_a_direct_drive_has_no_pinion(best: Design, best_assembly: Assembly, mas
     assert light.dof_armature[:1] == pytest.approx(drive.reflected_inertia_kg_m2, rel=1e-12)
 
 
+def test_motors_give_what_the_controller_lets_them_and_joints_rub(
+    best: Design, best_assembly: Assembly, masses: dict[str, Any], model: Any
+) -> None:
+    drive = drive_torque(best)
+    assert drive.controlled_torque_N_m < drive.peak_torque_N_m
+    coulomb, viscous = joint_friction(best)
+    rubs = mujoco.MjModel.from_xml_string(
+        twin(best_assembly, masses, drive, (-1.0, 1.0), (0.0, 0.0, 0.0), (coulomb, viscous))
+    )
+    np.testing.assert_array_equal(rubs.actuator_ctrlrange, [[-0.8, 0.8]] * 3)
+    shoulders = [rubs.joint(f"shoulder_{i}").dofadr[0] for i in range(3)]
+    np.testing.assert_array_equal(rubs.dof_frictionloss[shoulders], [coulomb] * 3)
+    np.testing.assert_array_equal(rubs.dof_damping[shoulders], [viscous] * 3)
+    assert not model.dof_frictionloss.any()
+    # without gravity a torque below the friction holds the arms where they are, one above turns them; the engine's
+    # friction creeps, for it is as soft as a closure
+    moved = []
+    for torque in (0.5 * coulomb, 2.0 * coulomb):
+        data = mujoco.MjData(rubs)
+        data.ctrl[:] = torque
+        for _ in range(500):
+            mujoco.mj_step(rubs, data)
+        moved.append(float(np.abs(data.qpos[shoulders]).max()))
+    assert moved[0] < 0.05 * moved[1]
+
+
 def test_the_build_writes_it(built: Any) -> None:
     file: Path = built.folder / "twin.xml"
-    assert mujoco.MjModel.from_xml_path(str(file)).nu == 3
+    read = mujoco.MjModel.from_xml_path(str(file))
+    assert read.nu == 3
+    assert read.dof_frictionloss.max() > 0.0

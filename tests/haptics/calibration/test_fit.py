@@ -64,6 +64,13 @@ def test_uncertainties_cover_what_devices_of_the_assumed_scatter_have(best: Desi
     assert np.all(spread < 1.5), dict(zip(NAMES, spread, strict=True))
 
 
+@pytest.mark.parametrize(("position", "angle"), [(2e-6, 1e-3), (0.2e-3, 1e-6)])
+def test_noise_of_either_kind_is_weighed_as_it_is(best: Design, position: float, angle: float) -> None:
+    rng = np.random.default_rng(12)
+    poses = measured(made(best, rng), cube_points(best, rng, 60), rng, position, angle)
+    assert 0.8 < fit(best.geometry, poses, noise=Noise(position, angle)).misfit < 1.2
+
+
 def test_zeros_may_be_anywhere(best: Design) -> None:
     rng = np.random.default_rng(4)
     device = made(best, rng)

@@ -1,0 +1,98 @@
+"""The C library with a design's numbers, and what uses it, as a folder. Importing this module loads numba."""
+
+from __future__ import annotations
+
+import math
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from delta_cad.common.files import whole_folder
+from delta_cad.design import design_hash
+from haptics.control.pose import model
+from haptics.model.machine import MachineModel
+from haptics.simulation.loops import BOARD, at_rate
+from haptics.stability.walls import SHARE, computed_wall
+
+FILES = (
+    "README.md",
+    "c/delta_device.h",
+    "c/delta_device.c",
+    "chai3d/CDeltaHapticDevice.h",
+    "chai3d/CDeltaHapticDevice.cpp",
+    "ros2/delta_haptic_node.cpp",
+    "ros2/CMakeLists.txt",
+    "ros2/package.xml",
+)
+MACHINE = "c/delta_machine.h"
+HOST_RATE_Hz = 1000.0  # at which programs on a host close the loop through a socket
+RAMP_S, WATCHDOG_S, TIMEOUT_S = 0.5, 0.02, 0.1
+
+
+def sources(machine: MachineModel) -> dict[str, str]:
+    """Gives the files for a design: path -> text."""
+    here = resources.files("haptics.interfaces")
+    return {name: here.joinpath(name).read_text(encoding="utf-8") for name in FILES} | {
+        MACHINE: machine_header(machine)
+    }
+
+
+def machine_header(machine: MachineModel) -> str:
+    """Gives the header with the numbers of a design.
+
+    Stiffness is what a wall in the middle of the cube may have with a loop of 1 kHz through a host.
+    """
+    design = machine.design
+    known = model(machine.geometry, machine.masses, design.requirements.gravity_m_s2)
+    loop = at_rate(HOST_RATE_Hz)
+    wall = SHARE * min(computed_wall(machine, machine.centre, axis, loop) for axis in np.eye(3))
+    config = (
+        *(known.radius_difference, known.upper_arm_length, known.forearm_length),
+        *(known.hanging, known.moment, known.across),
+    )
+    gravity = (known.gravity_x, known.gravity_y, known.gravity_z)
+    force = max(design.requirements.force_N, design.requirements.peak_force_N or 0.0)
+    rest = (machine.drive.controlled_torque_N_m, force, BOARD.corner, RAMP_S, WATCHDOG_S, TIMEOUT_S)
+    numbers = [*map(_c, config), "{" + ", ".join(map(_c, gravity)) + "}", *map(_c, rest), "0"]
+    lines = [
+        f"/* {design.name}, design {design_hash(design)[:12]}: numbers for delta_device.h, SI. */",
+        "#ifndef DELTA_MACHINE_H",
+        "#define DELTA_MACHINE_H",
+        "",
+        f'#define DELTA_NAME "{design.name}"',
+        f"#define DELTA_CENTRE_Z {_c(machine.centre[2])} /* middle of the cube, m */",
+        f"#define DELTA_HALF_SIDE {_c(machine.half_side)} /* of the cube, m */",
+        f"#define DELTA_FORCE {_c(design.requirements.force_N)} /* for ever, N */",
+        f"#define DELTA_STIFFNESS {_c(wall)} /* of a wall through a host at 1 kHz, N/m */",
+        f"#define DELTA_DAMPING {_c(loop.damping)} /* in that wall, N s/m */",
+        "#define DELTA_MACHINE { \\",
+        *(f"    {number}, \\" for number in numbers[:-1]),
+        f"    {numbers[-1]}}}",
+        "",
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def write_sources(machine: MachineModel, folder: Path) -> list[str]:
+    """Writes the files for a design, whole or not at all.
+
+    Returns:
+        Their paths in the folder.
+
+    Raises:
+        OSError: They cannot be written.
+    """
+    files = sources(machine)
+    with whole_folder(folder) as part:
+        for name, text in files.items():
+            (part / name).parent.mkdir(exist_ok=True)
+            (part / name).write_text(text, encoding="utf-8")
+    return sorted(files)
+
+
+def _c(value: float) -> str:
+    """A double that C reads back to the last bit."""
+    assert math.isfinite(value)
+    return repr(float(value))

@@ -1,0 +1,125 @@
+"""Why walls end where they do and not where the paper's ended: its table 13 again, one assumption changed at a time.
+
+Source:
+    [RCIM2018] table 13. Hand, friction, delay and filter are not given there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from delta_cad.common.units import MM_PER_M
+from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.model.hands import HANDS
+from haptics.model.machine import MachineModel
+from haptics.model.plant import Hand
+from haptics.rendering.laws.virtual_wall import AXES
+from haptics.scenes.bench import PERIOD
+from haptics.simulation.assumptions import CURRENT_LAG
+from haptics.simulation.loops import BOARD, PAPER
+from haptics.stability.wall_limit import search
+from haptics.stability.wall_trial import WallBench
+
+STEP, CEILING, TOLERANCE = 1000.0, 40e3, 50.0  # N/m, as of the scene
+
+
+@dataclass(frozen=True)
+class WallCase:
+    """Largest stable walls under one set of assumptions.
+
+    Attributes:
+        name: What is other than in the scene.
+        limits_N_per_mm: By axis.
+        never_oscillated: Axes along which no wall up to the ceiling oscillated.
+    """
+
+    name: str
+    limits_N_per_mm: dict[str, float]
+    never_oscillated: tuple[str, ...]
+
+    @property
+    def reaches_published(self) -> bool:
+        """Whether it bears the paper's wall along every axis."""
+        return all(self.limits_N_per_mm[axis] >= STIFFNESS_N_PER_MM[axis] for axis in AXES)
+
+
+def cases(
+    machine: MachineModel, hand: str, delay: float, seed: int, progress: Callable[[str], None] = lambda _: None
+) -> list[WallCase]:
+    """Searches the limits of each case.
+
+    Args:
+        machine: The device.
+        hand: Name of the hand in `HANDS`.
+        delay: From reading to torque, s.
+        seed: Of the places of the counts.
+        progress: Told what is searched.
+
+    Returns:
+        The scene's own first.
+    """
+    found = []
+    for name, bench in _benches(machine, hand, delay, seed):
+        progress(name)
+        searches = {axis: search(bench(axis).stands, step=STEP, ceiling=CEILING, tolerance=TOLERANCE) for axis in AXES}
+        limits = {axis: one.bisection / MM_PER_M for axis, one in searches.items()}
+        found.append(WallCase(name, limits, tuple(axis for axis, one in searches.items() if one.ceiling_reached)))
+    return found
+
+
+def _benches(
+    machine: MachineModel, hand: str, delay: float, seed: int
+) -> Iterator[tuple[str, Callable[[str], WallBench]]]:
+    who = HANDS[hand]
+    rigid = _without_grasp(who)
+    yield "as simulated", lambda axis: WallBench(machine, axis, who, delay=delay, seed=seed)
+    for other in sorted(HANDS.keys() - {hand}):
+        yield f"{other} hand", lambda axis, o=other: WallBench(machine, axis, HANDS[o], delay=delay, seed=seed)
+    yield "arm rigid on the handle", lambda axis: WallBench(machine, axis, rigid, delay=delay, seed=seed)
+    for name, other in (("no delay", 0.0), ("a period of delay", PERIOD)):
+        yield name, lambda axis, d=other: WallBench(machine, axis, who, delay=d, seed=seed)
+    yield "least friction", lambda axis: WallBench(machine, axis, who, "least", delay, seed=seed)
+    yield "largest friction", lambda axis: WallBench(machine, axis, who, "largest", delay, seed=seed)
+    whole = replace(PAPER, delays=(0.0, delay / PERIOD, 1.0))
+    yield "noise, cable, structure", lambda axis: WallBench(machine, axis, who, seed=seed, loop=whole)
+    yield "the board's loop", lambda axis: WallBench(machine, axis, who, seed=seed, loop=BOARD)
+
+
+def _without_grasp(hand: Hand) -> Hand:
+    """The same arm without a grasp between it and the handle, as models of two and three parameters have it."""
+    return hand._replace(grasp_stiffness=0.0, grasp_damping=0.0)
+
+
+def damping_needed(stiffness_N_per_mm: float, delay: float) -> float:
+    """Computes the damping that a wall of the scene's loop takes, `K (T / 2 + delay + lag)`, N s/m."""
+    return MM_PER_M * stiffness_N_per_mm * (PERIOD / 2.0 + delay + CURRENT_LAG)
+
+
+def discussion(found: list[WallCase], hand: str, delay: float) -> list[str]:
+    """Says in sentences what the cases show; every figure is one of theirs."""
+    who, own = HANDS[hand], found[0]
+    needs = {axis: damping_needed(STIFFNESS_N_PER_MM[axis], delay) for axis in AXES}
+    said = [
+        f"Table 13 again: {_range(own)} N/mm where the paper has {_spread(STIFFNESS_N_PER_MM)}. In this loop its walls "
+        f"take {_spread(needs)} N s/m, K (T/2 + delay + lag); the grasp gives {who.grasp_damping:g}, and what friction "
+        f"takes comes on top. The arm's {who.damping:g} N s/m is behind the grasp's spring, where a loop feels little."
+    ]
+    reach = [one.name for one in found[1:] if one.reaches_published]
+    if reach:
+        said.append(f"The paper's walls stand along every axis with: {', '.join(reach)}.")
+    said.append(
+        "One change alone: " + "; ".join(f"{one.name} {_range(one)}" for one in found[1:]) + " N/mm. "
+        "Which of them the paper had it does not say, so that nothing is fitted to it."
+    )
+    return said
+
+
+def _spread(values: dict[str, float]) -> str:
+    least, most = min(values.values()), max(values.values())
+    return f"{least:.1f} to {most:.1f}"
+
+
+def _range(case: WallCase) -> str:
+    """Least to largest over the axes, with a sign where a search met its ceiling."""
+    return _spread(case.limits_N_per_mm) + (" and more" if case.never_oscillated else "")

@@ -1,0 +1,253 @@
+"""URDF and SDF read by readers of the test's own, and by MuJoCo: every link where the machine has it, with its mass."""
+
+# pyright: reportAttributeAccessIssue=false
+# The engine's binding declares its functions at run time.
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.design import Design
+from delta_cad.dimensions import Dimensions
+from delta_cad.drive import drive_torque
+from delta_cad.drive.friction import joint_friction
+from delta_cad.export.mass_properties import mass_report
+from delta_cad.export.robot import DUST_KG, Robot, sdf, urdf
+from delta_cad.mechanism import inverse_kinematics
+
+LINKS = {
+    "base",
+    "platform",
+    *(f"upper_arm_{i}" for i in range(3)),
+    *(f"rod_{i}_{j}" for i in range(3) for j in range(2)),
+}
+
+
+@pytest.fixture(scope="module")
+def robot(best: Design, best_dimensions: Dimensions, best_assembly: Assembly) -> Robot:
+    bodies = mass_report(best_assembly)["bodies"]
+    return Robot(best_assembly, bodies, drive_torque(best), best_dimensions.stops_rad, joint_friction(best))
+
+
+@pytest.fixture(scope="module")
+def tree(robot: Robot) -> ET.Element:
+    return ET.fromstring(urdf(robot))
+
+
+@pytest.fixture(scope="module")
+def model(robot: Robot) -> ET.Element:
+    (model,) = ET.fromstring(sdf(robot))
+    return model
+
+
+def numbers(text: str | None) -> np.ndarray:
+    return np.array([float(v) for v in (text or "").split()])
+
+
+def frame(xyz: np.ndarray, rpy: np.ndarray) -> np.ndarray:
+    """By three turns about fixed axes, one after the other."""
+    out = np.eye(4)
+    for axis, angle in zip("xyz", rpy, strict=True):
+        out[:3, :3] = Rotation.from_euler(axis, angle).as_matrix() @ out[:3, :3]
+    out[:3, 3] = xyz
+    return out
+
+
+def origin(element: ET.Element) -> np.ndarray:
+    at = element.find("origin")
+    assert at is not None
+    return frame(numbers(at.get("xyz")), numbers(at.get("rpy")))
+
+
+def placed(tree: ET.Element, joints: dict[str, float]) -> dict[str, np.ndarray]:
+    """Link -> (4, 4) frame in the base at joint positions, by a walk down the tree."""
+    frames, left = {"base": np.eye(4)}, list(tree.iter("joint"))
+    left = [one for one in left if one.find("parent") is not None]
+    while left:
+        for one in list(left):
+            parent, child = (one.find(key).get("link") for key in ("parent", "child"))  # type: ignore[union-attr]
+            if parent in frames:
+                axis = numbers(one.find("axis").get("xyz"))  # type: ignore[union-attr]
+                move, value = np.eye(4), joints.get(one.get("name", ""), 0.0)
+                if one.get("type") == "prismatic":
+                    move[:3, 3] = value * axis
+                else:
+                    move[:3, :3] = Rotation.from_rotvec(value * axis).as_matrix()
+                frames[str(child)] = frames[parent] @ origin(one) @ move
+                left.remove(one)
+    return frames
+
+
+def joints_at(robot: Robot, p_mm: np.ndarray) -> dict[str, float]:
+    """Joint positions of the closed machine, from the placement of its rods."""
+    assembly = robot.assembly
+    theta = inverse_kinematics(assembly.placement.geometry, p_mm / 1e3)
+    at, home = assembly.placement(p_mm), robot.frames
+    found = {f"platform_{axis}": (p_mm[k] - assembly.home_mm[k]) / 1e3 for k, axis in enumerate("xyz")}
+    for i in range(3):
+        found[f"shoulder_{i}"] = float(theta[i])
+        for j in range(2):
+            now, before = (f[f"upper_arm_{i}"][:3, :3].T @ f[f"rod_{i}_{j}"][:3, :3] for f in (at, home))
+            swing, lean, turn = Rotation.from_matrix(before.T @ now).as_euler("YZX")
+            assert abs(turn) < 1e-12
+            # the stud is the rod's y at home, or against it
+            found[f"elbow_{i}_{j}_swing"] = swing * np.sign(robot.stud(i, j)[1])
+            found[f"elbow_{i}_{j}_lean"] = lean
+    return found
+
+
+def poses(robot: Robot) -> list[np.ndarray]:
+    steps = np.random.default_rng(3).uniform(-30.0, 30.0, (4, 3))
+    return [np.asarray(robot.assembly.home_mm, dtype=float) + step for step in (np.zeros(3), *steps)]
+
+
+def test_links_of_the_tree_stand_where_the_machine_has_them(robot: Robot, tree: ET.Element) -> None:
+    assert {link.get("name") for link in tree.iter("link")} >= LINKS
+    for p in poses(robot):
+        frames, wanted = placed(tree, joints_at(robot, p)), robot.assembly.placement(p)
+        for name in LINKS:
+            there = wanted[name].copy()
+            there[:3, 3] /= 1e3
+            np.testing.assert_allclose(frames[name], there, atol=1e-12, err_msg=name)
+
+
+def test_cut_joints_meet_at_every_pose(robot: Robot, tree: ET.Element) -> None:
+    loops = list(tree.iter("loop_joint"))
+    assert len(loops) == 6
+    for p in poses(robot):
+        frames = placed(tree, joints_at(robot, p))
+        for loop in loops:
+            ends = [loop.find(key) for key in ("link1", "link2")]
+            a, b = (frames[str(end.get("link"))] @ [*numbers(end.get("xyz")), 1.0] for end in ends if end is not None)
+            np.testing.assert_allclose(a, b, atol=1e-12)
+    wrong = placed(tree, joints_at(robot, poses(robot)[1]) | {"platform_x": 0.0})
+    link = loops[0].find("link1")
+    assert link is not None
+    there = wrong["rod_0_0"] @ [*numbers(link.get("xyz")), 1.0]
+    assert np.abs(there - wrong["platform"] @ [*robot.wrist(0, 0), 1.0]).max() > 1e-3
+
+
+def inertia_of(element: ET.Element, read: Any) -> np.ndarray:
+    out = np.empty((3, 3))
+    for a in range(3):
+        for b in range(a, 3):
+            out[a, b] = out[b, a] = read(element, f"i{'xyz'[a]}{'xyz'[b]}")
+    return out
+
+
+def test_masses_are_those_of_the_solids(robot: Robot, tree: ET.Element, model: ET.Element) -> None:
+    def attribute(element: ET.Element, key: str) -> float:
+        return float(element.get(key, "nan"))
+
+    def child(element: ET.Element, key: str) -> float:
+        return float(element.findtext(key) or "nan")
+
+    for root, read, mass in (
+        (tree, attribute, lambda one: float(one.find("mass").get("value"))),
+        (model, child, lambda one: float(one.findtext("mass"))),
+    ):
+        seen = set()
+        for link in root.iter("link"):
+            name, one = str(link.get("name")), link.find("inertial")
+            if one is None:
+                continue
+            if name not in LINKS:
+                assert mass(one) == DUST_KG
+                continue
+            seen.add(name)
+            body = robot.bodies[name]
+            moments = one.find("inertia")
+            assert moments is not None
+            assert mass(one) == body["mass_kg"]
+            # the solids' own is symmetric to roundings of 1e-19
+            np.testing.assert_allclose(inertia_of(moments, read), body["inertia_kg_m2"], rtol=0, atol=1e-18)
+            at = one.find("origin")
+            centre = numbers(one.findtext("pose"))[:3] if at is None else numbers(at.get("xyz"))
+            np.testing.assert_array_equal(centre, body["centre_m"])
+        assert seen == LINKS
+
+
+def test_limits_and_friction_are_the_drives(best: Design, robot: Robot, tree: ET.Element, model: ET.Element) -> None:
+    joint = next(one for one in tree.iter("joint") if one.get("name") == "shoulder_1" and one.get("type"))
+    limit, dynamics = joint.find("limit"), joint.find("dynamics")
+    assert limit is not None
+    assert dynamics is not None
+    assert float(limit.get("effort", 0)) == drive_torque(best).controlled_torque_N_m == 0.8
+    assert (float(limit.get("lower", 0)), float(limit.get("upper", 0))) == robot.stops_rad
+    coulomb, viscous = joint_friction(best)
+    assert (float(dynamics.get("friction", 0)), float(dynamics.get("damping", 0))) == (coulomb, viscous)
+    assert 0.005 < coulomb < 0.05
+    same = next(one for one in model.iter("joint") if one.get("name") == "shoulder_1")
+    home = robot.home_angles[1]
+    assert float(same.findtext("axis/limit/lower") or 0) == pytest.approx(robot.stops_rad[0] - home)
+    assert float(same.findtext("axis/limit/effort") or 0) == 0.8
+    assert float(same.findtext("axis/dynamics/friction") or 0) == coulomb
+
+
+def test_the_closed_model_stands_at_home(robot: Robot, model: ET.Element) -> None:
+    frames: dict[str, np.ndarray] = {}
+    for link in model.iter("link"):
+        pose = numbers(link.findtext("pose"))
+        frames[str(link.get("name"))] = frame(pose[:3], pose[3:])
+    for name, there in robot.frames.items():
+        if name in LINKS:
+            np.testing.assert_allclose(frames[name][:3, 3], there[:3, 3] / 1e3, atol=1e-12)
+            np.testing.assert_allclose(frames[name][:3, :3], there[:3, :3], atol=1e-12)
+    kinds: dict[str, int] = {}
+    for joint in (one for one in model.iter("joint") if one.get("type")):
+        kind = str(joint.get("type"))
+        kinds[kind] = kinds.get(kind, 0) + 1
+        parent, child = joint.findtext("parent"), joint.findtext("child")
+        if kind == "ball":  # at the rod's end, where the platform's wrist is
+            i, j = (int(v) for v in str(joint.get("name")).split("_")[1:])
+            there = frames[str(child)] @ [*numbers(joint.findtext("pose"))[:3], 1.0]
+            np.testing.assert_allclose(there, frames[str(parent)] @ [*robot.wrist(i, j), 1.0], atol=1e-12)
+        if kind == "universal":  # the first axis is the arm's cross-bar, the second square to it
+            first = frames[str(child)][:3, :3] @ numbers(joint.findtext("axis/xyz"))
+            np.testing.assert_allclose(np.abs(first @ frames[str(parent)][:3, 1]), 1.0, atol=1e-12)
+            second = frames[str(child)][:3, :3] @ numbers(joint.findtext("axis2/xyz"))
+            assert abs(first @ second) < 1e-12
+    assert kinds == {"fixed": 1, "revolute": 3, "universal": 6, "ball": 6}
+    # 10 moving links less what joints take: three ways to move
+    assert 6 * 10 - 5 * 3 - 4 * 6 - 3 * 6 == 3
+
+
+def test_an_engine_reads_the_tree(robot: Robot) -> None:
+    engine = mujoco.MjModel.from_xml_string(urdf(robot))
+    data = mujoco.MjData(engine)
+    p = poses(robot)[2]
+    for name, value in joints_at(robot, p).items():
+        data.joint(name).qpos = value
+    mujoco.mj_forward(engine, data)
+    wanted = robot.assembly.placement(p)
+    for name in LINKS - {"base"}:  # the engine melts the base into its world
+        np.testing.assert_allclose(data.body(name).xpos, wanted[name][:3, 3] / 1e3, atol=1e-10)
+        assert engine.body(name).mass[0] == pytest.approx(robot.bodies[name]["mass_kg"], rel=1e-12)
+
+
+def test_meshes_are_those_of_the_made_parts(robot: Robot, tree: ET.Element, model: ET.Element) -> None:
+    made = {one.part.number for one in robot.assembly.occurrences if one.part.make and one.link in LINKS}
+    named = [str(mesh.get("filename")) for mesh in tree.iter("mesh")]
+    assert {Path(name).stem for name in named} == made
+    assert all(name == f"parts/{Path(name).stem}.stl" for name in named)
+    assert sorted(named) == sorted(mesh.findtext("uri") or "" for mesh in model.iter("mesh"))
+    (platform,) = [link for link in tree.iter("link") if link.get("name") == "platform"]
+    visual = next(v for v in platform.iter("visual") if "handle_stem" in ET.tostring(v, encoding="unicode"))
+    (stem,) = [one for one in robot.assembly.occurrences if one.part.number == "handle_stem"]
+    np.testing.assert_allclose(origin(visual)[:3, 3], stem.placement[:3, 3] / 1e3, atol=1e-15)
+
+
+def test_the_build_writes_both(built: Any) -> None:
+    for name in ("machine.urdf", "machine.sdf"):
+        root = ET.parse(built.folder / name).getroot()
+        files = [mesh.get("filename") or mesh.findtext("uri") or "" for mesh in root.iter("mesh")]
+        assert files
+        assert all((built.folder / file).is_file() for file in files)

@@ -1,0 +1,237 @@
+"""The C library against the simulated board: compiled strictly, run under sanitizers, held to NumPy's mechanism."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from delta_cad.mechanism import forward_kinematics, jacobian
+from haptics.devices.fake import DisturbedDevice, invalid
+from haptics.devices.simulated import SimulatedDevice
+from haptics.gravity import gravity_torque
+from haptics.interfaces.sources import FILES, MACHINE, TIMEOUT_S, sources, write_sources
+from haptics.model.machine import MachineModel
+from tests.haptics.devices.served import Served, served
+from tests.haptics.scene_machine import scene_machine
+
+HERE = Path(__file__).parent
+STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror")
+CHECKED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+LOST, NO_BOARD, REFUSED, UNFIT, NO_ADDRESS, UNKNOWN = 6, 3, 4, 5, 2, 7
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> MachineModel:
+    return scene_machine(best)
+
+
+@pytest.fixture(scope="module")
+def folder(machine: MachineModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("c") / "interfaces"
+    assert write_sources(machine, folder) == sorted([*FILES, MACHINE])
+    header = (folder / MACHINE).read_text()
+    assert f"    {TIMEOUT_S}, \\\n" in header
+    (folder / MACHINE).write_text(header.replace(f"    {TIMEOUT_S}, \\\n", "    20.0, \\\n"))  # on a busy machine
+    return folder
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path) -> Path:
+    out = folder.parent / "client"
+    files = [str(HERE / "client.c"), str(folder / "c" / "delta_device.c")]
+    compiled(
+        "gcc", "-std=c99", "-g", "-O1", "-Wconversion", *CHECKED, f"-I{folder / 'c'}", *files, "-lm", "-o", str(out)
+    )
+    return out
+
+
+def compiled(compiler: str, *arguments: str) -> None:
+    done = subprocess.run([compiler, *STRICT, *arguments], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def ran(client: Path, *arguments: object, **environment: str) -> list[str]:
+    done = subprocess.run(
+        [client, *map(str, arguments)], capture_output=True, text=True, timeout=60, env=os.environ | environment
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout.splitlines()
+
+
+def ticks(lines: list[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times, states and flags (n, 4), and (n, 3) angles, positions, velocities and torques by their letter."""
+    rows = [line.split() for line in lines if line.startswith("tick")]
+    found = {
+        row[k]: np.array([[float(v) for v in one[k + 1 : k + 4]] for one in rows])
+        for row in rows[:1]
+        for k in (5, 9, 13, 17)
+    }
+    return np.array([[float(v) for v in row[1:5]] for row in rows]), found
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_it_compiles_without_a_word(folder: Path, compiler: str) -> None:
+    if shutil.which(compiler) is None:
+        pytest.fail(f"{compiler} is missing")
+    source = str(folder / "c" / "delta_device.c")
+    for level in ("-O0", "-O3"):
+        compiled(compiler, "-std=c99", level, "-Wconversion", "-c", source, "-o", os.devnull)
+    compiled("c++" if compiler == "gcc" else "clang++", "-x", "c++", "-fsyntax-only", "-std=c++17",
+             str(folder / "c" / "delta_device.h"))  # fmt: skip
+
+
+def test_position_velocity_and_torques_are_those_of_the_mechanism(machine: MachineModel, client: Path) -> None:
+    with served(machine) as up:
+        lines = ran(client, up.port, 600, 0.0)
+        assert not up.device.torques.any()
+    head, found = ticks(lines)
+    assert lines[0] == "open 0 done"
+    assert (len(head), set(head[:, 1]), set(head[:, 2]), set(head[:, 3])) == (600, {0.0}, {0.0}, {0.0})
+    g, a, p = machine.geometry, found["a"], found["p"]
+    np.testing.assert_allclose(p, forward_kinematics(g, a), atol=1e-14)
+    force = 300.0 * (np.array([0.004, -0.003, machine.centre[2] + 0.002]) - p)
+    holding = gravity_torque(g, machine.masses, p, machine.design.requirements.gravity_m_s2)
+    meant = np.einsum("nki,nk->ni", jacobian(g, p), force) + holding
+    np.testing.assert_allclose(found["t"], meant, atol=1e-12)
+    assert np.ptp(p, axis=0).max() > 1e-3  # the spring pulls it over there
+    # the low-pass of 300 Hz on the joints' differences, by a recursion of its own
+    share, rates = 1.0 - np.exp(-2 * np.pi * 300.0 * 1e-3), np.zeros(3)
+    for n in range(1, len(a)):
+        rates = rates + share * ((a[n] - a[n - 1]) / 1e-3 - rates)
+        np.testing.assert_allclose(found["v"][n], jacobian(g, p[n]) @ rates, atol=1e-9)
+
+
+def test_force_comes_in_over_the_ramp_and_is_bounded(machine: MachineModel, client: Path) -> None:
+    with served(machine) as up:
+        lines = ran(client, up.port, 100, 0.5)
+    _, found = ticks(lines)
+    holding = gravity_torque(machine.geometry, machine.masses, found["p"], machine.design.requirements.gravity_m_s2)
+    beside = np.linalg.norm(found["t"] - holding, axis=1)
+    assert beside[0] < 1e-3 * beside[-1] * 10
+    np.testing.assert_allclose(beside[40] / beside[80], 0.5, rtol=0.15)
+    assert "null 1 1 8" in lines
+    assert "nan 1 period 0.001" in lines
+
+
+def test_an_encoder_that_fails_takes_the_force_until_the_reset(machine: MachineModel, client: Path) -> None:
+    with served(machine) as up:
+        bad = {n: invalid(0) for n in range(40, 60)}
+        up.device.read = DisturbedDevice(Bare(up.device), bad).read  # type: ignore[method-assign]
+        lines = ran(client, up.port, 200, 0.0, RESET_AT="120")
+    head, found = ticks(lines)
+    bad = np.flatnonzero(head[:, 1] == UNKNOWN)
+    assert 15 <= len(bad) <= 20
+    quiet = slice(bad[0], 120)
+    assert not found["t"][quiet].any()
+    assert set(head[bad[-1] + 1 : 120, 2]) == {8.0}  # latched
+    assert np.abs(found["t"][121:]).max() > 0.01
+    assert set(head[121:, 2]) == {0.0}
+
+
+def test_what_cannot_be_opened_says_why(machine: MachineModel, client: Path) -> None:
+    def status(*arguments: object) -> int:
+        return int(ran(client, *arguments)[0].split()[1])
+
+    with served(machine) as up:
+        port = up.port
+        assert status(port, 0, 0.5, "localhost") == NO_ADDRESS
+        assert status(port, 0, 0.5, "192.0.2.1") == NO_ADDRESS
+        assert status(port, 0, -1.0) == 1
+        with occupied(up):
+            assert status(port, 0) == REFUSED
+        assert status(port, 3) == 0
+    assert status(port, 0) == NO_BOARD
+    with served(machine, torque=0.1) as up:
+        assert status(up.port, 0) == UNFIT
+        assert not up.board.connected
+
+
+class Bare:
+    """A device's own methods, kept while others take their place."""
+
+    def __init__(self, device: SimulatedDevice) -> None:
+        self.read, self.write, self.close, self.time = device.read, device.write, device.close, 0.0
+
+
+class occupied:  # noqa: N801
+    """Another host has the board."""
+
+    def __init__(self, up: Served) -> None:
+        from haptics.devices.link import UdpLink
+        from haptics.devices.remote import RemoteDevice
+
+        self._device = RemoteDevice(UdpLink("127.0.0.1", up.port), timeout=2.0)
+
+    def __enter__(self) -> None:
+        """It is there already."""
+
+    def __exit__(self, *_: object) -> None:
+        self._device.close()
+
+
+def test_a_board_that_goes_away_is_lost(machine: MachineModel, client: Path) -> None:
+    with served(machine) as up:
+        up.device.read = counted(up.device.read, 50, up)  # type: ignore[method-assign]
+        lines = ran(client, up.port, 1000, 0.0, TIMEOUT="1.0")
+    head, _ = ticks(lines)
+    assert head[-1, 3] == LOST
+    assert 40 < len(head) < 60
+
+
+def counted(read, most: int, up: Served):
+    """A reading that ends the session after some."""
+    count = 0
+
+    def one():
+        nonlocal count
+        count += 1
+        if count == most:
+            up.board.end()
+        return read()
+
+    return one
+
+
+def test_the_chai3d_device_compiles_and_drives_a_board(machine: MachineModel, folder: Path) -> None:
+    out, c = folder.parent / "chai", folder / "c" / "delta_device.c"
+    include = [f"-I{path}" for path in (folder / "c", folder / "chai3d", HERE / "stubs")]
+    library = folder.parent / "delta_device.o"
+    compiled("gcc", "-std=c99", "-g", *CHECKED, "-c", str(c), "-o", str(library))
+    sources_of = [str(HERE / "chai.cpp"), str(folder / "chai3d" / "CDeltaHapticDevice.cpp")]
+    compiled("c++", "-std=c++14", "-g", *CHECKED, *include, *sources_of, str(library), "-o", str(out))
+    with served(machine) as up:
+        (line,) = ran(out, up.port)
+        at = up.device.state[:3] - machine.centre
+    before, opened, kept, switches, *p, force = (float(v) for v in line.split())
+    assert (before, opened, kept, switches, force) == (0, 1, 1, 0, machine.design.requirements.force_N)
+    np.testing.assert_allclose(p, at, atol=1e-4)
+
+
+def test_the_ros_node_compiles_and_drives_a_board(machine: MachineModel, folder: Path) -> None:
+    out, library = folder.parent / "node", folder.parent / "ros_device.o"
+    compiled("gcc", "-std=c99", "-c", str(folder / "c" / "delta_device.c"), "-o", str(library))
+    include = [f"-I{path}" for path in (folder / "c", HERE / "stubs")]
+    node = str(folder / "ros2" / "delta_haptic_node.cpp")
+    compiled("c++", "-std=c++17", "-g", *include, node, str(library), "-pthread", "-o", str(out))
+    with served(machine) as up:
+        done = subprocess.run(
+            [out], env=os.environ | {"DELTA_port": str(up.port)}, timeout=60, capture_output=True, text=True
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        assert up.board.served > 20
+        assert not up.board.connected
+    done = subprocess.run([out], env=os.environ | {"DELTA_port": "70000"}, timeout=60, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "port" in done.stderr
+
+
+def test_the_machines_numbers_are_read_back_to_the_last_bit(machine: MachineModel) -> None:
+    header = sources(machine)[MACHINE]
+    assert repr(machine.geometry.forearm_length) in header
+    assert repr(machine.masses.at_wrists) in header

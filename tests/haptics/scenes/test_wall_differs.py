@@ -1,0 +1,48 @@
+"""Why walls differ from the paper's: limits that the formula explains, and sentences that say no more than they."""
+
+from __future__ import annotations
+
+import pytest
+
+from delta_cad.design import Design
+from haptics.commands.cli import main
+from haptics.gravity.published import STIFFNESS_N_PER_MM
+from haptics.scenes.wall_differs import WallCase, cases, damping_needed, discussion
+from haptics.simulation.assumptions import CURRENT_LAG
+from tests.committed import BEST
+from tests.haptics.scene_machine import scene_machine
+
+
+@pytest.mark.slow
+def test_one_assumption_at_a_time_moves_the_limits_as_the_formula_says(best: Design) -> None:
+    found = {one.name: one.limits_N_per_mm for one in cases(scene_machine(best), "medium", 0.5e-3, 0)}
+    own = found.pop("as simulated")
+    assert all(2.0 < limit < 2.7 for limit in own.values())
+    for axis, limit in own.items():
+        assert found["light hand"][axis] < 1.2 * limit
+        assert found["firm hand"][axis] > limit
+        assert found["least friction"][axis] < limit < found["largest friction"][axis]
+        # damping of all there is over T/2 + delay + lag: delay alone moves a limit by the ratio of the sums
+        longer = (0.5e-3 + 1.0e-3 + CURRENT_LAG) / (0.5e-3 + 0.5e-3 + CURRENT_LAG)
+        assert found["a period of delay"][axis] == pytest.approx(limit / longer, rel=0.2)
+        # the arm on the handle itself: its damping and the friction's share, which is what bears the wall otherwise
+        rigid = 11.3 / (0.5e-3 + 0.5e-3 + CURRENT_LAG) / 1e3
+        assert rigid < found["arm rigid on the handle"][axis] < rigid + 1.3 * limit
+        assert found["the board's loop"][axis] > 5.0 * limit
+
+
+def test_sentences_follow_from_the_cases() -> None:
+    here = WallCase("as simulated", {"x": 2.25, "y": 2.0, "z": 2.5}, ())
+    soft = WallCase("light hand", {"x": 1.0, "y": 1.5, "z": 9.0}, ())
+    hard = WallCase("no delay", dict.fromkeys("xyz", 6.0), ("z",))
+    said = " ".join(discussion([here, soft, hard], "medium", 0.5e-3))
+    assert "2.0 to 2.5 N/mm" in said
+    assert "every axis with: no delay." in said
+    assert "light hand 1.0 to 9.0; no delay 6.0 to 6.0 and more" in said
+    assert not any("every axis with" in one for one in discussion([here, soft], "medium", 0.5e-3))
+    assert damping_needed(STIFFNESS_N_PER_MM["x"], 0.5e-3) == pytest.approx(4.9 * 1.2)
+
+
+def test_only_walls_differ(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "--design", str(BEST), "--scene", "home", "--differs"]) == 2
+    assert "--differs" in capsys.readouterr().err
