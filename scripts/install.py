@@ -104,7 +104,12 @@ def main(words: Sequence[str]) -> int:
     pip = [str(python), "-m", "pip", "install", "--disable-pip-version-check", "--progress-bar", "off"]
     site = place / "lib" / f"python{sys.version_info[0]}.{sys.version_info[1]}" / "site-packages"
     pip += ["-c", "constraints.txt", "-e", f".[{extras}]"]
-    return run(f"packages for {extras}", pip, lambda lines: pip_at(lines, site))
+    if code := run(f"packages for {extras}", pip, lambda lines: pip_at(lines, site)):
+        return code
+    # from a disk that has just been written it takes long, and in a process that can say nothing meanwhile
+    return run(
+        "first start of the CAD kernel", [str(python), "-c", "import cadquery, numba, scipy.optimize, vtkmodules"]
+    )
 
 
 if __name__ == "__main__":

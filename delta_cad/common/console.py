@@ -17,7 +17,7 @@ from importlib import import_module
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType, ModuleType
-from typing import Any, NoReturn, TextIO
+from typing import Any, ClassVar, NoReturn, TextIO
 
 from delta_cad.common.arguments import Completion, Version, hint
 from delta_cad.common.refusal import printable
@@ -32,7 +32,7 @@ GRACE_S, AGAIN_S = 1.0, 0.5
 LATER_S = 0.02  # s until it is tried again where it cannot be at once
 # What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
 BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
-FIRST_S = 0.4  # s until the first line of progress where nobody watches: what ends sooner says nothing
+FIRST_S = 0.8  # s until the first line of progress where nobody watches: what ends sooner says nothing
 TELL_S = 4.0  # s between two lines of progress there, as in a log
 
 
@@ -85,7 +85,8 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
             try:
                 given = parser.parse_args(with_negatives(sys.argv[1:] if arguments is None else arguments))
                 getattr(given, "settle", _as_given)(given)
-                with Interrupt():
+                with Interrupt(), Line(until_heard=True) as line:
+                    line.show("loading")
                     code = given.run(given)
             finally:
                 out.flush()
@@ -160,6 +161,7 @@ class _Output:
 
     def write(self, text: str) -> int:
         """Writes text, or drops it."""
+        Line.give_way()
         try:
             self._stream.write(text)
         except UnicodeEncodeError as error:
@@ -255,6 +257,7 @@ _positive.__name__ = "number of minutes > 0"  # as argparse names it
 
 def refuse(message: str, code: int) -> int:
     """Tells what is wrong in one printable line on stderr, if that can be written, and returns the exit code."""
+    Line.give_way()
     try:
         print(printable(message), file=sys.stderr, flush=True)
     except OSError:
@@ -329,28 +332,52 @@ class Line:
 
     The first comes there after `FIRST_S`. Each starts with the seconds since the work began, and is told by a thread of
     its own, so that it also comes while one call takes long.
+
+    Args:
+        until_heard: It only bridges the time until something else is said, by another line or as the command's answer.
     """
 
-    def __init__(self) -> None:
+    _now: ClassVar[Line | None] = None
+
+    def __init__(self, until_heard: bool = False) -> None:
+        self._until_heard, self._told = until_heard, False
         self._live = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"  # which erases no line
         self._text, self._start = "", time.monotonic()
         self._done, self._lock = threading.Event(), threading.Lock()
         self._clock = threading.Thread(target=self._tick, daemon=True)
 
     def __enter__(self) -> Line:
+        Line.give_way()
+        Line._now = self
         self._clock.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._done.set()
-        self._clock.join()
-        if self._live:
+        if Line._now is self:
+            Line._now = None
+        if not self._done.is_set():
+            self._done.set()
+            self._clock.join()
+            self._erase()
+
+    @staticmethod
+    def give_way() -> None:
+        """Lets something else be said: a line that bridges ends, one that lives leaves its place on the screen."""
+        if (line := Line._now) is None:
+            return
+        if line._until_heard:
+            line.__exit__()
+        else:
+            line._erase()
+
+    def _erase(self) -> None:
+        if self._live and (self._told or not self._until_heard):
             self._put("\r\033[K")
 
     def show(self, text: str) -> None:
         """Replaces what the line says."""
         self._text = text
-        if self._live:
+        if self._live and not self._until_heard:
             self._tell()
 
     def keep(self, text: str) -> None:
@@ -359,13 +386,14 @@ class Line:
         self._put(f"\r\033[K{line}" if self._live else line)
 
     def _tick(self) -> None:
-        wait = 1.0 if self._live else min(FIRST_S, TELL_S)
+        wait = 1.0 if self._live and not self._until_heard else min(FIRST_S, TELL_S)
         while not self._done.wait(wait):
             self._tell()
             wait = 1.0 if self._live else TELL_S
 
     def _tell(self) -> None:
         if self._text:
+            self._told = True
             line = f"{time.monotonic() - self._start:5.0f} s  {' '.join(self._text.split())}"
             self._put(f"\r\033[K{line}" if self._live else f"{line}\n")
 

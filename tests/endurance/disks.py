@@ -113,7 +113,7 @@ def read_only(folder: Path) -> list[str]:
             [sys.executable, "-m", "delta_cad", "schema"], cwd=ROOT, stdout=nowhere, stderr=subprocess.PIPE
         )
     expected = (2, b"standard output: No space left on device\n")
-    return found + ([] if (run.returncode, run.stderr) == expected else [f"schema >/dev/full: {run}"])
+    return found + ([] if (run.returncode, said(run.stderr)) == expected else [f"schema >/dev/full: {run}"])
 
 
 def two_at_once(folder: Path) -> list[str]:

@@ -19,7 +19,7 @@ class Home(ForceLaw):
 
     It is damping against the difference to a wanted velocity, `F = b (w - v)`, where w points home and is
     `min(k d / b, speed)`: a spring whose pull ends at `b speed`. A free mass never gets faster than the limit, or than
-    it was: while |v| exceeds it, `m d|v|^2/dt = 2 b (w . v - |v|^2) < 0`. The pull must exceed the friction of the
+    it was: while `|v|` exceeds it, `m d|v|^2/dt = 2 b (w . v - |v|^2) < 0`. The pull must exceed the friction of the
     joints for the handle to arrive. Switch it on by its gain (`table.fade`), then there is no step.
 
     Attributes:

@@ -87,7 +87,7 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
     ended = subprocess.run(
         f"{sys.executable} -m delta_cad schema | head -c 10", shell=True, capture_output=True, text=True
     )
-    assert ended.stderr == ""
+    assert said(ended.stderr) == ""
     assert len(ended.stdout) == 10
 
 
@@ -110,7 +110,7 @@ def test_the_exit_code_outlives_a_reader_that_goes_away(
         )
     finally:
         os.close(writing)
-    assert (ended.returncode, ended.stderr) == (code, "")
+    assert (ended.returncode, said(ended.stderr)) == (code, "")
 
 
 @pytest.mark.quick(2)

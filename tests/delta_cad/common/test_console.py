@@ -66,6 +66,35 @@ def test_into_a_pipe_the_first_sign_comes_before_the_others(monkeypatch: pytest.
     assert screen.getvalue().count("\n") == 1
 
 
+def test_what_bridges_ends_with_the_first_word_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(True, 1)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("TERM", "xterm")
+    with console.Line(until_heard=True) as line:
+        line.show("loading")
+    assert screen.getvalue() == ""  # too short to say anything
+    monkeypatch.setattr(console, "FIRST_S", 0.01)
+    with console.Line(until_heard=True) as line:
+        line.show("loading")
+        assert screen.told.wait(60.0)
+        assert console.refuse("no", 2) == 2
+        before = screen.getvalue()
+        assert before.endswith("loading\r\x1b[Kno\n")
+        with console.Line() as own:
+            own.show("step 1")
+    assert screen.getvalue() == f"{before}\r\x1b[K    0 s  step 1\r\x1b[K"
+
+
+def test_what_is_refused_takes_the_place_of_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(True)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("TERM", "xterm")
+    with console.Line() as line:
+        line.show("step 1")
+        console.refuse("no", 2)
+    assert screen.getvalue() == "\r\x1b[K    0 s  step 1\r\x1b[Kno\n\r\x1b[K"
+
+
 def test_on_a_terminal_the_line_lives(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)

@@ -13,6 +13,7 @@ from types import ModuleType
 import pytest
 
 from delta_cad.common.console import command_parser, refuse, run_command
+from tests.terminal import said
 
 
 def test_a_refusal_is_one_printable_line_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
@@ -78,7 +79,7 @@ sys.exit(run_command(command_parser("program", "", "", [command]), None, "extra"
 def test_output_that_cannot_be_written_is_one_line_and_exit_2(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
         run = subprocess.run([sys.executable, "-c", PRINTS, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
-    assert (run.returncode, run.stderr) == (2, "standard output: No space left on device\n")
+    assert (run.returncode, said(run.stderr)) == (2, "standard output: No space left on device\n")
 
 
 def test_names_that_are_no_text_are_printed_escaped_and_a_full_stderr_changes_no_code() -> None:

@@ -16,6 +16,7 @@ from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
 from tests.committed import BEST, Built, changed
+from tests.terminal import said
 
 
 def call(*arguments: object) -> int:
@@ -106,7 +107,7 @@ def test_a_full_disk_is_one_line(masses: Path) -> None:
     with open("/dev/full", "w") as full:
         run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=BEST.parent)
     assert run.returncode == 2
-    assert run.stderr == "standard output: No space left on device\n"
+    assert said(run.stderr) == "standard output: No space left on device\n"
 
 
 def test_without_a_build_it_says_which_command_makes_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,79 @@
+"""Every command and code block of README and docs/ runs and gives what the page says."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.committed import ROOT, Built
+from tests.docs.pages import PAGES, WRITTEN, blocks, checkout, run, shell
+
+RUN = [page for page in PAGES if page not in WRITTEN and any(b.language in ("sh", "python") for b in blocks(page))]
+SLOW = [page for page in RUN if any(block.slow for block in blocks(page))]
+SPOKEN = {"sh", "python", "text", "json", "toml", "diff"}
+
+
+def name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, built: Built, monkeypatch: pytest.MonkeyPatch) -> Path:
+    checkout(tmp_path, built.folder)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", RUN, ids=name)
+def test_blocks_of_a_page_run(page: Path, folder: Path) -> None:
+    assert run(page, folder, slow=False) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", SLOW, ids=name)
+def test_slow_blocks_of_a_page_run(page: Path, folder: Path) -> None:
+    assert run(page, folder, slow=True) == []
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in WRITTEN], ids=name)
+def test_blocks_are_of_a_language_that_is_tested(page: Path) -> None:
+    for block in blocks(page):
+        assert block.language in SPOKEN, f"{page}:{block.line}"
+        if block.language == "json":
+            json.loads(block.code if block.code.lstrip().startswith("{") else f"{{{block.code}}}")
+        if block.language == "toml":
+            tomllib.loads(block.code)
+    assert page.read_text(encoding="utf-8").count("```") % 2 == 0
+
+
+def test_what_a_page_shows_and_no_command_prints_is_found(folder: Path) -> None:
+    page = ROOT / "docs" / "tutorial.md"
+    text = page.read_text(encoding="utf-8")
+    broken = folder / "docs" / "broken.md"
+    assert "FAILS kappa at" in text
+    begin = text.index("<!-- exit 1 -->")
+    broken.write_text(text[begin : text.index("## Prove it")].replace("2.27, <= 2", "2.28, <= 2"), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tests.docs.pages.ROOT", folder)
+        found = run(broken, folder, slow=False)
+        broken.write_text(broken.read_text(encoding="utf-8").replace("exit 1", "exit 0"), encoding="utf-8")
+        more = run(broken, folder, slow=False)
+    assert len(found) == 1
+    assert "2.28" in found[0]
+    assert any("exit code 1, not 0" in one for one in more)
+
+
+@pytest.mark.parametrize(("line", "code"), [("make build  # once", 0), ("make docs", 0), ("make tea", 1)])
+def test_a_target_of_make_is_there(line: str, code: int) -> None:
+    words = shell(line)
+    assert words is not None
+    assert subprocess.run(words).returncode == code
+
+
+def test_what_a_test_needs_no_more_is_not_run() -> None:
+    assert shell(". .venv/bin/activate") is None
+    assert shell("# only a remark") is None
