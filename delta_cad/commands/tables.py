@@ -127,7 +127,8 @@ def print_outcome(outcome: Outcome, whole: bool = False) -> None:
     console.print(f"{outcome.design.name}: {verdict}", highlight=False, soft_wrap=True)
     for result in failed:
         at = "" if result.worst_pose_mm is None else " at ({:.1f}, {:.1f}, {:.1f}) mm".format(*result.worst_pose_mm)
-        console.print(f"[red]FAILS[/red] {result.name}{at}: {result.detail}", highlight=False, soft_wrap=True)
+        told = "; ".join(filter(None, (result.detail, " / ".join(result.worst_pair or ()))))
+        console.print(f"[red]FAILS[/red] {result.name}{at}: {told}", highlight=False, soft_wrap=True)
     if whole:
         _print_checks(console, outcome)
     else:

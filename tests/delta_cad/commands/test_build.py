@@ -109,7 +109,7 @@ def test_a_build_that_passes_lands_under_its_name(
     told = capsys.readouterr()
     assert told.err == ""
     assert "\x1b" not in told.out
-    for word in ("lean", "holds", "0.4", "mass", "files in", best.name):
+    for word in ("lean", "all 2 checks hold", "0.4", "mass", "files in", best.name):
         assert word in told.out
     assert "FAILS" not in told.out
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
