@@ -371,8 +371,13 @@ def test_exit_1_says_what_is_not_met(
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(
-    more: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    more: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)  # where no best.json stands
     assert call("feel", *more, "--out", tmp_path / "new") == 2
     told = capsys.readouterr()
     assert told.out == ""
