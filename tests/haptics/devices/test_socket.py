@@ -29,6 +29,7 @@ from haptics.devices.server import listen, serve
 from haptics.devices.simulated import SimulatedDevice
 from tests.committed import BEST, ROOT
 from tests.haptics.control.supervisor.rig import HOME, LIMITS, PLANT
+from tests.terminal import said
 
 PULL = np.array([0.02, -0.03, 0.04])
 PATIENT = 5.0
@@ -280,7 +281,7 @@ def test_ctrl_c_on_the_command_says_what_it_did(masses: Path) -> None:
         out, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert out == ""
-    told = re.fullmatch(r"interrupted; 1 sessions, (\d+) commands served; dropped: .*\b1 SHORT\b.*\n", err)
+    told = re.fullmatch(r"interrupted; 1 sessions, (\d+) commands served; dropped: .*\b1 SHORT\b.*\n", said(err))
     assert told, err
     assert 20 <= int(told[1]) <= 22
 
