@@ -20,7 +20,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     machine_arguments(command)
     command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
-    command.add_argument("--no-drawings", action="store_true", help="leave the drawings out, which the manifest says")
+    command.add_argument(
+        "--no-drawings", action="store_true", help="leave drawings and manual out, which the manifest says"
+    )
 
 
 def run(given: argparse.Namespace) -> int:
