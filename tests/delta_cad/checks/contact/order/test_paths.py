@@ -11,7 +11,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks.contact.order.paths import LEAST_MM, SLIDE_MM, Met, Ways
 from delta_cad.solids.part import Part
 from tests.delta_cad.checks.contact.order.blocks import case, hooked, lid, on_base, pin, plate
-from tests.delta_cad.checks.machines import box, part
+from tests.delta_cad.checks.machines import box, part, rod
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -75,3 +75,15 @@ def test_pieces_of_one_part_do_not_meet() -> None:
     for machine, free in ((a, False), (whole, True)):
         ways = Ways(machine, MeshLibrary(machine.parts))
         assert (ways.met(["pin"], ["plate"], [(X, inf)]) is None) is free
+
+
+@pytest.mark.parametrize("height", [5.0, 17.0, 60.0])
+def test_a_thin_disc_does_not_pass_a_thin_roof(height: float) -> None:
+    """The roof's posts stand beside the disc from the start: only the distance says how far it may go unseen."""
+    disc = part("disc", rod(5, (0, 0, 0), (0, 0, 1.5)))
+    posts = box((-15, -15, -5), (-12, 15, height)).fuse(box((12, -15, -5), (15, 15, height)))
+    portal = part("portal", posts.fuse(box((-15, -15, height), (15, 15, height + 1.5))))
+    found = met(disc, portal, legs=[(-Z, inf)])
+    assert found is not None
+    assert height - 1.5 <= found.out_mm <= height - 1.5 + 2 * LEAST_MM
+    assert met(disc, portal, legs=[(Z, inf)]) is None
