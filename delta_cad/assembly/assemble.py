@@ -21,6 +21,7 @@ from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.makes import makes
+from delta_cad.assembly.order.stated import order
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
@@ -91,8 +92,8 @@ def _bracket(bench: Bench, i: int) -> None:
     for k, u in enumerate(b.base_screw_u_mm):
         seat = pointing((0, 0, -1), u, middle, low + row.counterbore_depth_mm)
         bench.put(f"base_screw_{i}_{k}", base_screw, "base", chain_frame(i) @ seat)
-    sunk = min(7.0, d.base.thickness_mm - 0.5)
-    pin = bench.dowel("3", longest_dowel("3", sunk + brackets.DOWEL_DEPTH_MM - 0.5))
+    sunk, filled = brackets.base_pin_mm(d)
+    pin = bench.dowel("3", longest_dowel("3", filled))
     for k, u in enumerate(b.base_dowel_u_mm):
         bench.put(f"base_dowel_{i}_{k}", pin, "base", chain_frame(i) @ at(u, middle, d.base.top_mm - sunk))
 
@@ -274,4 +275,5 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         removals=removals(d),
         makes=makes(d),
         anchors=anchors(d),
+        order=order(d, bench.occurrences),
     )

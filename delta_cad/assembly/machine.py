@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from delta_cad.assembly.order.record import Unit
 from delta_cad.mechanism.placement import LinkPlacement
 from delta_cad.solids.part import (
     Anchor,
@@ -43,6 +44,7 @@ class Assembly:
         removals: Parts that come off it, each in a straight line.
         makes: What parts are made of or ordered as.
         anchors: Bores whose place on their link is stated.
+        order: In which it is put together, unit by unit, the machine last.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Assembly:
     removals: tuple[Removal, ...] = ()
     makes: tuple[Make, ...] = ()
     anchors: tuple[Anchor, ...] = ()
+    order: tuple[Unit, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -18,6 +18,7 @@ from delta_cad.checks.contact.attachment import check_attachment
 from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
+from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.limits import CheckLimits
@@ -80,6 +81,8 @@ def run_checks(
     results += check_screws(assembly, meshes)
     progress("access")
     results += check_access(assembly, limits, meshes)
+    progress("order of assembly")
+    results += check_order(assembly, limits, meshes)
     meanwhile()
     results += sweep.outline()
     by_meshes = sweep.clearance()

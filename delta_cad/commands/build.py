@@ -21,7 +21,9 @@ def arguments(command: argparse.ArgumentParser) -> None:
     machine_arguments(command)
     all_option(command)
     command.add_argument("--step-schema", choices=("AP242", "AP214"), default="AP242", help="default: AP242")
-    command.add_argument("--no-drawings", action="store_true", help="leave the drawings out, which the manifest says")
+    command.add_argument(
+        "--no-drawings", action="store_true", help="leave drawings and manual out, which the manifest says"
+    )
 
 
 def run(given: argparse.Namespace) -> int:

@@ -46,6 +46,7 @@ from delta_cad.export.shop.cost.cost import Cost, cost_record, machine_cost
 from delta_cad.export.shop.holes import hole_list, write_holes
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
+from delta_cad.report.manual import page as manual
 from delta_cad.report.page import write_report
 from delta_cad.report.subject import Subject
 from delta_cad.structure.report import structure_record, structure_report
@@ -243,7 +244,7 @@ def build(
         progress: Told what is being done.
         schema: STEP schema, "AP242" or "AP214".
         beside: Called with the folder and what came of the machine, to write more files before the manifest.
-        drawings: Whether drawings are made and checked, too.
+        drawings: Whether drawings are made and checked, and the manual, too.
 
     Raises:
         UnreachableError, DimensionError, BuildError: As `make_machine`; nothing is left behind.
@@ -252,12 +253,15 @@ def build(
         sweeper = others.enter_context(Beside(swept.__name__))
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
+        narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None
         machine, sweep = make_machine(design, progress), Sweep(sweeper)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         with output_folder(out, design.name) as folder:
             if draughtsman is not None:
                 draughtsman.give((machine.dimensions, machine.assembly, machine.masses, folder.path))
+            if narrator is not None:
+                narrator.give((machine.dimensions, bare, meshes, machine.masses, folder.path))
             fingerprints: list[str] = []
             progress("costs")
             cost = cost_of(machine)
@@ -279,6 +283,9 @@ def build(
             (folder.path / "checks.json").write_text(json.dumps(outcome.record(), indent=1) + "\n", encoding="utf-8")
             progress("meshes and pictures")
             mesh_files.written(writer)
+            if narrator is not None:
+                progress("manual")
+                manual.written(narrator)
             beside(folder.path, outcome)
             progress("report.html")
             _report(machine, sweep, outcome, folder.path)
@@ -289,7 +296,7 @@ def build(
                 input_hash=design_hash(design),
                 status=status,
                 fingerprint=fingerprints[0],
-                left_out=() if drawings else ("drawings",),
+                left_out=() if drawings else ("drawings", "manual"),
             )
     return outcome
 

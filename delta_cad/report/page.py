@@ -25,6 +25,7 @@ from delta_cad.report.words import assumptions, certificate, provenance
 
 FILE_NAME = "report.html"
 CERTIFICATE = "certificate.json"  # which only some builds have beside them
+MANUAL = "manual/manual.html"  # which a build may be asked to leave out
 ASSETS = Path(__file__).parent / "assets"
 VENDOR = Path(__file__).parent / "vendor"
 SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
@@ -82,6 +83,7 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
         assumptions=assumptions(s),
         provenance=provenance(s, dict(versions)),
         design=design_to_json(s.design),
+        manual=MANUAL if (folder / MANUAL).is_file() else "",
         files=_files(folder),
         policy=_policy(scripts, style),
         style=Markup(style),

@@ -51,6 +51,12 @@ ROUNDING_MM = 1e-9
 DIRECTIONS = 721  # in which the end of a slot is looked for: a quarter of a degree
 
 
+def base_pin_mm(d: Dimensions) -> tuple[float, float]:
+    """Computes how deep a pin between base plate and foot block sits in the plate, and how much of both it may fill."""
+    sunk = min(7.0, d.base.thickness_mm - 0.5)
+    return sunk, sunk + DOWEL_DEPTH_MM - 0.5
+
+
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
     """(x, z) of the motor's mounting screws in the shoulder's frame."""
     b, radius = d.bracket, d.motor.mount_circle_mm / 2

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import cos, hypot, pi, radians, sin, sqrt, tau
 
 from delta_cad import catalogue
+from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
 from delta_cad.dimensions.capstan import WEB_MM
@@ -25,6 +26,7 @@ ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest cla
 RETAINED_N_mm2 = 6.0  # shear of a retaining compound on aluminium with primer: a fifth of what it bears on steel
 SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
 SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
+SCREW_FRICTION = 0.14  # of thread and head, dry stainless on aluminium, thread lock included (VDI 2230, class B)
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
 FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
 MOTOR_RADIAL_N = 28.0  # on a shaft of 6 mm, 5 mm before the flange: RE 30, from memory: check before ordering
@@ -136,6 +138,19 @@ def screw_N(size: str) -> float:
     row = catalogue.screw(size)
     area = pi / 4.0 * (row.diameter_mm - 0.9382 * row.pitch_mm) ** 2
     return SCREW_USE * SCREW_PROOF_N_mm2 * area
+
+
+def tightening_N_m(size: str) -> float:
+    """Computes the torque by which a stainless screw gets its clamping force, N m.
+
+    Source:
+        VDI 2230: `F (0.159 P + 0.577 d2 mu + Dk / 2 mu)` with d2 of ISO 724 and Dk between head and clearance hole.
+    """
+    row = catalogue.screw(size)
+    flank = row.diameter_mm - 0.6495 * row.pitch_mm
+    under_head = (row.head_diameter_mm + row.clearance_hole_mm) / 4.0
+    lever = 0.159 * row.pitch_mm + SCREW_FRICTION * (0.577 * flank + under_head)
+    return screw_N(size) * lever / MM_PER_M
 
 
 def clamp_N_mm(size: str, width_mm: float) -> float:

@@ -277,6 +277,19 @@ def turned_hull(b: CollisionBody, turn_rad: float) -> CollisionBody:
     return body(b.name, f"{b.key} turned by {turn_rad:.9f} in {where}", b.link, mesh, np.eye(4))
 
 
+def tree_of(mesh: Mesh) -> Any:
+    """FCL's bounding volumes of a mesh, made once for as long as it lives."""
+    import fcl
+
+    tree = _TREES.get(mesh)
+    if tree is None:
+        tree = _TREES[mesh] = fcl.BVHModel()
+        tree.beginModel(len(mesh.vertices), len(mesh.faces))
+        tree.addSubModel(mesh.vertices, mesh.faces)
+        tree.endModel()
+    return tree
+
+
 class DistanceEngine:
     """FCL distances between bodies; one bounding volume tree per shape, and a count of the calls."""
 
@@ -289,12 +302,7 @@ class DistanceEngine:
         import fcl
 
         if key not in self._objects:
-            tree = _TREES.get(mesh)
-            if tree is None:
-                tree = _TREES[mesh] = fcl.BVHModel()
-                tree.beginModel(len(mesh.vertices), len(mesh.faces))
-                tree.addSubModel(mesh.vertices, mesh.faces)
-                tree.endModel()
+            tree = tree_of(mesh)
             self._objects[key] = (fcl.CollisionObject(tree), fcl.CollisionObject(tree))
         return self._objects[key]
 

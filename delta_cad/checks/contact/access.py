@@ -19,6 +19,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
+from delta_cad.checks.clearance.bodies import tree_of
 from delta_cad.checks.contact.common import common_size, volume
 from delta_cad.checks.contact.features import FeatureLibrary
 from delta_cad.checks.contact.placing import Key, located, relative_key
@@ -47,7 +48,7 @@ class _Socket:
     head_mm: float
 
 
-class _Scene:
+class Scene:
     """The machine at positions of its handle, to be asked what a tool or a moved part meets there.
 
     Attributes:
@@ -61,18 +62,12 @@ class _Scene:
         self.index = {o.name: k for k, o in enumerate(self.occurrences)}
         placed = assembly.poses(poses_mm)
         self.frames = np.stack([placed[o.name] for o in self.occurrences], axis=1)  # (poses, occurrences, 4, 4)
-        trees: dict[str, Any] = {}
         balls = []
         for o in self.occurrences:
             mesh = meshes[o.part.number]
-            if o.part.number not in trees:
-                tree = trees[o.part.number] = fcl.BVHModel()
-                tree.beginModel(len(mesh.vertices), len(mesh.faces))
-                tree.addSubModel(mesh.vertices, mesh.faces)
-                tree.endModel()
             low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
             balls.append((*(low + high) / 2.0, np.linalg.norm(high - low) / 2.0 + mesh.deviation_mm))
-        self._objects = [fcl.CollisionObject(trees[o.part.number]) for o in self.occurrences]
+        self._objects = [fcl.CollisionObject(tree_of(meshes[o.part.number])) for o in self.occurrences]
         self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
         self._balls = np.array(balls)
 
@@ -132,13 +127,18 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     """
     if not assembly.reached and not assembly.removals:
         return []
-    up = np.linspace(-1.0, 1.0, HEIGHTS)[:, None] * limits.half_side_mm * np.array([0.0, 0.0, 1.0])
-    scene = _Scene(assembly, meshes, limits.centre_mm + up[np.argsort(np.abs(up[:, 2]), kind="stable")])
+    scene = Scene(assembly, meshes, up_and_down(limits))
     library = FeatureLibrary()
-    swings = [(_swing(reach, scene, library), reach) for reach in assembly.reached]
+    swings = [(key_swing(reach, scene, library), reach) for reach in assembly.reached]
     known: dict[Key, bool] = {}
     stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
     return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
+
+
+def up_and_down(limits: CheckLimits) -> np.ndarray:
+    """Positions of the handle on the cube's middle axis, those nearest to its middle first, (n, 3) mm."""
+    up = np.linspace(-1.0, 1.0, HEIGHTS)[:, None] * limits.half_side_mm * np.array([0.0, 0.0, 1.0])
+    return limits.centre_mm + up[np.argsort(np.abs(up[:, 2]), kind="stable")]
 
 
 def _told_swings(swings: list[tuple[float, Reach]]) -> CheckResult:
@@ -162,7 +162,7 @@ def _told_stuck(stuck: list[tuple[str, Removal]], count: int) -> CheckResult:
     return CheckResult("parts come off", not stuck, len(stuck), 0, "", worst_pair=names, detail=detail)
 
 
-def _swing(reach: Reach, scene: _Scene, library: FeatureLibrary) -> float:
+def key_swing(reach: Reach, scene: Scene, library: FeatureLibrary) -> float:
     """Largest swing of a key's handle at any position, rad, up to the first that suffices; 0 where none is reached."""
     if reach.screw not in scene.index:
         return 0.0
@@ -183,7 +183,7 @@ def _swing(reach: Reach, scene: _Scene, library: FeatureLibrary) -> float:
 
 
 def _swing_at(
-    pose: int, k: int, socket: _Socket, way_mm: float, inside_mm: float, handle_mm: float, scene: _Scene
+    pose: int, k: int, socket: _Socket, way_mm: float, inside_mm: float, handle_mm: float, scene: Scene
 ) -> float:
     """Swing of a handle at a position, rad: of a key that stands in its socket and of one just drawn off it."""
     frame, radius = scene.frames[pose, k], CORNERS * socket.flats_mm / 2.0
@@ -233,7 +233,7 @@ def _socket(part: Part, library: FeatureLibrary) -> _Socket | None:
     return _Socket(flats, mouth, mouth - floor, head)
 
 
-def _stuck(removal: Removal, scene: _Scene, known: dict[Key, bool]) -> str:
+def _stuck(removal: Removal, scene: Scene, known: dict[Key, bool]) -> str:
     """What a part meets that is drawn off, as text; empty where its way is free at the first position.
 
     It goes until the whole machine lies behind it, in steps. What the meshes meet, the exact solids decide.

@@ -159,8 +159,8 @@ def test_json_is_the_record_and_nothing_else(
         assert (drawings["name"], drawings["passed"]) == ("drawings", True)
 
 
-@pytest.mark.parametrize(("words", "left_out"), [([], []), (["--no-drawings"], ["drawings"])])
-def test_drawings_are_checked_or_left_out_and_the_manifest_says_so(
+@pytest.mark.parametrize(("words", "left_out"), [([], []), (["--no-drawings"], ["drawings", "manual"])])
+def test_drawings_and_manual_are_made_or_left_out_and_the_manifest_says_so(
     words: list[str], left_out: list[str], quick: Quick, best: Design, tmp_path: Path
 ) -> None:
     quick([GOOD])

@@ -1,0 +1,163 @@
+"""Whether a part that is brought in along straight legs meets what is there already.
+
+The way is gone from the seat outwards. As far as two meshes are apart, so far a part goes on unseen: a translation
+moves every point alike, so that nothing is passed over. Where meshes meet, as in every fit, the exact solids decide,
+`SLIDE_MM` a step; what is closer than `LEAST_MM` goes on by that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Mesh, Meshes
+from delta_cad.checks.clearance.bodies import tree_of
+from delta_cad.checks.contact.common import common_size, volume
+from delta_cad.checks.contact.placing import Key, located, relative_key
+
+LEAST_MM = 1.0  # of a step beside something that is closer
+SLIDE_MM = 2.0  # of a step in a fit: its parts run into one another over their own lengths, if they do
+SHARED_MM3 = 0.05  # common volume that the kernel may see between faces that slide upon one another
+TOUCH_MM = 1e-6  # distance of meshes that counts as met
+Leg = tuple[np.ndarray, float]
+"""Unit vector of a part's motion towards its seat, and how long it goes on so, mm; infinite: from outside."""
+
+
+@dataclass(frozen=True)
+class Met:
+    """What a part runs into on its way.
+
+    Attributes:
+        moving: Occurrence that moves.
+        other: Occurrence that it runs into.
+        out_mm: How far from its seat, along the way.
+    """
+
+    moving: str
+    other: str
+    out_mm: float
+
+
+class Ways:
+    """The parts of a machine where they sit at home, to be asked what one meets on its way there."""
+
+    def __init__(self, assembly: Assembly, meshes: Meshes) -> None:
+        import fcl
+
+        self._of = {o.name: o for o in assembly.occurrences}
+        self.frames = {name: np.asarray(frame) for name, frame in assembly.poses(assembly.home_mm).items()}
+        self._meshes = meshes
+        self._pieces = {frozenset((fit.a, fit.b)) for fit in assembly.fits if fit.kind == "piece"}
+        self._shapes: dict[str, tuple[Any, Any]] = {}
+        self._volumes: dict[str, float] = {}
+        self._free: dict[Key, float | None] = {}
+        self._fcl = fcl
+
+    def met(self, moving: Iterable[str], others: Iterable[str], legs: Sequence[Leg]) -> Met | None:
+        """Looks for what parts that move together run into.
+
+        Args:
+            moving: Names of the occurrences that move.
+            others: Names of those that are there.
+            legs: In the order in which they are gone, the one that ends in the seat last.
+
+        Returns:
+            The first that is found; None where the way is free.
+        """
+        moving, others = list(moving), list(others)
+        start, gone = np.zeros(3), 0.0
+        for along, length in reversed(legs):
+            out = -np.asarray(along, dtype=float)
+            axes = _axes(out)
+            seen = {name: self._box(name, axes) for name in (*moving, *others)}
+            shift = axes @ start
+            for a in moving:
+                low, high = seen[a][0] + shift, seen[a][1] + shift
+                for b in others:
+                    other_low, other_high = seen[b]
+                    if ((low[1:] > other_high[1:]) | (high[1:] < other_low[1:])).any():
+                        continue
+                    begin, end = max(0.0, other_low[0] - high[0]), min(length, other_high[0] - low[0])
+                    if begin < end and frozenset((a, b)) not in self._pieces:
+                        at = self._met_between(a, b, start, out, begin, end)
+                        if at is not None:
+                            return Met(a, b, gone + at)
+            start, gone = start + out * (length if np.isfinite(length) else 0.0), gone + length
+        return None
+
+    def _box(self, name: str, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates of an occurrence along three axes (rows), mm."""
+        mesh, frame = self._mesh(name), self.frames[name]
+        points = (mesh.hull_points @ frame[:3, :3].T + frame[:3, 3]) @ axes.T
+        return points.min(axis=0) - mesh.deviation_mm, points.max(axis=0) + mesh.deviation_mm
+
+    def _mesh(self, name: str) -> Mesh:
+        return self._meshes[self._of[name].part.number]
+
+    def _met_between(
+        self, a: str, b: str, start: np.ndarray, out: np.ndarray, begin: float, end: float
+    ) -> float | None:
+        """Where, between two distances from the seat, one occurrence runs into another; None: nowhere."""
+        inverse = np.linalg.inv(self.frames[b])
+        first = self.frames[a].copy()
+        first[:3, 3] += start
+        seen = inverse @ first
+        way = np.eye(4)
+        way[:3, 3] = inverse[:3, :3] @ out
+        parts = self._of[a].part, self._of[b].part
+        key = (id(parts[0]), id(parts[1]), *relative_key("", "", seen), *relative_key("", "", way), round(end, 3))
+        if key not in self._free:
+            self._free[key] = self._advanced(a, b, seen, way[:3, 3], begin, end)
+        return self._free[key]
+
+    def _advanced(self, a: str, b: str, seen: np.ndarray, way: np.ndarray, begin: float, end: float) -> float | None:
+        mesh_a, mesh_b = self._mesh(a), self._mesh(b)
+        near = mesh_a.deviation_mm + mesh_b.deviation_mm
+        at = max(begin, LEAST_MM)  # the seat itself is what all other checks look at
+        while at < end:
+            frame = seen.copy()
+            frame[:3, 3] += at * way
+            apart = self._distance(a, b, frame)
+            if apart > TOUCH_MM:
+                at += max(apart - near, LEAST_MM)
+                continue
+            if self._runs_into(a, b, frame):
+                return at
+            at += SLIDE_MM
+        return None
+
+    def _distance(self, a: str, b: str, a_in_b: np.ndarray) -> float:
+        one, other = self._shape(a)[0], self._shape(b)[1]
+        one.setTransform(self._fcl.Transform(a_in_b[:3, :3], a_in_b[:3, 3]))
+        return float(self._fcl.distance(one, other))
+
+    def _shape(self, name: str) -> tuple[Any, Any]:
+        """Two collision objects of a part, so that it can be held against its like."""
+        number = self._of[name].part.number
+        if number not in self._shapes:
+            tree = tree_of(self._meshes[number])
+            self._shapes[number] = self._fcl.CollisionObject(tree), self._fcl.CollisionObject(tree)
+        return self._shapes[number]
+
+    def _runs_into(self, a: str, b: str, a_in_b: np.ndarray) -> bool:
+        """Whether two exact solids share a volume; where the kernel contradicts itself they do."""
+        shapes = located(self._of[a].part.solid, a_in_b), self._of[b].part.solid.wrapped
+        common = common_size(shapes, (self._volume(a), self._volume(b)), volume, SHARED_MM3)
+        return common is None or common > SHARED_MM3
+
+    def _volume(self, name: str) -> float:
+        part = self._of[name].part
+        if part.number not in self._volumes:
+            self._volumes[part.number] = volume(part.solid.wrapped)
+        return self._volumes[part.number]
+
+
+def _axes(out: np.ndarray) -> np.ndarray:
+    """(3, 3) rows: a direction, then two square to it, in a level plane and up where there is a choice."""
+    aside = np.cross([0.0, 0.0, 1.0] if abs(out[2]) < 0.9 else [1.0, 0.0, 0.0], out)
+    aside /= np.linalg.norm(aside)
+    return np.stack([out, aside, np.cross(out, aside)])

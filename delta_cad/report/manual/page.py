@@ -1,0 +1,140 @@
+"""Writes `manual/manual.html`, one file with its pictures in it, set for A4; in a build by a second process."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Meshes
+from delta_cad.common.beside import Beside, BesideError
+from delta_cad.design import design_hash
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.bom import bill_of_materials
+from delta_cad.export.views.scene import PictureError
+from delta_cad.report.manual.pictures import SIZE, Colour, Studio
+from delta_cad.report.manual.told import Chapter, chapters, scenes
+
+FOLDER, FILE_NAME = "manual", "manual.html"
+ASSETS = Path(__file__).parents[1] / "assets"
+TORQUES = (
+    "Torques of cap screws: 0.7 of the proof stress of A2-70 at a friction of 0.14 (VDI 2230, ISO 3506-1); of set "
+    "screws from memory: check. Where the maker of a motor or of a bought part says less, that holds."
+)
+LOADS = (
+    "jinja2",
+    "vtkmodules.util.numpy_support",
+    "vtkmodules.vtkFiltersHybrid",
+    "vtkmodules.vtkIOImage",
+    "vtkmodules.vtkImagingCore",
+    "vtkmodules.vtkRenderingOpenGL2",
+)
+Order = tuple[Dimensions, Assembly, Meshes, Mapping[str, Any], Path]
+
+
+def results(order: Order) -> Iterator[Path]:
+    """Writes the manual of a machine, for `Beside`.
+
+    Args:
+        order: As `write_manual` takes them.
+
+    Yields:
+        Its file.
+    """
+    yield write_manual(*order)
+
+
+def written(writer: Beside) -> None:
+    """Waits for the manual of a process that was started from this module and given its order.
+
+    Raises:
+        PictureError: There is no OpenGL, or the other process ended early.
+        OSError: It could not write it.
+    """
+    try:
+        writer.take()
+    except BesideError as error:
+        raise PictureError(str(error)) from error
+
+
+def write_manual(d: Dimensions, assembly: Assembly, meshes: Meshes, masses: Mapping[str, Any], folder: Path) -> Path:
+    """Draws all steps and writes the page.
+
+    Args:
+        d: The machine's dimensions.
+        assembly: The machine, its solids not needed.
+        meshes: Part number -> mesh, mm.
+        masses: Its mass report.
+        folder: The build's folder.
+
+    Returns:
+        The file.
+
+    Raises:
+        PictureError: There is no OpenGL.
+        OSError: It cannot be written.
+    """
+    rows = bill_of_materials(assembly, {number: body["mass_kg"] for number, body in masses["parts"].items()})
+    with TemporaryDirectory() as drawn:
+        colours = _pictures(assembly, meshes, Path(drawn))
+        told = chapters(assembly, rows, colours)
+        embedded = {path.name: _embedded(path) for path in Path(drawn).iterdir()}
+    path = folder / FOLDER / FILE_NAME
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(page(d, assembly, told, embedded), encoding="utf-8")
+    return path
+
+
+def _pictures(assembly: Assembly, meshes: Meshes, folder: Path) -> dict[str, Mapping[str, Colour]]:
+    """Draws every step into a folder: picture -> part number -> colour."""
+    studio, colours = Studio(assembly, meshes), {}
+    try:
+        for _, steps in scenes(assembly.order):
+            for one in steps:
+                colours[one.picture] = studio.draw(one.step, one.coming, one.there, folder / one.picture)
+    finally:
+        studio.close()
+    return colours
+
+
+def _embedded(path: Path) -> str:
+    return "data:image/png;base64," + b64encode(path.read_bytes()).decode("ascii")
+
+
+def page(d: Dimensions, assembly: Assembly, told: list[Chapter], pictures: Mapping[str, str]) -> str:
+    """Gives the page's text.
+
+    Args:
+        d: The machine's dimensions.
+        assembly: The machine.
+        told: Its chapters.
+        pictures: Name of a picture -> where it is, as a URL.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
+    environment = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
+    tools = dict.fromkeys(tool for chapter in told for step in chapter.steps for tool in step.tools)
+    return environment.get_template("manual.html").render(
+        name=assembly.name,
+        chapters=told,
+        steps=sum(len(chapter.steps) for chapter in told),
+        parts=len(assembly.occurrences),
+        tools=sorted(tools, key=_sorted_as),
+        torques=TORQUES,
+        pictures=pictures,
+        size=SIZE,
+        hash=design_hash(d.design),
+        style=Markup((ASSETS / "manual.css").read_text(encoding="utf-8")),
+    )
+
+
+def _sorted_as(tool: str) -> tuple[str, float]:
+    """Keys by their size, all else by its name."""
+    size = re.search(r"[\d.]+", tool)
+    return (tool[: size.start()], float(size[0].strip("."))) if size else (tool, 0.0)

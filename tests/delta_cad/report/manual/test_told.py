@@ -1,0 +1,83 @@
+"""What the manual tells: as many parts as the bill of materials has, keys and torques of the screws' sizes."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions.tolerances import END_TORQUE_N_m
+from delta_cad.export.bom import BomRow, bill_of_materials
+from delta_cad.report.manual.told import Chapter, chapters, scenes
+from delta_cad.structure.holds import screw_N, tightening_N_m
+
+
+@pytest.fixture(scope="module")
+def rows(best_assembly: Assembly) -> list[BomRow]:
+    return bill_of_materials(best_assembly, {part.number: 0.001 for part in best_assembly.parts})
+
+
+@pytest.fixture(scope="module")
+def told(best_assembly: Assembly, rows: list[BomRow]) -> list[Chapter]:
+    return chapters(best_assembly, rows, {})
+
+
+def test_parts_told_are_those_of_the_bill_times_as_many_units_as_are_made(
+    best_assembly: Assembly, rows: list[BomRow], told: list[Chapter]
+) -> None:
+    made = Counter(unit.kind for unit in best_assembly.order)
+    amounts: Counter[str] = Counter()
+    for chapter in told:
+        for step in chapter.steps:
+            for line in step.parts:
+                amounts[line.number] += line.quantity * made[chapter.kind]
+    placed = {part.number for part in best_assembly.parts}
+    assert amounts == {row.part_number: row.quantity for row in rows if row.part_number in placed}
+    items = {line.number: line.item for chapter in told for step in chapter.steps for line in step.parts}
+    assert all(items[row.part_number] == row.item for row in rows if row.part_number in placed)
+
+
+def test_every_supply_of_the_bill_is_told(told: list[Chapter], best_assembly: Assembly) -> None:
+    used = {line.number for chapter in told for step in chapter.steps for line in step.supplies}
+    assert used == {supply.number for supply in best_assembly.supplies}
+
+
+def test_units_are_told_once_with_how_many_are_made(told: list[Chapter]) -> None:
+    made = {chapter.kind: chapter.made for chapter in told}
+    assert len(made) == len(told)
+    assert (made["drive"], made["arm"], made["rod"], made["platform"]) == ("Make three", "Make three", "Make six", "")
+    assert [step.number for chapter in told for step in chapter.steps] == list(
+        range(1, sum(len(chapter.steps) for chapter in told) + 1)
+    )
+
+
+def test_what_is_there_grows_by_what_comes_in(best_assembly: Assembly) -> None:
+    for unit, steps in scenes(best_assembly.order):
+        there: list[str] = []
+        for scene in steps:
+            assert list(scene.there) == there
+            there += [name for _, names in scene.coming for name in names]
+        if unit.name == "machine":
+            assert sorted(there) == sorted(o.name for o in best_assembly.occurrences)
+
+
+def test_screws_are_told_with_key_and_torque(told: list[Chapter]) -> None:
+    steps = {(chapter.kind, step.title): step for chapter in told for step in chapter.steps}
+    motor = steps["cheek", "Motor on its cheek"]
+    assert motor.torques == ("3 × screw M3x6: 1.0 N m",)
+    assert motor.tools[:2] == ("hexagon key 2.5", "torque key")
+    assert steps["drive", "Shoulder shaft"].torques == ("1 × screw M4x10: 2.2 N m",)
+    assert steps["drive", "Tension of the cable, set screws"].torques == ("2 × set screw M3x4: 0.4 N m",)
+
+
+@pytest.mark.parametrize("size", sorted(END_TORQUE_N_m))
+def test_torques_are_those_that_the_shaft_states(size: str) -> None:
+    """The shaft's were worked out by hand."""
+    assert tightening_N_m(size) == pytest.approx(END_TORQUE_N_m[size], abs=0.06)
+
+
+@pytest.mark.parametrize("size", ["M2", "M3", "M6", "M8"])
+def test_a_torque_is_about_a_fifth_of_force_times_diameter(size: str) -> None:
+    """The rule of thumb T = 0.2 F d of dry steel."""
+    assert tightening_N_m(size) == pytest.approx(0.2 * screw_N(size) * float(size[1:]) / 1000.0, rel=0.12)
