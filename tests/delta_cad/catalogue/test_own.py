@@ -287,7 +287,7 @@ def test_unknown_ids_and_unfit_drives_are_refused_with_own_rows_among_the_legal_
         load_design(stated(tmp_path, None, motor="mine-32"))  # of nobody
 
 
-def test_the_readme_lists_the_columns_that_must_be_there() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_page_lists_the_columns_that_must_be_there() -> None:
+    text = (ROOT / "docs" / "how-to" / "own-parts.md").read_text(encoding="utf-8")
     for name, family in CHOSEN.items():
         assert f"| `{name}.csv` | {', '.join(f'`{column}`' for column in needed_columns(family))} |" in text

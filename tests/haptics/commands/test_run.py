@@ -24,6 +24,7 @@ from tests.haptics.calibration.devices import cube_points, made, measured
 from tests.haptics.devices.served import served
 from tests.haptics.scene_machine import scene_machine
 from tests.optimizer.certify.designs import masses
+from tests.terminal import said
 
 
 @pytest.fixture
@@ -138,7 +139,7 @@ def test_ctrl_c_ends_it_with_force_zero(best: Design, weights: Path) -> None:
         finally:
             process.kill()
             process.communicate()
-        assert (process.returncode, err) == (0, "")
+        assert (process.returncode, said(err)) == (0, "")
         assert "Ctrl-C" in out
         assert not up.device.torques.any()
         assert not up.board.connected
