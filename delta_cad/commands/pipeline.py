@@ -16,6 +16,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
+from delta_cad.checks.contact.access import check_access
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.dfm.setups import setups
@@ -199,14 +200,15 @@ def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
 
 
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """Runs the checks of a machine that look at what moves, outline and clearance, on both cores.
+    """Runs the checks of a machine that look at what moves, outline and clearance, and how keys get there.
 
     What fails is told as soon as it is known, not where it is worst of all positions.
     """
     with Beside(swept.__name__) as sweeper:
-        sweep = Sweep(sweeper, thorough=False)
-        sweep.begin(machine.assembly, check_limits(machine.dimensions, machine.masses), machine.meshes, progress)
-        return [*sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
+        sweep, limits = Sweep(sweeper, thorough=False), check_limits(machine.dimensions, machine.masses)
+        sweep.begin(machine.assembly, limits, machine.meshes, progress)
+        reached = check_access(machine.assembly, limits, machine.meshes)  # while the sweep runs
+        return [*reached, *sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
 
 
 def _holding(assembly: Assembly, d: Dimensions, bodies: Mapping[str, Any], limits: CheckLimits) -> CheckResult:

@@ -173,10 +173,10 @@ def _dimensions(design: Design) -> Dimensions:
     bar_bore = bar + 2 * BAR_GLUE_MM
     arm = arm_dimensions(mechanism.upper_arm_length_mm, shaft_mm, bar_bore, hardware.drive, stack, bearing)
     capstan = None
+    behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
+    behind += SIN_60 / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
+    face = stack.motor_cheek_mm[1]
     if run is not None:
-        behind = (mechanism.base_radius_mm + mechanism.upper_arm_length_mm) / 2
-        behind += SIN_60 / 2 * mechanism.parallelogram_width_mm + ELBOW_BEYOND_MM
-        face = stack.motor_cheek_mm[1]
         capstan = capstan_dimensions(
             run,
             hardware.capstan_ratio,
@@ -228,6 +228,7 @@ def _dimensions(design: Design) -> Dimensions:
         halves = encoder.hole_spacing_width_mm / 2, encoder.hole_spacing_length_mm / 2
         board = (*halves, BOARD_EDGE_MM) if at_shoulder else (0.0, 0.0, 0.0)
         require_room_for_boss(arm, bracket, shoulder, stack, board)
+    motors_behind = (bracket.motor_axis_mm[0] + motor.diameter_mm / 2) / 2 + SIN_60 * (face + motor.length_mm)
     return Dimensions(
         design=design,
         extremes=extremes,
@@ -240,7 +241,7 @@ def _dimensions(design: Design) -> Dimensions:
         platform=platform_dimensions(
             mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob, grown
         ),
-        base=base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width),
+        base=base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width, max(behind, motors_behind)),
         motor=motor,
         bearing=bearing,
         preload=preload,

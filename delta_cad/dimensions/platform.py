@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, cos, floor, hypot, sin
+from math import atan2, ceil, cos, floor, hypot, pi, radians, sin
 
 from delta_cad import catalogue
-from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
+from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, BAR_WALL_MM, ROOM_MM, ForearmDimensions
 from delta_cad.dimensions.rules import require
 from delta_cad.dimensions.sizes import plate_mm, stem_mm
+from delta_cad.mechanism.placement import CHAINS
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
@@ -18,6 +19,11 @@ UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
 BAR_BEYOND_MM = 1.0  # of a cross-bar from its boss, at least: its cones are not bonded
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
+MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
+FLAT_LEAST_MM = 45.0  # from the plate's centre: beside a hole for the cables, feet that do not tip at once
+FOOT_RIM_MM, MOUNT_RIM_MM = 10.0, 8.0  # from the axis of a foot, and of a mounting hole, to the plate's edge
+HOLE_RIM_MM = 8.0  # around the hole in the middle
+WINDOW_MM, WINDOW_LEAST_MM, WINDOW_RIM_MM = 34.0, 12.0, 5.0  # holes that lighten the plate
 PLATE_MM = 5.0  # the least; it grows with loads and lengths
 STEM_WALL_MM = 3.0  # of the hub around the stem
 
@@ -39,15 +45,36 @@ class PlatformDimensions:
 
 @dataclass(frozen=True)
 class BaseDimensions:
-    """Base plate: a disc under the three foot blocks."""
+    """Base plate under the three foot blocks: a disc, or six-sided where that would stand out alone between the chains.
+
+    Attributes:
+        radius_mm: Of the disc, which holds the six-sided one, too.
+        rim_mm: Circles (x, y, radius) whose hull the six-sided plate is; empty for a disc.
+        thickness_mm: Of the plate.
+        top_mm: Height of its upper face in the base frame.
+        centre_hole_mm: Diameter of the hole in its middle.
+        window_mm: Diameter of the holes that lighten it, between the chains; 0 where there is no room.
+        foot_circle_mm: Diameter on which the rubber feet stand.
+        mount_circle_mm: The same of the mounting holes, beside the feet.
+        mount_hole_mm: Diameter of these.
+    """
 
     radius_mm: float
+    rim_mm: tuple[Circle, ...]
     thickness_mm: float
     top_mm: float
     centre_hole_mm: float
+    window_mm: float
     foot_circle_mm: float
     mount_circle_mm: float
     mount_hole_mm: float
+
+    @property
+    def reach_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """From where to where the plate lies along x and y."""
+        rim = self.rim_mm or ((0.0, 0.0, self.radius_mm),)
+        (x0, x1), (y0, y1) = ((min(c[k] - c[2] for c in rim), max(c[k] + c[2] for c in rim)) for k in (0, 1))
+        return (x0, x1), (y0, y1)
 
 
 def platform_dimensions(
@@ -115,13 +142,16 @@ def platform_dimensions(
     )
 
 
-def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_mm: float) -> BaseDimensions:
+def base_dimensions(
+    bracket: BracketDimensions, thickness_mm: float, half_width_mm: float, behind_mm: float
+) -> BaseDimensions:
     """Dimensions a base plate that carries the brackets' feet with a rim of 4 mm at least.
 
     Args:
         bracket: Brackets, screwed on from below.
         thickness_mm: Thickness of the plate.
         half_width_mm: How far the brackets reach aside of their chain's plane.
+        behind_mm: How far arms and motors reach behind the base's centre, opposite to a chain: so far the plate may.
 
     Raises:
         DimensionError: The screws' counterbores leave too little under their heads.
@@ -137,12 +167,29 @@ def base_dimensions(bracket: BracketDimensions, thickness_mm: float, half_width_
         least,
     )
     radius = ceil(hypot(bracket.foot_u_mm[1], half_width_mm) + PLATE_RIM_MM)
+    flat = float(min(radius, max(floor(behind_mm), FLAT_LEAST_MM)))
+    beside = flat - FOOT_RIM_MM  # of the feet, from the centre
+    hole = min(bracket.foot_u_mm[0] - HOLE_RIM_MM, beside - HOLE_RIM_MM)
+    room = 2 * floor((beside - hole) / 2 - WINDOW_RIM_MM)
+    mount, rim = radius - MOUNT_RIM_MM, list[Circle]()
+    if flat < radius:
+        mount = (flat - MOUNT_RIM_MM) / cos(MOUNT_SPREAD_RAD)
+        corner = atan2(half_width_mm, bracket.foot_u_mm[1])
+        for i in CHAINS:
+            for off, out, wide in (
+                (corner, hypot(bracket.foot_u_mm[1], half_width_mm), PLATE_RIM_MM),
+                (pi / 3 - MOUNT_SPREAD_RAD, mount, MOUNT_RIM_MM),
+            ):
+                ways = (side * off + 2 * pi / 3 * i for side in (-1, 1))
+                rim += [(out * cos(way), out * sin(way), wide) for way in ways]
     return BaseDimensions(
         radius_mm=radius,
+        rim_mm=tuple(rim),
         thickness_mm=thickness_mm,
         top_mm=bracket.base_top_mm,
-        centre_hole_mm=float(floor(2 * (bracket.foot_u_mm[0] - 8.0))),
-        foot_circle_mm=2 * (radius - 10.0),
-        mount_circle_mm=2 * (radius - 8.0),
+        centre_hole_mm=float(floor(2 * hole)),
+        window_mm=0.0 if room < WINDOW_LEAST_MM else min(WINDOW_MM, room),
+        foot_circle_mm=2 * beside,
+        mount_circle_mm=2 * mount,
         mount_hole_mm=5.5,
     )

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from math import cos, pi, radians, sin
+from math import cos, pi, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.platform import MOUNT_SPREAD_RAD
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, fitted, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
-from delta_cad.solids.making import made_part, round_z
+from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import GRAPHITE, material
 from delta_cad.solids.part import Bore, Part
-from delta_cad.solids.primitive import bore_z, cut, edge_break, feature
-
-MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
-WINDOW_MM = 34.0
+from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z
 
 
 def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, float]]:
@@ -26,11 +24,12 @@ def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, floa
 
 
 def make_base_plate(d: Dimensions) -> Part:
-    """Disc with counterbored screw and dowel holes under each foot block, feet, mounting holes and a cable window."""
+    """Disc, or six-sided plate, with the holes of all that is screwed to it."""
     number, b, k = "base_plate", d.base, d.bracket
     low, high = b.top_mm - b.thickness_mm, b.top_mm
     through = (low, high)
-    disc = edge_break(number, bore_z(2 * b.radius_mm, (0.0, 0.0), (low, high)), ">Z or <Z", 1.0)
+    blank = hull_along_z(b.rim_mm, (low, high)) if b.rim_mm else bore_z(2 * b.radius_mm, (0.0, 0.0), (low, high))
+    plate = edge_break(number, blank, ">Z or <Z", 1.0)
     screw = catalogue.screw(BASE_SCREW)
     middle = (d.layers.encoder_cheek_mm[1] + d.layers.motor_cheek_mm[0]) / 2
     seat = low + screw.counterbore_depth_mm
@@ -53,9 +52,12 @@ def make_base_plate(d: Dimensions) -> Part:
     mounts = [at for sign in (-1, 1) for at in between_chains(b.mount_circle_mm / 2, sign * MOUNT_SPREAD_RAD)]
     bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mounts)
     middle_radius = (b.centre_hole_mm / 2 + b.foot_circle_mm / 2) / 2
-    bored(f"{WINDOW_MM:g} through, lightening", WINDOW_MM, between_chains(middle_radius))
-    solid = feature(number, "bores", "base_radius_mm", lambda: cut(disc, boring.tools))
-    description, extent = f"base plate {2 * b.radius_mm:g} x {b.thickness_mm:g}", round_z(b.radius_mm, (low, high))
+    if b.window_mm:
+        bored(f"{b.window_mm:g} through, lightening", b.window_mm, between_chains(middle_radius))
+    solid = feature(number, "bores", "base_radius_mm", lambda: cut(plate, boring.tools))
+    along, across = b.reach_mm
+    description = f"base plate {max(along[1] - along[0], across[1] - across[0]):.4g} x {b.thickness_mm:g}"
+    extent = along, across, (low, high)
     return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), extent, boring.holes)
 
 

@@ -55,7 +55,8 @@ def make_platform(d: Dimensions) -> Part:
             if plate[0] > 0.0:  # an upright flank under the plate, where the boss would be undercut
                 end = half - BOSS_BEVEL_MM
                 shapes.append(turned_to_chain(box((r - boss, -end, 0.0), (r, end, plate[0])), i))
-        star = round_inside(number, fuse(hub, *webs), (0.0, 0.0, 1.0))
+        # bosses will stand in the way of a cutter from the side
+        star = round_inside(number, fuse(hub, *webs), (0.0, 0.0, 1.0), lambda _: False)
         return fuse(star, *shapes)
 
     shape = feature(number, "outline", "platform_radius_mm", body)

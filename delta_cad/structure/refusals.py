@@ -104,7 +104,7 @@ def _drive(design: Design) -> list[Reason]:
 
 
 def least_outline_mm(d: Dimensions) -> np.ndarray:
-    """Computes (2,) what a machine takes at least along x and y: its elbows farthest out, both ends of its motors.
+    """Computes (2,) what a machine takes at least along x and y: elbows farthest out, ends of its motors, base plate.
 
     Args:
         d: Its dimensions.
@@ -115,20 +115,22 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
     points = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
     points += [(u + side * radius, face + d.motor.length_mm) for side in (-1.0, 1.0)]
     placed = np.concatenate([np.array(points) @ chain_frame(i)[:2, :2].T for i in CHAINS])
-    return np.ptp(placed, axis=0)
+    return np.maximum(np.ptp(placed, axis=0), np.ptp(d.base.reach_mm, axis=1))
 
 
 def _outline(d: Dimensions) -> list[Reason]:
     """Outline of what stands out farthest, the way round in which it fits best."""
     required, least = d.design.requirements, least_outline_mm(d)
+    plate = np.ptp(d.base.reach_mm, axis=1)
     asked = {"envelope_width_mm": required.envelope_width_mm, "envelope_depth_mm": required.envelope_depth_mm}
     ways = ([*zip(asked, least, strict=True)], [*zip(asked, least[::-1], strict=True)])
     best = min(ways, key=lambda way: max(float(size) - asked[name] for name, size in way))
     return [
         Reason(
-            "assembly",
+            "base_plate" if size in plate else "assembly",
             name.replace("_mm", "").replace("_", " "),
-            f"requirements.{name} = {asked[name]:g} must be at least {size:.1f} mm: elbows and motors reach so far",
+            f"requirements.{name} = {asked[name]:g} must be at least {size:.1f} mm: "
+            f"{'its feet stand' if size in plate else 'elbows and motors reach'} so far out",
             f"requirements.{name}",
             asked[name],
             float(size),
@@ -207,6 +209,12 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float]) -> R
     held, more = getattr(d.design.hardware, field.split(".")[1]), 1.0 / load.margin
     if load.name == "motor shaft":
         needed, does = load.value, None
+        if d.capstan is not None:  # the same torque on a larger pinion pulls less
+            sector = d.design.hardware.sector_radius_mm
+            wider, field_too = sector * more, "hardware.sector_radius_mm"
+            told = f"{told}; or hardware.motor = {held} one {column} of at least {needed:.4g}"
+            message = f"{field_too} = {sector:g} must be at least {wider:.4g} mm: {told}; or {less}"
+            return Reason(load.name, "load", message, field_too, sector, wider)
     elif load.name == "cable":
         needed = load.value * ROPE_FACTOR
         does = _rows("cable", d.design, lambda row: row.breaking_load_N >= needed)

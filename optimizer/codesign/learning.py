@@ -12,7 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import PROOF, Candidate
-from optimizer.codesign.choice import Choice, default_of
+from optimizer.codesign.choice import Choice, default_of, ratios_of
 from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -44,6 +44,9 @@ ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
+REACHED, REACHED_STEP_MM = ("tool access", "parts come off"), 1.0  # of chains in the way of one another
+PULLED, PULLED_CHECKS = "motor shaft", ("structure motor shaft", "structure cable,")  # loads that the cable makes
+RATIO_GRAIN = 0.02  # turns by which a ratio is raised
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
@@ -51,6 +54,7 @@ SPARE_MM = 0.05  # of an outline, over what the last machine took too much
 SPARE = 0.998  # of what a machine just missed
 SHARES = {"effective mass": "mass_share", "friction": "friction_share", "position step": "step_share"}
 """Check -> the share of its limit that is asked for."""
+HELD = "torque with gravity", f"{PROOF}holding_torque"
 
 
 class StuckError(Exception):
@@ -75,9 +79,12 @@ def from_reasons(
         StuckError: None of them can be.
     """
     before = choice, lessons
+    geared = choice.drive == "capstan" and ratios_of(brief)[1] > choice.ratio
     for reason in reasons:
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]
+        if entry in ENVELOPE and reason.part == "base_plate":
+            continue  # shorter arms, which a smaller outline asks for, put its feet farther out
         if field in LENGTHS and isinstance(bound, float):
             now = reason.value if isinstance(reason.value, float) else bound
             least = math.ceil(min(bound, max(GROWTH * now, now + CREEP_MM)) * SIZE_STEP) / SIZE_STEP
@@ -87,6 +94,8 @@ def from_reasons(
         elif field == "mechanism.parallelogram_width_mm" and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
+        elif reason.part == PULLED and isinstance(bound, float) and isinstance(reason.value, float) and geared:
+            lessons = lessons.taught(str(reason), ratio=_geared(choice.ratio * bound / reason.value))
         elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
             choice = choice.with_entry(entry, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
         elif entry in PARTS:
@@ -171,14 +180,19 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     for result in failed:
         short = UNKNOWN_MM if result.value is None else abs(result.value - (result.limit or 0.0))
         why = f"{result.name}: {result.value} {result.unit}, limit {result.limit}"
-        if (share := SHARES.get(result.name.removeprefix(PROOF).replace("_", " "))) is not None:
+        if (share := _share(result.name)) is not None:
             over = (result.value or 1.0) / (result.limit or 1.0) if result.limit else 1.0
             lessons = lessons.taught(why, **{share: getattr(lessons, share) * SPARE / max(over, 1.0)})
-        elif result.name in ("torque with gravity", f"{PROOF}holding_torque"):
+        elif result.name in HELD:
             more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
             lessons = lessons.taught(why, spare_torque_N_m=more)
+        elif result.name.startswith(PULLED_CHECKS) and result.value and result.limit:
+            lessons = lessons.taught(why, ratio=_geared(candidate.choice.ratio * result.value / result.limit))
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
+        elif result.name in REACHED:
+            least = candidate.lengths_mm[VARIABLES.index("base_radius")] + REACHED_STEP_MM
+            lessons = lessons.raised("base_radius", least, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
             if _folded(result.worst_pair or ()):
@@ -192,6 +206,20 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
+
+
+def _geared(ratio: float) -> float:
+    """A ratio that is large enough: a larger sector on the same pinion, of which the motor's screws leave no choice."""
+    return round(math.ceil(ratio / RATIO_GRAIN) * RATIO_GRAIN, 2)
+
+
+def _share(check: str) -> str | None:
+    return SHARES.get(check.removeprefix(PROOF).replace("_", " "))
+
+
+def by_weight(check: str) -> bool:
+    """Whether a check rests on masses, inertias and what joints rub with."""
+    return check in HELD or _share(check) is not None
 
 
 def with_outline(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:

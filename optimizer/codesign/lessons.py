@@ -80,6 +80,7 @@ class Lessons:
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
         elbow_angle_deg: Least angle between upper arm and rods to ask for.
+        ratio: Least of a capstan: a smaller sector's cable pulls too hard at what holds it.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
         friction_share: The same of the friction.
         step_share: The same of the position step.
@@ -94,6 +95,7 @@ class Lessons:
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
     elbow_angle_deg: float = 0.0
+    ratio: float = 0.0
     mass_share: float = 0.998
     friction_share: float = 0.998
     step_share: float = 0.998

@@ -19,6 +19,7 @@ from optimizer.codesign.journal import at_once, found_read, found_told, weighed_
 from optimizer.codesign.learning import (
     COUPLE_STEP,
     StuckError,
+    by_weight,
     from_checks,
     from_reasons,
     from_stiffness,
@@ -146,14 +147,13 @@ class Search:
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
         for motor, drive in sorted(drives(self.brief), key=self._unlikely):
-            low, high = self._ratios(drive)
-            ratios = np.geomspace(low, high, RATIO_COUNT + 2)[1:-1] if high > low else [low]
+            ratios = self._first_ratios(drive)
             best: tuple[float, Choice] | None = None
             for width in self._widths()[: 1 if found else None]:  # a narrower one where nothing fits
                 for ratio in ratios:
                     if self.stop():
                         break
-                    choice = Choice(motor, drive, round(float(ratio), 2), width, entries)
+                    choice = Choice(motor, drive, ratio, width, entries)
                     if self._hopeless(choice, failed):
                         continue
                     estimate = self._estimate(choice, known)
@@ -181,6 +181,11 @@ class Search:
 
     def _ratios(self, drive: str) -> tuple[float, float]:
         return ratios_of(self.brief) if drive == "capstan" else (1.0, 1.0)
+
+    def _first_ratios(self, drive: str) -> list[float]:
+        """The ratios that are estimated."""
+        low, high = self._ratios(drive)
+        return np.geomspace(low, high, RATIO_COUNT + 2)[1:-1].round(2).tolist() if high > low else [low]
 
     def _widths(self) -> tuple[float, ...]:
         stated = self.brief.limits.parallelogram_width_mm
@@ -225,10 +230,14 @@ class Search:
 
     def refined(self, choice: Choice) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell."""
-        best = self.settled(choice)
+        low, high = self._ratios(choice.drive)
+        others = [choice.with_(ratio=ratio) for ratio in self._first_ratios(choice.drive) if ratio != choice.ratio]
+        others.sort(key=lambda one: abs(np.log(one.ratio / choice.ratio)))
+        best = None
+        for one in (choice, *others):  # parts of another size may do where these do not
+            best = best or (None if self.stop() else self.settled(one))
         if best is None:
             return None
-        low, high = self._ratios(choice.drive)
         step, wide = RATIO_STEP, WIDTH_STEP_MM
         free = self.brief.limits.parallelogram_width_mm is None
         while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():
@@ -327,7 +336,10 @@ class Search:
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
             self.tried.candidates += 1
-            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats)
+            if lessons.ratio > choice.ratio:
+                choice = choice.with_(ratio=lessons.ratio)
+            possible = choice.ratio <= self._ratios(choice.drive)[1]
+            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats) if possible else None
             if found is None:
                 self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
                 return None
@@ -365,6 +377,8 @@ class Search:
                     return candidate
                 roomy = True
                 continue
+            if not near:  # what failed by its weight may do so no longer: that is known now
+                results = [result for result in results if not by_weight(result.name)]
             try:
                 lessons = from_checks(candidate, lessons, results)
             except StuckError as error:

@@ -67,12 +67,13 @@ class Scene:
             mesh = meshes[o.part.number]
             low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
             balls.append((*(low + high) / 2.0, np.linalg.norm(high - low) / 2.0 + mesh.deviation_mm))
+        self.stands = np.array([o.link == "base" for o in self.occurrences])
         self._objects = [fcl.CollisionObject(tree_of(meshes[o.part.number])) for o in self.occurrences]
         self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
         self._balls = np.array(balls)
 
-    def is_met(self, pose: int, radius_mm: float, ends_mm: np.ndarray, beside: int) -> bool:
-        """Whether a round tool between two points (2, 3) meets any occurrence but one."""
+    def is_met(self, pose: int, radius_mm: float, ends_mm: np.ndarray, beside: int, standing: bool = False) -> bool:
+        """Whether a round tool between two points (2, 3) meets any occurrence but one, or any that stands still."""
         import fcl
 
         a, b = ends_mm
@@ -82,6 +83,8 @@ class Scene:
         on_line = a + np.clip((centres - a) @ along, 0.0, np.linalg.norm(b - a))[:, None] * along
         near = np.linalg.norm(centres - on_line, axis=1) <= self._balls[:, 3] + radius_mm + self._deviation.max()
         near[beside] = False
+        if standing:
+            near &= self.stands
         aside = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
         aside /= np.linalg.norm(aside)
         turn = np.stack([aside, np.cross(along, aside), along], axis=1)
@@ -173,9 +176,12 @@ def key_swing(reach: Reach, scene: Scene, library: FeatureLibrary) -> float:
         return 0.0
     long, short = legs[1]
     longest = LONG_MM.get(legs[0], long)
+    keys = (short, long), (long, short), (CUT * short, long), (longest, short)
+    if scene.stands[k]:  # what a part that stands still leaves no room for has none at any position
+        keys = tuple(key for key in keys if _swing_at(0, k, socket, reach.way_mm, *key, scene, True) >= SWING_RAD)
     best = 0.0
     for pose in range(scene.count):
-        for inside, handle in ((short, long), (long, short), (CUT * short, long), (longest, short)):
+        for inside, handle in keys:
             best = max(best, _swing_at(pose, k, socket, reach.way_mm, inside, handle, scene))
             if best >= SWING_RAD:
                 return best
@@ -183,22 +189,32 @@ def key_swing(reach: Reach, scene: Scene, library: FeatureLibrary) -> float:
 
 
 def _swing_at(
-    pose: int, k: int, socket: _Socket, way_mm: float, inside_mm: float, handle_mm: float, scene: Scene
+    pose: int,
+    k: int,
+    socket: _Socket,
+    way_mm: float,
+    inside_mm: float,
+    handle_mm: float,
+    scene: Scene,
+    standing: bool = False,
 ) -> float:
-    """Swing of a handle at a position, rad: of a key that stands in its socket and of one just drawn off it."""
+    """Swing of a handle at a position, rad: of a key that stands in its socket and of one just drawn off it.
+
+    With `standing` only what stands still is in its way.
+    """
     frame, radius = scene.frames[pose, k], CORNERS * socket.flats_mm / 2.0
     x, y, z = frame[:3, :3].T
     mouth = frame[:3, 3] + socket.mouth_mm * z
-    if scene.is_met(pose, radius, np.stack([mouth + OFF_MM * z, mouth + inside_mm * z]), k):
+    if scene.is_met(pose, radius, np.stack([mouth + OFF_MM * z, mouth + inside_mm * z]), k, standing):
         return 0.0
-    if scene.is_met(pose, socket.head_mm, np.stack([mouth + OFF_MM * z, mouth + way_mm * z]), k):
+    if scene.is_met(pose, socket.head_mm, np.stack([mouth + OFF_MM * z, mouth + way_mm * z]), k, standing):
         return 0.0
     bends = mouth + (inside_mm - socket.depth_mm) * z, mouth + inside_mm * z
     swing = 0.0
     for count in (DIRECTIONS, FINE_DIRECTIONS):
         angles = np.arange(count) * 2.0 * np.pi / count
         out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
-        free = [not any(scene.is_met(pose, radius, np.stack([b, b + one]), k) for b in bends) for one in out]
+        free = [not any(scene.is_met(pose, radius, np.stack([b, b + one]), k, standing) for b in bends) for one in out]
         swing = _longest_run(free) * 2.0 * np.pi / count
         if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
             break

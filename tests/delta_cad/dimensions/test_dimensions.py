@@ -14,6 +14,7 @@ from delta_cad.design import design_from_dict
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from delta_cad.dimensions.bracket import MESHES_MM, BracketDimensions, beam_stop_angle_rad, bracket_dimensions
 from delta_cad.dimensions.capstan import CapstanDimensions
+from delta_cad.dimensions.platform import base_dimensions
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
 from tests.committed import DATA, changed
 from tests.delta_cad.dimensions.edited import edited
@@ -323,3 +324,39 @@ def test_the_base_plate_carries_the_feet_and_its_holes(best_dimensions: Dimensio
     assert b.radius_mm == round(b.radius_mm)
     assert b.mount_circle_mm / 2 + b.mount_hole_mm / 2 < b.radius_mm - 2.0
     assert b.centre_hole_mm / 2 < k.foot_u_mm[0]
+
+
+def test_a_plate_that_would_stand_out_alone_is_six_sided(best_dimensions: Dimensions) -> None:
+    """It holds what the disc holds: the blocks with their rim, feet and mounting holes; behind it ends where asked."""
+    bracket, (_, width) = (
+        replace(best_dimensions.bracket, foot_u_mm=(50.0, 92.0)),
+        best_dimensions.layers.motor_cheek_mm,
+    )
+    disc, plate = (base_dimensions(bracket, 8.0, width, behind) for behind in (200.0, 88.7))
+    assert disc.rim_mm == ()
+    assert disc.reach_mm == ((-99.0, 99.0), (-99.0, 99.0))
+    (x0, x1), (y0, y1) = plate.reach_mm
+    assert x0 == pytest.approx(-88.0)
+    assert x1 == pytest.approx(92.0 + 4.0)
+    assert y1 == pytest.approx(-y0)
+    assert y1 <= 99.0
+    centres, radii = np.array(plate.rim_mm)[:, :2], np.array(plate.rim_mm)[:, 2]
+    normals = np.stack([np.cos(a := np.linspace(0.0, 2.0 * pi, 3601)), np.sin(a)])
+    support = (centres @ normals + radii[:, None]).max(axis=0)
+
+    def room(x: float, y: float) -> float:
+        return float((support - np.array([x, y]) @ normals).min())
+
+    def turned(radius: float, degree: float) -> tuple[float, float]:
+        return radius * cos(radians(degree)), radius * sin(radians(degree))
+
+    corner = degrees(np.arctan2(width, 92.0))
+    assert room(*turned(hypot(92.0, width), 120.0 + corner)) >= 4.0 - 1e-3
+    assert room(*turned(plate.foot_circle_mm / 2, 180.0)) == pytest.approx(10.0, abs=1e-3)
+    for side in (-18.0, 18.0):
+        assert room(*turned(plate.mount_circle_mm / 2, 60.0 + side)) == pytest.approx(8.0, abs=1e-3)
+    between = (plate.foot_circle_mm - plate.centre_hole_mm) / 2  # feet to the hole in the middle
+    assert between / 2 - plate.window_mm / 2 >= 5.0
+    small = base_dimensions(replace(bracket, foot_u_mm=(75.0, 117.0)), 8.0, width, 60.0)
+    assert small.window_mm == 0.0  # no room
+    assert small.centre_hole_mm / 2 <= small.foot_circle_mm / 2 - 8.0

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, cos, pi, radians, sqrt, tan
+from dataclasses import replace
+from math import acos, cos, pi, radians, sin, sqrt, tan
 
+import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.spatial import ConvexHull
 
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import motor_thread_mm
+from delta_cad.dimensions.platform import base_dimensions
+from delta_cad.solids.base_plate import make_base_plate
 from delta_cad.solids.part import Part
 
 KERNEL = 1e-9  # relative; the kernel integrates planes, cylinders and spheres to rounding
@@ -56,8 +61,12 @@ def base_plate(d: Dimensions) -> float:
     sunk = cyl(m4.counterbore_diameter_mm, m4.counterbore_depth_mm)
     bores = 6 * (sunk + cyl(m4.clearance_hole_mm, t - m4.counterbore_depth_mm)) + 6 * cyl(3.0, t)
     bores += cyl(b.centre_hole_mm, t) + 3 * cyl(catalogue.screw(d.foot.thread).tap_drill_mm, t)
-    bores += 6 * cyl(b.mount_hole_mm, t) + 3 * cyl(34.0, t)
-    return cyl(2 * b.radius_mm, t) - 2 * broken(2 * b.radius_mm, 1.0) - bores
+    bores += 6 * cyl(b.mount_hole_mm, t) + 3 * cyl(b.window_mm, t)
+    if not b.rim_mm:
+        return cyl(2 * b.radius_mm, t) - 2 * broken(2 * b.radius_mm, 1.0) - bores
+    turns = np.linspace(0.0, 2.0 * pi, 3601)
+    hull = ConvexHull([(x + r * cos(a), y + r * sin(a)) for x, y, r in b.rim_mm for a in turns])
+    return hull.volume * t - (hull.area - 2.0 * pi / 3.0) - bores  # both edges broken by 1 mm: Steiner's formula
 
 
 def screw(part: Part) -> float:
@@ -312,3 +321,22 @@ def test_screws_and_dowels_have_their_closed_form(best_assembly: Assembly) -> No
 def test_every_part_is_covered_by_a_volume_test(best_assembly: Assembly) -> None:
     named = {p.number for p in best_assembly.parts if not p.number.startswith(BY_SIZE)}
     assert named == set(CLOSED) | SAMPLED
+
+
+def test_a_six_sided_base_plate(best_dimensions: Dimensions) -> None:
+    """Its bores, too, are all in it: those of the blocks, farther out than the flats, between them."""
+    bracket = replace(
+        best_dimensions.bracket,
+        foot_u_mm=(50.0, 92.0),
+        base_screw_u_mm=(66.5, 75.5),
+        base_dowel_u_mm=(54.5, 87.5),
+    )
+    half = best_dimensions.layers.motor_cheek_mm[1]
+    d = replace(best_dimensions, bracket=bracket, base=base_dimensions(bracket, 8.0, half, 88.7))
+    plate = make_base_plate(d)
+    assert plate.solid.Volume() == pytest.approx(base_plate(d), rel=1e-6)
+    box = plate.solid.BoundingBox()
+    assert ((box.xmin, box.xmax), (box.ymin, box.ymax)) == (
+        pytest.approx(d.base.reach_mm[0], abs=1e-6),
+        pytest.approx(d.base.reach_mm[1], abs=1e-6),
+    )

@@ -70,7 +70,7 @@ CASES: dict[str, tuple[dict[str, Any], set[tuple[str, float | str | None]]]] = {
     ),
     "12 N at once": (
         {"requirements__peak_force_N": 12.0},
-        {("hardware.motor", "maxon-re30-310007"), ("requirements.peak_torque_N_m", 0.8)},
+        {("hardware.sector_radius_mm", 38.7), ("requirements.peak_torque_N_m", 0.8)},
     ),
 }
 

@@ -172,3 +172,29 @@ def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeyp
     assert too_soft(design) == (14.5, 15.0)
     unasked = design.requirements.model_copy(update={"stiffness_min_N_mm": None})
     assert too_soft(design.model_copy(update={"requirements": unasked})) is None
+
+
+def test_a_cable_that_pulls_too_hard_asks_for_a_larger_sector_and_for_no_more_hold() -> None:
+    """The sector grows with the ratio: the pinion stays. A hundredth of the load is one of the ratio."""
+    pulled = failed("structure motor shaft, peak", 25.25, 25.0, "N")
+    lessons = from_checks(candidate(), KNOWN, [pulled])
+    assert 4.8 * 1.01 <= lessons.ratio < 4.8 * 1.01 + 0.02
+    assert lessons.couple_index_min == KNOWN.couple_index_min
+    small = Reason("motor shaft", "load", "why", "hardware.sector_radius_mm", 38.4, 40.32)
+    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [small])
+    assert 4.8 * 1.05 <= lessons.ratio < 4.8 * 1.05 + 0.02
+    stated = brief(capstan_ratio=4.8)  # then the pinion has to grow
+    choice, lessons = from_reasons(stated, CHOICE, KNOWN, [small])
+    assert (choice.entries, lessons) == ({"sector_radius_mm": 40.4}, KNOWN)
+
+
+def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
+    """Shorter ones would put them farther out."""
+    wide = Reason("base_plate", "envelope depth", "far out", "requirements.envelope_depth_mm", 220.0, 230.0)
+    with pytest.raises(StuckError, match="far out"):
+        from_reasons(brief(), CHOICE, KNOWN, [wide])
+
+
+def test_chains_in_the_way_of_a_key_are_set_apart() -> None:
+    lessons = from_checks(candidate(), KNOWN, [failed("tool access", 0.0, 60.0, "deg", "motor_screw_0_2")])
+    assert lessons.least("base_radius") == LENGTHS[2] + 1.0
