@@ -50,6 +50,11 @@ def compiled(function: Callable[..., Any]) -> Any:
     return Compiled(function)
 
 
+def free(function: Callable[..., Any]) -> Any:
+    """As `compiled`; other threads run while the function does: for what takes a tenth of a second and owns its data."""
+    return Compiled(function, nogil=True)
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """As `compiled`; the machine code of the function is put into that of its callers, where it costs no call."""
     return Compiled(function, forceinline=True)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -18,7 +19,7 @@ import numpy as np
 from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice, drives, motor_of, ratios_of
-from optimizer.codesign.lengths import WIDE_MM, posed
+from optimizer.codesign.lengths import WIDE_MM, lasting_torque_N_m, posed
 from optimizer.codesign.lessons import COUPLE_INDEX, KAPPA, LEAN_DEG, ROD_SHARE, SHOULDER_DEG, Lessons, Weighed
 from optimizer.globalopt.optimum import none_feasible
 from optimizer.problem.brief import DesignBrief
@@ -28,14 +29,15 @@ from optimizer.search import sqp
 
 GAP = 5e-3  # share of the cube beyond the machine at which the bound is close enough
 LEAF_BOXES = 20_000  # of designs, in which a cube is shown to be too large for an interval, or its halves have to
-LEAF_GAP = 3e-3  # to which that cube is found for a narrow one
+LEAF_GAP = 1e-3  # to which that cube is found for a narrow one
 WIDE_GAP = 0.03  # of one that is wide, whose halves follow anyway, for a factor e between its ends
-LIGHT = 0.97  # share of the parts' masses and of gravity's torque below which no machine of the family comes
-SPARE_MM = 0.5  # of the outline beyond eq. (1), likewise
+LIGHT = 0.99  # share of the parts' masses and of gravity's torque below which no machine of the family comes
+SPARE_MM = 0.2  # of the outline beyond eq. (1), likewise
 RATIOS = 3  # intervals of the ratio to begin with
 STARTS = 1  # of SQP in one interval
 OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
-NARROW = 1.01  # factor between the ends of an interval
+NARROW = 1.004  # factor between the ends of an interval
+CORES = 2
 ARM = VARIABLES.index("upper_arm_length")
 
 
@@ -121,6 +123,7 @@ class Family:
             f"where nothing else is asked a couple index of {COUPLE_INDEX:g} or more, kappa of {KAPPA:g} or less, "
             f"rods that lean by no more than {LEAN_DEG:g} deg, shoulder angles from {low:g} to {high:g} deg",
             "base and platform radius no smaller than their hardware was found to need, or closed forms ask for it",
+            f"shafts of motors that bear at most {100 / LIGHT - 100:.0f} % more of a cable than was found",
         )
 
     def intervals(self) -> Iterator[Interval]:
@@ -161,7 +164,10 @@ class Family:
             step_share=1.0,
             ball_friction_N=(self._balls[0], self._balls[1]),
             spare_torque_N_m=0.0,
+            pull_N_m=known.pull_N_m / LIGHT if known else math.inf,
         )
+        if lessons.held_torque_N_m >= lasting_torque_N_m(self._brief, far, lessons):
+            return least_mm  # the weight takes all of it
         inertia = self._inertia(weighed, one)
         problem = step_problem(posed(self._brief, choice, lessons, inertia, far=far), 2)
         lower, upper = list(problem.lower), list(problem.upper)
@@ -230,18 +236,19 @@ def bounded(
     open_: list[tuple[float, Interval]] = []
     count = 0
 
-    def look_at(intervals: Iterable[Interval], above: float) -> None:
+    def look_at(above: float, intervals: Sequence[Interval]) -> None:
         nonlocal count
-        for one in intervals:
+        values = threads.map(lambda one: above if stop() else family.best_of(one, target, above, stop), intervals)
+        for one, value in zip(intervals, values, strict=True):
             count += 1
-            value = above if stop() else family.best_of(one, target, above, stop)
             report(f"bound: {one.motor}, {count} intervals, {max([value, *(-v for v, _ in open_)]):.2f} mm")
             if value > target:
                 heapq.heappush(open_, (-value, one))
 
-    look_at(family.intervals(), 2.0 * WIDE_MM["half_side"][1])
-    while open_ and not stop() and not open_[0][1].narrow:
-        value, one = heapq.heappop(open_)
-        look_at(one.halves(), -value)
+    with ThreadPoolExecutor(CORES) as threads:
+        look_at(2.0 * WIDE_MM["half_side"][1], list(family.intervals()))
+        while open_ and not stop() and not open_[0][1].narrow:
+            value, one = heapq.heappop(open_)
+            look_at(-value, one.halves())
     side = max([target, *(-value for value, _ in open_)])
     return Bound(side, side / side_mm - 1.0, count, family.described())

@@ -82,6 +82,11 @@ class Choice:
         rows = brief.choices.get(entry, ())
         return self.entries.get(entry, rows[0] if entry in brief.hardware and rows else default_of(entry))
 
+    def peak_torque_N_m(self, row: catalogue.Motor) -> float:
+        """Computes what a joint gives for a moment, N m."""
+        efficiency = CAPSTAN_EFFICIENCY if self.drive == "capstan" else DIRECT_EFFICIENCY
+        return self.ratio * efficiency * row.peak_torque_N_m
+
     def torque_N_m(self, row: catalogue.Motor) -> float:
         """Computes what a joint gives for ever, rounded down to what a design states, N m."""
         efficiency = CAPSTAN_EFFICIENCY if self.drive == "capstan" else DIRECT_EFFICIENCY

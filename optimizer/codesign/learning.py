@@ -12,7 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import PROOF, Candidate
-from optimizer.codesign.choice import Choice, default_of, ratios_of
+from optimizer.codesign.choice import Choice, default_of
 from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -45,8 +45,7 @@ COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED, REACHED_STEP_MM = ("tool access", "parts come off"), 1.0  # of chains in the way of one another
-PULLED, PULLED_CHECKS = "motor shaft", ("structure motor shaft", "structure cable,")  # loads that the cable makes
-RATIO_GRAIN = 0.02  # turns by which a ratio is raised
+PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
 CREEP_MM = 0.4
@@ -79,7 +78,6 @@ def from_reasons(
         StuckError: None of them can be.
     """
     before = choice, lessons
-    geared = choice.drive == "capstan" and ratios_of(brief)[1] > choice.ratio
     for reason in reasons:
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]
@@ -94,8 +92,6 @@ def from_reasons(
         elif field == "mechanism.parallelogram_width_mm" and isinstance(bound, float):
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
-        elif reason.part == PULLED and isinstance(bound, float) and isinstance(reason.value, float) and geared:
-            lessons = lessons.taught(str(reason), ratio=_geared(choice.ratio * bound / reason.value))
         elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
             choice = choice.with_entry(entry, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
         elif entry in PARTS:
@@ -142,6 +138,19 @@ def too_soft(design: Design) -> tuple[float, float] | None:
     return None if least >= asked else (least, asked)
 
 
+def from_pull(lessons: Lessons, choice: Choice, torque_N_m: float, share: float) -> Lessons:
+    """Learns what a motor's shaft bears of a cable.
+
+    Args:
+        lessons: What was known.
+        choice: Hardware.
+        torque_N_m: Of a joint, for a moment.
+        share: Of what the shaft bears, that it then bears.
+    """
+    pull = SPARE * torque_N_m / share / choice.ratio
+    return lessons.taught(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N_m=pull)
+
+
 def from_stiffness(lessons: Lessons, least: float, asked: float) -> Lessons:
     """Learns from a knob that is too soft.
 
@@ -186,8 +195,6 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name in HELD:
             more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
             lessons = lessons.taught(why, spare_torque_N_m=more)
-        elif result.name.startswith(PULLED_CHECKS) and result.value and result.limit:
-            lessons = lessons.taught(why, ratio=_geared(candidate.choice.ratio * result.value / result.limit))
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name in REACHED:
@@ -206,11 +213,6 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
-
-
-def _geared(ratio: float) -> float:
-    """A ratio that is large enough: a larger sector on the same pinion, of which the motor's screws leave no choice."""
-    return round(math.ceil(ratio / RATIO_GRAIN) * RATIO_GRAIN, 2)
 
 
 def _share(check: str) -> str | None:

@@ -10,7 +10,7 @@ from typing import Any
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
-from optimizer.codesign.candidate import BASE_ENTRIES
+from optimizer.codesign.candidate import BASE_ENTRIES, PEAK_SPARE
 from optimizer.codesign.choice import Choice, motor_of
 from optimizer.codesign.lessons import LEAN_DEG, SHOULDER_DEG, Lessons
 from optimizer.codesign.price import price_EUR
@@ -139,7 +139,7 @@ def posed(
             "envelope_width_mm": outline[0],
             "envelope_depth_mm": outline[1],
             "force_N": task.force_N,
-            "joint_torque_N_m": best.torque_N_m(motor),
+            "joint_torque_N_m": lasting_torque_N_m(brief, best, lessons),
         },
         "bounds_mm": bounds,
         "limits": asked,
@@ -157,6 +157,24 @@ def posed(
         "encoder_count_deg": best.count_deg(brief),
     }
     return requirements_from_dict(data, f"{brief.name} with {choice.motor}")
+
+
+def lasting_torque_N_m(brief: DesignBrief, choice: Choice, lessons: Lessons) -> float:
+    """Computes the torque of a joint for the lasting force beside the weight, N m: what is for ever, and no more than
+    what leaves enough for the peak force, which goes with it.
+
+    Args:
+        brief: What the customer asks.
+        choice: Hardware.
+        lessons: What is known of it.
+    """
+    asked, row = brief.requirements, motor_of(brief, choice.motor)
+    lasting = min(choice.torque_N_m(row), asked.joint_torque_N_m or math.inf)
+    if asked.peak_force_N is None:
+        return lasting
+    stated = min(choice.peak_torque_N_m(row), asked.peak_torque_N_m or math.inf) / PEAK_SPARE
+    most, held = min(stated, choice.ratio * lessons.pull_N_m), lessons.held_torque_N_m
+    return min(lasting, held + (most - held) * asked.force_N / asked.peak_force_N)
 
 
 def best_lengths(
@@ -185,7 +203,7 @@ def best_lengths(
     Returns:
         The lengths; None where there are none, or none that beat the score.
     """
-    if lessons.held_torque_N_m >= choice.torque_N_m(motor_of(brief, choice.motor)):
+    if lessons.held_torque_N_m >= lasting_torque_N_m(brief, choice, lessons):
         return None  # the weight takes all of it
     side = brief.requirements.cube_side_mm
     if brief.objective == "cube_side" or side is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Any
 
 from delta_cad.drive.masses import Masses
@@ -80,7 +81,8 @@ class Lessons:
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
         elbow_angle_deg: Least angle between upper arm and rods to ask for.
-        ratio: Least of a capstan: a smaller sector's cable pulls too hard at what holds it.
+        pull_N_m: Most torque of a joint at any moment, for each turn of a capstan's ratio: beyond, the cable pulls too
+            hard at the motor's shaft.
         mass_share: Share of the effective mass allowed that is asked for: what solids weigh more than was estimated.
         friction_share: The same of the friction.
         step_share: The same of the position step.
@@ -95,7 +97,7 @@ class Lessons:
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
     elbow_angle_deg: float = 0.0
-    ratio: float = 0.0
+    pull_N_m: float = inf
     mass_share: float = 0.998
     friction_share: float = 0.998
     step_share: float = 0.998
@@ -126,6 +128,7 @@ class Lessons:
             "step_share",
             "ball_friction_N",
             "spare_torque_N_m",
+            "pull_N_m",
         )
         return replace(self, **{name: getattr(other, name) for name in names})
 

@@ -8,19 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design, DesignError, design_hash
-from delta_cad.dimensions import DimensionError
+from delta_cad.dimensions import DimensionError, Reason
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
-from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh
+from optimizer.codesign.candidate import Candidate, design_for, rubbed, weigh, worst_torque
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
+    PULLED,
     StuckError,
     by_weight,
     from_checks,
+    from_pull,
     from_reasons,
     from_stiffness,
     too_soft,
@@ -30,9 +33,9 @@ from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.codesign.price import cheapest
 from optimizer.problem.brief import DesignBrief
+from optimizer.problem.evaluator import VARIABLES
 
 if TYPE_CHECKING:
-    from delta_cad.checks.report import CheckResult
     from delta_cad.commands.pipeline import Outcome
 
 TRIES = 16  # closed forms and weights of one choice, until they agree
@@ -49,6 +52,13 @@ ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other leng
 
 Lengths = tuple[float, ...]
 """(6) in the order of `VARIABLES`, mm."""
+
+
+def _share(one: Reason | CheckResult) -> float:
+    """Share of what a part bears that it then bears: of a refusal the share by which its field has to grow."""
+    if isinstance(one, CheckResult):
+        return (one.value or 0.0) / (one.limit or 1.0)
+    return float(one.bound or 1.0) / float(one.value or 1.0)
 
 
 @dataclass
@@ -333,13 +343,11 @@ class Search:
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
         lessons = replace(built, couple_index_min=max(built.couple_index_min, held))
+        geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
             self.tried.candidates += 1
-            if lessons.ratio > choice.ratio:
-                choice = choice.with_(ratio=lessons.ratio)
-            possible = choice.ratio <= self._ratios(choice.drive)[1]
-            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats) if possible else None
+            found = self._lengths(choice, lessons, start, ROUNDS if weighing else 1, beats)
             if found is None:
                 self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
                 return None
@@ -347,6 +355,12 @@ class Search:
             try:
                 design = design_for(self.brief, choice, lengths, lessons)
                 reasons = refusals(design)
+                if geared and (pulled := [one for one in reasons if one.part == PULLED]):
+                    bare = replace(lessons, weighed=replace(lessons.weighed, gravity_torque_N_m=0.0))
+                    lessons = from_pull(lessons, choice, self._moment(bare, lengths), _share(pulled[0]))
+                    reasons = tuple(one for one in reasons if one not in pulled)
+                    if not reasons:
+                        continue
                 if reasons:
                     choice, lessons = from_reasons(self.brief, choice, lessons, reasons)
                     continue
@@ -367,6 +381,9 @@ class Search:
                 return None
             candidate = replace(candidate, weighed=weighed)
             lessons = lessons.taught("weighed", weighed=weighed, ball_friction_N=rubbing)
+            when = "" if self.brief.requirements.peak_force_N is None else ", peak"
+            if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
+                lessons = from_pull(lessons, choice, self._moment(lessons, lengths), _share(pull))
             if near and all(result.passed for result in results):
                 closer = with_outline(candidate, lessons, results)
                 spare = max(a - b for a, b in zip(lessons.overhead_mm, closer.overhead_mm, strict=True))
@@ -377,6 +394,7 @@ class Search:
                     return candidate
                 roomy = True
                 continue
+            results = [result for result in results if not (geared and result.name.startswith(f"structure {PULLED}"))]
             if not near:  # what failed by its weight may do so no longer: that is known now
                 results = [result for result in results if not by_weight(result.name)]
             try:
@@ -392,6 +410,11 @@ class Search:
         return self.once(
             "weighed", design_hash(design), lambda: (*weigh(design), rubbed(design)), weighed_told, weighed_read
         )
+
+    def _moment(self, lessons: Lessons, lengths: Lengths) -> float:
+        """The most torque of a joint for a moment, N m."""
+        force = self.brief.requirements.peak_force_N or self.brief.requirements.force_N
+        return worst_torque(dict(zip(VARIABLES, lengths, strict=True)), force) + lessons.weighed.gravity_torque_N_m
 
     @staticmethod
     def _known(weighed: Weighed, lengths: tuple[float, ...], choice: Choice) -> bool:

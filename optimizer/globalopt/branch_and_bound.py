@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from delta_cad.common.jit import compiled
+from delta_cad.common.jit import compiled, free
 from delta_cad.mechanism.enclosure import pose as forms
 from delta_cad.mechanism.enclosure.affine_form import ROUND, SYMBOLS, add, at, constant, subtract
 from delta_cad.mechanism.enclosure.table import EXCLUDED, keep
@@ -107,7 +107,7 @@ def _by_use(hits, count):
     return order
 
 
-@compiled
+@free
 def search(boxes, masks, flags, state, points, count, hits, numbers, cube_limits, candidate, budget):
     """Examines up to `budget` boxes, depth first.
 

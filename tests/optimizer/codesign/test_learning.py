@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import sqrt
+from math import inf, sqrt
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +18,15 @@ from delta_cad.mechanism.limits import ElbowAngle
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.learning import COUPLE_MOST, StuckError, from_checks, from_reasons, too_soft, with_outline
+from optimizer.codesign.learning import (
+    COUPLE_MOST,
+    StuckError,
+    from_checks,
+    from_pull,
+    from_reasons,
+    too_soft,
+    with_outline,
+)
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
@@ -174,18 +182,10 @@ def test_the_committed_machine_is_stiff_enough_and_a_softer_knob_is_told(monkeyp
     assert too_soft(design.model_copy(update={"requirements": unasked})) is None
 
 
-def test_a_cable_that_pulls_too_hard_asks_for_a_larger_sector_and_for_no_more_hold() -> None:
-    """The sector grows with the ratio: the pinion stays. A hundredth of the load is one of the ratio."""
-    pulled = failed("structure motor shaft, peak", 25.25, 25.0, "N")
-    lessons = from_checks(candidate(), KNOWN, [pulled])
-    assert 4.8 * 1.01 <= lessons.ratio < 4.8 * 1.01 + 0.02
-    assert lessons.couple_index_min == KNOWN.couple_index_min
-    small = Reason("motor shaft", "load", "why", "hardware.sector_radius_mm", 38.4, 40.32)
-    _, lessons = from_reasons(brief(), CHOICE, KNOWN, [small])
-    assert 4.8 * 1.05 <= lessons.ratio < 4.8 * 1.05 + 0.02
-    stated = brief(capstan_ratio=4.8)  # then the pinion has to grow
-    choice, lessons = from_reasons(stated, CHOICE, KNOWN, [small])
-    assert (choice.entries, lessons) == ({"sector_radius_mm": 40.4}, KNOWN)
+def test_what_a_motors_shaft_bears_of_a_cable_is_learnt_for_each_turn_of_the_ratio() -> None:
+    lessons = from_pull(KNOWN, CHOICE, 0.96, 1.25)
+    assert lessons.pull_N_m == pytest.approx(0.998 * 0.16)
+    assert lessons.with_shares_of(KNOWN).pull_N_m == KNOWN.pull_N_m == inf
 
 
 def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
