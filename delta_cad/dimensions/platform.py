@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, cos, floor, hypot, sin
+from math import ceil, cos, floor, hypot, radians, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions
@@ -20,6 +20,7 @@ BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
 PLATE_MM = 5.0  # the least; it grows with loads and lengths
 STEM_WALL_MM = 3.0  # of the hub around the stem
+MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from math import cos, pi, radians, sin
+from math import cos, pi, sin
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.platform import MOUNT_SPREAD_RAD
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, fitted, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
@@ -14,7 +15,6 @@ from delta_cad.solids.materials import GRAPHITE, material
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature
 
-MOUNT_SPREAD_RAD = radians(18.0)  # mounting holes beside the feet
 WINDOW_MM = 34.0
 
 
@@ -23,6 +23,12 @@ def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, floa
     return [
         (radius * cos(pi / 3 + i * 2 * pi / 3 + spread), radius * sin(pi / 3 + i * 2 * pi / 3 + spread)) for i in CHAINS
     ]
+
+
+def mount_places(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, y) of the mounting holes, one on either side of each foot."""
+    radius = d.base.mount_circle_mm / 2
+    return [at for sign in (-1, 1) for at in between_chains(radius, sign * MOUNT_SPREAD_RAD)]
 
 
 def make_base_plate(d: Dimensions) -> Part:
@@ -50,8 +56,7 @@ def make_base_plate(d: Dimensions) -> Part:
     boring.add(f"counterbore {screw.counterbore_depth_mm:g} deep from below", heads)
     boring.add(f"{DOWEL_MM:g} H7 through, dowels", (fitted(along_z(DOWEL_MM, at, through), "H7") for at in dowels))
     boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
-    mounts = [at for sign in (-1, 1) for at in between_chains(b.mount_circle_mm / 2, sign * MOUNT_SPREAD_RAD)]
-    bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mounts)
+    bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mount_places(d))
     middle_radius = (b.centre_hole_mm / 2 + b.foot_circle_mm / 2) / 2
     bored(f"{WINDOW_MM:g} through, lightening", WINDOW_MM, between_chains(middle_radius))
     solid = feature(number, "bores", "base_radius_mm", lambda: cut(disc, boring.tools))
