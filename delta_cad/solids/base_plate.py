@@ -55,7 +55,8 @@ def make_base_plate(d: Dimensions) -> Part:
     heads = [sunk(along_z(screw.counterbore_diameter_mm, at, (low, seat))) for at in screws]
     boring.add(f"counterbore {screw.counterbore_depth_mm:g} deep from below", heads)
     boring.add(f"{DOWEL_MM:g} H7 through, dowels", (fitted(along_z(DOWEL_MM, at, through), "H7") for at in dowels))
-    boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
+    if d.has_feet:
+        boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
     bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mount_places(d))
     middle_radius = (b.centre_hole_mm / 2 + b.foot_circle_mm / 2) / 2
     bored(f"{WINDOW_MM:g} through, lightening", WINDOW_MM, between_chains(middle_radius))

@@ -14,13 +14,13 @@ from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.panel import arms_at_limit, boot_length, check_panel, room_at_limit, stem_limit
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.report import CheckResult
-from delta_cad.commands.pipeline import check_limits
+from delta_cad.commands.pipeline import check, check_limits
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids import panel as solids
 from delta_cad.solids.bought.fasteners import make_cap_screw
 from delta_cad.solids.part import Part
 from delta_cad.solids.platform import make_handle_stem
-from tests.delta_cad.dimensions.paneled import machine
+from tests.delta_cad.dimensions.paneled import machine, with_panel
 
 
 def found(assembly: Assembly | None = None, d: Dimensions | None = None) -> dict[str, CheckResult]:
@@ -198,3 +198,11 @@ def test_solids_have_the_volumes_of_their_outlines() -> None:
     assert (parts["boot"].mass_g or 0.0) + (parts["boot_collar"].mass_g or 0.0) == pytest.approx(p.boot_g)
     box = parts["bezel"].solid.BoundingBox()
     assert (box.xlen, box.ylen) == pytest.approx((2 * (p.half_mm + p.rim_mm),) * 2, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_the_whole_example_passes_every_check() -> None:
+    outcome = check(with_panel())
+    assert outcome.passed, [result.name for result in outcome.results if not result.passed]
+    names = {result.name for result in outcome.results}
+    assert {"handle limit", "boot length", "assembly order", "parts attached"} <= names
