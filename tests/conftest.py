@@ -38,6 +38,7 @@ LONGEST = (
     "optimizer/commands/test_certify.py",
     "optimizer/front/test_trade.py",
     "delta_cad/solids/test_stops.py",
+    "delta_cad/checks/test_panel.py",
     "haptics/commands/test_simulate.py",
     "delta_cad/mechanism/limits/test_one_file.py",
     "delta_cad/common/test_jit.py",

@@ -22,6 +22,7 @@ from delta_cad.assembly.exchange import reached, removals
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.makes import makes
 from delta_cad.assembly.order.stated import order
+from delta_cad.assembly.panel import panel_contacts, place_panel, place_sleeves
 from delta_cad.assembly.statement import statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
@@ -49,6 +50,9 @@ BESIDE_ARM_MM = 1.0  # least gap of a spring's eye beside the arm: 2 mm where th
 def _base(bench: Bench) -> None:
     d = bench.d
     bench.put("base_plate", bench.once("base_plate", lambda: make_base_plate(d)), "base", np.eye(4))
+    place_sleeves(bench)
+    if not d.has_feet:
+        return
     foot = bench.once("foot", lambda: make_foot(d))
     for i, (x, y) in enumerate(between_chains(d.base.foot_circle_mm / 2)):
         low = d.base.top_mm - d.base.thickness_mm
@@ -252,6 +256,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
             place_direct(bench, i)
         _rods(bench, i)
     _platform(bench)
+    dashboard = place_panel(bench)
     cube = d.design.cube
     return Assembly(
         name=d.design.name,
@@ -267,7 +272,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
             d.forearm.eye_y_mm,
         ),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
-        contacts=contacts(d),
+        contacts=(*contacts(d), *panel_contacts(d)),
         stated=statement(d),
         stops=stops(d),
         supplies=supplies(d),
@@ -276,4 +281,5 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         makes=makes(d),
         anchors=anchors(d),
         order=order(d, bench.occurrences),
+        dashboard=dashboard,
     )

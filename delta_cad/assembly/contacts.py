@@ -81,7 +81,8 @@ def contacts(d: Dimensions) -> tuple[Contact, ...]:
     """Declares the contacts of a design by the names of its occurrences."""
     bench = _Contacts()
     for i in CHAINS:
-        _foot(bench, d, i)
+        if d.has_feet:
+            _foot(bench, d, i)
         _bracket(bench, d, i)
         _sensor(bench, d, i)
         _elbow(bench, d, i)

@@ -45,6 +45,7 @@ class Assembly:
         makes: What parts are made of or ordered as.
         anchors: Bores whose place on their link is stated.
         order: In which it is put together, unit by unit, the machine last.
+        dashboard: Names of what hangs on the dashboard over the machine, not on its base; both stand still.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Assembly:
     makes: tuple[Make, ...] = ()
     anchors: tuple[Anchor, ...] = ()
     order: tuple[Unit, ...] = ()
+    dashboard: tuple[str, ...] = ()
 
     @property
     def parts(self) -> tuple[Part, ...]:

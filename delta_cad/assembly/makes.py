@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from delta_cad import catalogue
+from delta_cad.assembly.panel import panel_makes
 from delta_cad.catalogue import CatalogueRow
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import TENSION_SCREW
@@ -54,6 +55,7 @@ def makes(d: Dimensions) -> tuple[Make, ...]:
         Make("joint_ball", d.forearm.ball.material, True, _code(d.forearm.ball)),
         Make("rod_tube", d.tube.material, True, _code(d.tube)),
         *_stock(),
+        *panel_makes(d),
     ]
     if (c := d.capstan) is not None:
         rope = f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from delta_cad.assembly.panel import panel_statement
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.part import Stated
@@ -11,12 +12,14 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
     """States the parts of frame, shoulders, drives, sensors, rods and handle, each with its count and its link."""
     stated = [
         Stated("frame", "base_plate", 1, "base_plate", "base"),
-        Stated("frame", "foot_?", 3, "foot", "base"),
         Stated("handle", "platform", 1, "platform", "platform"),
         Stated("handle", "handle_stem", 1, "handle_stem", "platform"),
         Stated("handle", "knob", 1, "knob", "platform"),
     ]
-    if d.foot.stud_length_mm is None:
+    stated += panel_statement(d)
+    if d.has_feet:
+        stated.append(Stated("frame", "foot_?", 3, "foot", "base"))
+    if d.has_feet and d.foot.stud_length_mm is None:
         stated.append(Stated("frame", "foot_screw_?", 3, f"screw_{d.foot.thread}x*", "base"))
     for i in CHAINS:
         stated.append(Stated(f"wrist_{i}", f"cross_bar_{i}_wrist", 1, "cross_bar", "platform"))

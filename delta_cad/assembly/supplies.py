@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
+from delta_cad.assembly.panel import panel_supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
@@ -62,6 +63,7 @@ def supplies(d: Dimensions) -> tuple[Supply, ...]:
             f"as makers of plastic bearings advise; {UNVERIFIED}",
         ),
         *_keys(d),
+        *panel_supplies(d),
     )
 
 

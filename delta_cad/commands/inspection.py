@@ -65,6 +65,7 @@ def inspection(design: Design, inertia: HandleInertia | None = None) -> list[Ins
         *_smallest(design),
         *_drive(design),
         *_structure(design),
+        *_panel(design),
     ]
 
 
@@ -172,6 +173,29 @@ def _structure(design: Design) -> list[InspectionRow]:
         InspectionRow(group, "the same in the cube's centre", float(values[-1]), "N/mm"),
         InspectionRow(group, "ball joint, as taken", over.table.joint_N_mm, "N/mm"),
     ]
+
+
+def _panel(design: Design) -> list[InspectionRow]:
+    """Panel over the machine, in closed form; nothing where there is none, or no parts that can be made."""
+    try:
+        d = dimensions(design)
+    except DimensionError:
+        return []
+    if (p := d.panel) is None:
+        return []
+    ground = d.base.top_mm - d.base.thickness_mm - (d.foot.height_mm if d.has_feet else 0.0)
+    group, least = "panel (closed form)", design.requirements.clearance_min_mm
+    rows: list[tuple[Any, ...]] = [
+        ("side of the opening", 2 * (p.half_mm + p.opening_mm), "mm"),
+        ("radius of its corners", p.opening_mm, "mm"),
+        ("side of the bezel", 2 * (p.half_mm + p.rim_mm), "mm"),
+        ("panel's lower face over the shoulders' axes", p.under_mm, "mm"),
+        ("panel's lower face over what the machine stands on", p.under_mm - ground, "mm"),
+        ("stem from platform to knob", p.stem_length_mm, "mm"),
+        ("handle stopped aside, outside the cube", p.limit_mm, "mm", f"> {least:g}", p.limit_mm > least),
+        ("boot from bezel to collar", p.cloth_mm, "mm"),
+    ]
+    return [InspectionRow(group, *row) for row in rows]
 
 
 def _drive(design: Design) -> list[InspectionRow]:

@@ -21,6 +21,7 @@ from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.holding import check_holding
@@ -45,6 +46,7 @@ from delta_cad.export.manifest import versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.shop.cost.cost import Cost, cost_record, machine_cost
 from delta_cad.export.shop.holes import hole_list, write_holes
+from delta_cad.export.shop.template import write_template
 from delta_cad.export.views.views import Stage
 from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.report.manual import page as manual
@@ -177,6 +179,7 @@ def check_machine(
     results += check_cable(machine.assembly)
     results += check_bend(drive)
     results += check_tolerances(d)
+    results += check_panel(machine.assembly, d, limits, machine.meshes)
     progress("materials and sections")
     results.append(check_makes(machine.assembly))
     results += check_sections(machine.assembly, structure_spans(d))
@@ -344,6 +347,8 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progr
     write_bom(bill_of_materials(assembly, unit_mass, cost), folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
     d = machine.dimensions
+    if d.panel is not None:
+        write_template(d.panel, folder)
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {

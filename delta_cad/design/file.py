@@ -27,6 +27,7 @@ from delta_cad.design.record import (
     DesignRequirements,
     Hardware,
     Mechanism,
+    Panel,
 )
 from delta_cad.design.sums import impossible_sums
 from delta_cad.design.task import GRAVITY_MAX
@@ -37,6 +38,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "cube": DesignCube,
     "requirements": DesignRequirements,
     "hardware": Hardware,
+    "panel": Panel,
 }
 UNITS = {
     "_N_mm": "N/mm",
@@ -254,6 +256,8 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         return f"must be a folder's name, relative to that of this file, of at most {FOLDER_LONGEST} characters"
     if name == "drive":
         return 'must be "capstan" or "direct"'
+    if name == "mounting":
+        return 'must be "feet", "screws" or "both"'
     if name == "encoder_at":
         return 'must be "shoulder" or "motor"'
     if name in HARDWARE_FAMILIES and model is Hardware:

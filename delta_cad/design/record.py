@@ -76,6 +76,9 @@ class Hardware(Section):
     )
     platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
+    mounting: Literal["feet", "screws", "both"] | None = Field(
+        default=None, description="what the base stands on; left out: feet; both: screwed down with its feet on"
+    )
     _own_parts: OwnParts | None = PrivateAttr(default=None)
 
     def model_post_init(self, context: Any, /) -> None:
@@ -88,6 +91,15 @@ class Hardware(Section):
         return self._own_parts
 
 
+class Panel(Section):
+    """The dashboard's panel over the machine, which the handle's stem passes: opening, bezel and boot follow."""
+
+    thickness_mm: float = Field(default=2.0, ge=1, le=10, description="of the panel's sheet")
+    limit_mm: float = Field(
+        default=3.0, ge=1, le=10, description="how far outside the cube, aside, the stem meets the bezel"
+    )
+
+
 class Design(Section):
     """One design: everything the CAD, the checks, the optimiser and the controller start from."""
 
@@ -97,6 +109,7 @@ class Design(Section):
     cube: DesignCube
     requirements: DesignRequirements
     hardware: Hardware = Field(default_factory=Hardware)
+    panel: Panel | None = Field(default=None, description="left out: there is none over the machine")
     provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
 
     @property

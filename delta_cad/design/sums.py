@@ -26,7 +26,7 @@ class Contradiction(NamedTuple):
 
 def impossible_sums(design: Design) -> list[Contradiction]:
     """Gives every condition that a design with each field within its own bounds breaks, none for a sound one."""
-    conditions = (_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner, _clashing_wrists, _pinion)
+    conditions = (_shoulder_range, _peaks, _platform_size, _fold, _farthest_corner, _clashing_wrists, _pinion, _panel)
     return [fault for condition in conditions if (fault := condition(design)) is not None]
 
 
@@ -134,3 +134,17 @@ def _pinion(design: Design) -> Contradiction | None:
         f"must be < {bound:.6g}, or the pinion's groove (sector_radius_mm = {h.sector_radius_mm:g}) cuts into the "
         f"motor's {shaft:g} mm shaft",
     )
+
+
+def _panel(design: Design) -> Contradiction | None:
+    """In the cube the stem keeps the clearance from the bezel, and no handle goes below the shoulders' plane."""
+    panel, least = design.panel, design.requirements.clearance_min_mm
+    if panel is None:
+        return None
+    if panel.limit_mm <= least:
+        words = f"must be > clearance_min_mm = {least:g} mm, which the stem keeps from the bezel in the cube"
+        return Contradiction("panel.limit_mm", panel.limit_mm, words)
+    if panel.limit_mm < design.cube.bottom_height_mm:
+        return None
+    words = f"must be < bottom_height_mm = {design.cube.bottom_height_mm:g} mm"
+    return Contradiction("panel.limit_mm", panel.limit_mm, words)

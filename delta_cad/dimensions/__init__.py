@@ -9,7 +9,7 @@ Frames: the chain's (u, t, z) is radial, tangential (along the shoulder axis), u
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -37,11 +37,18 @@ from delta_cad.dimensions.neighbours import (
     require_room_for_boss,
     require_room_for_rods,
 )
-from delta_cad.dimensions.platform import BaseDimensions, PlatformDimensions, base_dimensions, platform_dimensions
+from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
+from delta_cad.dimensions.platform import (
+    MOUNT_SPREAD_RAD,
+    BaseDimensions,
+    PlatformDimensions,
+    base_dimensions,
+    platform_dimensions,
+)
 from delta_cad.dimensions.rules import STOP_MARGIN_RAD, DimensionError, Reason, all_reasons, require
 from delta_cad.dimensions.sizes import bar_mm, growth, largest_force_N, plate_mm
 from delta_cad.dimensions.tolerances import preload_range_N
-from delta_cad.mechanism import inverse_kinematics
+from delta_cad.mechanism import UnreachableError, inverse_kinematics
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.mechanism.workspace import Cube, CubeExtremes, cube_extremes
 
@@ -58,11 +65,13 @@ __all__ = ["DimensionError", "Dimensions", "Reason", "dimensions"]
 class Dimensions:
     """All dimensions of a design, and the motion and catalogue rows they were derived from.
 
-    `set_screws_rad` are the directions of a pinion's set screws in its frame, from x towards z.
+    `set_screws_rad` are the directions of a pinion's set screws in its frame, from x towards z. `travel` are the
+    extremes over all that the arms' stops leave free: of the cube, or of what a panel's bezel leaves around it.
     """
 
     design: Design
     extremes: CubeExtremes
+    travel: CubeExtremes
     layers: Layers
     arm: ArmDimensions
     capstan: CapstanDimensions | None
@@ -71,6 +80,8 @@ class Dimensions:
     forearm: ForearmDimensions
     platform: PlatformDimensions
     base: BaseDimensions
+    panel: PanelDimensions | None
+    sleeve_mm: float
     motor: catalogue.Motor
     bearing: catalogue.Bearing
     preload: catalogue.WaveSpring | None
@@ -95,11 +106,16 @@ class Dimensions:
         return self.design.hardware.encoder_at != "motor"
 
     @property
+    def has_feet(self) -> bool:
+        """Whether it stands on feet; else its plate lies flat on what it is screwed to."""
+        return self.design.hardware.mounting != "screws"
+
+    @property
     def stops_rad(self) -> tuple[float, float]:
         """Shoulder angles at which the stop pins are met."""
         return (
-            self.extremes.shoulder_min.value - STOP_MARGIN_RAD,
-            self.extremes.shoulder_max.value + STOP_MARGIN_RAD,
+            self.travel.shoulder_min.value - STOP_MARGIN_RAD,
+            self.travel.shoulder_max.value + STOP_MARGIN_RAD,
         )
 
 
@@ -152,7 +168,8 @@ def _dimensions(design: Design) -> Dimensions:
     mechanism, hardware = design.mechanism, design.hardware
     cube = Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M)
     extremes = cube_extremes(design.geometry, cube, design.requirements.force_N)
-    shoulder = (extremes.shoulder_min.value, extremes.shoulder_max.value)
+    travel = extremes if design.panel is None else _travel(design, design.panel.limit_mm, extremes)
+    shoulder = (travel.shoulder_min.value, travel.shoulder_max.value)
     motor, bearing = catalogue.motor.chosen(hardware), catalogue.bearing.chosen(hardware)
     encoder, magnet = catalogue.encoder.chosen(hardware), catalogue.magnet.chosen(hardware)
     cable, tube = catalogue.cable.chosen(hardware), catalogue.tube.chosen(hardware)
@@ -192,7 +209,7 @@ def _dimensions(design: Design) -> Dimensions:
     bracket = bracket_dimensions(
         mechanism.base_radius_mm,
         shoulder,
-        extremes.elbow_z_min.value * MM_PER_M,
+        travel.elbow_z_min.value * MM_PER_M,
         hardware.base_plate_thickness_mm,
         half_width,
         -stack.encoder_cheek_mm[0],
@@ -212,7 +229,7 @@ def _dimensions(design: Design) -> Dimensions:
         hardware.ball_diameter_mm,
         stack.elbow_boss_mm[1] - stack.elbow_boss_mm[0],
         arm,
-        pi - extremes.forearm_angle_max.value,
+        pi - travel.forearm_angle_max.value,
         tube,
         required.force_N,
         required.lean_max_deg,
@@ -220,7 +237,7 @@ def _dimensions(design: Design) -> Dimensions:
         bar,
         largest_force_N(required),
     )
-    fold = pi - extremes.forearm_angle_max.value
+    fold = pi - travel.forearm_angle_max.value
     if capstan is None:
         clear, beside = required.clearance_min_mm, mechanism.parallelogram_width_mm / 2
         require_room_for_rods(arm.length_mm, fold, beside, forearm.tube_outer_mm, clear, stack, motor)
@@ -229,19 +246,25 @@ def _dimensions(design: Design) -> Dimensions:
         board = (*halves, BOARD_EDGE_MM) if at_shoulder else (0.0, 0.0, 0.0)
         require_room_for_boss(arm, bracket, shoulder, stack, board)
     motors_behind = (bracket.motor_axis_mm[0] + motor.diameter_mm / 2) / 2 + SIN_60 * (face + motor.length_mm)
+    platform = platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob, grown)
+    if (panel := panel_dimensions(design, platform, forearm.cup_radius_mm)) is not None:
+        platform = replace(platform, stem_length_mm=panel.stem_length_mm)
+    base = base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width, max(behind, motors_behind))
+    foot = catalogue.foot.chosen(hardware)
     return Dimensions(
         design=design,
         extremes=extremes,
+        travel=travel,
         layers=stack,
         arm=arm,
         capstan=capstan,
         bracket=bracket,
         shaft=shaft_dimensions(shaft_mm, hardware.drive, stack, bearing, encoder, magnet),
         forearm=forearm,
-        platform=platform_dimensions(
-            mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob, grown
-        ),
-        base=base_dimensions(bracket, hardware.base_plate_thickness_mm, half_width, max(behind, motors_behind)),
+        platform=platform,
+        base=base,
+        panel=panel,
+        sleeve_mm=sleeve_mm(design, foot, base.mount_circle_mm, MOUNT_SPREAD_RAD, base.mount_hole_mm),
         motor=motor,
         bearing=bearing,
         preload=preload,
@@ -249,10 +272,21 @@ def _dimensions(design: Design) -> Dimensions:
         cable=cable,
         tube=tube,
         knob=knob,
-        foot=catalogue.foot.chosen(hardware),
+        foot=foot,
         magnet=magnet,
         set_screws_rad=screws,
     )
+
+
+def _travel(design: Design, limit_mm: float, within: CubeExtremes) -> CubeExtremes:
+    """Extremes over the cube that is larger than the design's by the limit on every side; `within`: over its own."""
+    low, half = design.cube.bottom_height_mm - limit_mm, design.cube.half_side_mm + limit_mm
+    try:
+        return cube_extremes(design.geometry, Cube(low / MM_PER_M, half / MM_PER_M), design.requirements.force_N)
+    except UnreachableError as error:
+        words = f"panel.limit_mm = {limit_mm:g} must be less: outside the cube by that much, {error}"
+        require(False, "bezel", "limit", words, "panel.limit_mm", limit_mm)
+        return within  # in a search of reasons
 
 
 def _set_screws(design: Design, cube: Cube, slot_rad: float) -> tuple[float, float]:

@@ -23,6 +23,12 @@ def between_chains(radius: float, spread: float = 0.0) -> list[tuple[float, floa
     ]
 
 
+def mount_places(d: Dimensions) -> list[tuple[float, float]]:
+    """(x, y) of the mounting holes, one on either side of each foot."""
+    radius = d.base.mount_circle_mm / 2
+    return [at for sign in (-1, 1) for at in between_chains(radius, sign * MOUNT_SPREAD_RAD)]
+
+
 def make_base_plate(d: Dimensions) -> Part:
     """Disc, or six-sided plate, with the holes of all that is screwed to it."""
     number, b, k = "base_plate", d.base, d.bracket
@@ -48,9 +54,9 @@ def make_base_plate(d: Dimensions) -> Part:
     heads = [sunk(along_z(screw.counterbore_diameter_mm, at, (low, seat))) for at in screws]
     boring.add(f"counterbore {screw.counterbore_depth_mm:g} deep from below", heads)
     boring.add(f"{DOWEL_MM:g} H7 through, dowels", (fitted(along_z(DOWEL_MM, at, through), "H7") for at in dowels))
-    boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
-    mounts = [at for sign in (-1, 1) for at in between_chains(b.mount_circle_mm / 2, sign * MOUNT_SPREAD_RAD)]
-    bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mounts)
+    if d.has_feet:
+        boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
+    bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, mount_places(d))
     middle_radius = (b.centre_hole_mm / 2 + b.foot_circle_mm / 2) / 2
     if b.window_mm:
         bored(f"{b.window_mm:g} through, lightening", b.window_mm, between_chains(middle_radius))

@@ -106,6 +106,10 @@ def simulated_machine(machine: MachineModel, period: float = 1e-3) -> SimulatedD
         stop_high=whole.stop_high,
         stop_stiffness=whole.stop_stiffness,
         stop_damping=whole.stop_damping,
+        bezel_half=whole.bezel_half,
+        bezel_limit=whole.bezel_limit,
+        bezel_stiffness=whole.bezel_stiffness,
+        bezel_damping=whole.bezel_damping,
     )
     steps = max(1, round(period / STEP_S))
     return SimulatedDevice(par, machine.centre, period=period, count=encoder_count(machine), steps=steps)

@@ -7,6 +7,8 @@ that nothing sags. Importing this module loads numba.
 
 from __future__ import annotations
 
+import math
+
 from delta_cad.common.jit import inlined
 from haptics.model.drive_train import GRASP, HAND_SPEED, KNOB, KNOB_SPEED, POSITION, SPEED
 
@@ -26,11 +28,40 @@ def handle_force(par, hand, anchor, force, state, out):
     Returns:
         Along x, y and z, N.
     """
+    side_x, side_y = bezel_force(par, state)
     return (
-        _along(par, hand, anchor, force, state, out, 0),
-        _along(par, hand, anchor, force, state, out, 1),
-        _along(par, hand, anchor, force, state, out, 2),
+        _along(par, hand, anchor, force[0] + side_x, state, out, 0),
+        _along(par, hand, anchor, force[1] + side_y, state, out, 1),
+        _along(par, hand, anchor, force[2], state, out, 2),
     )
+
+
+@inlined
+def bezel_force(par, state):
+    """Force of a panel's bezel on the stem, a spring and damper that never pulls; none where there is no panel.
+
+    The stem's axis is free over a square whose corners are round: half its side and a limit around each of its points.
+
+    Args:
+        par: The plant.
+        state: (STATES,) state.
+
+    Returns:
+        Along x and y, N.
+    """
+    if par.bezel_stiffness == 0.0:
+        return 0.0, 0.0
+    x, y, vx, vy = state[POSITION], state[POSITION + 1], state[SPEED], state[SPEED + 1]
+    if par.structure_stiffness > 0.0:
+        x, y, vx, vy = x + state[KNOB], y + state[KNOB + 1], state[KNOB_SPEED], state[KNOB_SPEED + 1]
+    dx = x - min(max(x, -par.bezel_half), par.bezel_half)
+    dy = y - min(max(y, -par.bezel_half), par.bezel_half)
+    out = math.sqrt(dx * dx + dy * dy)
+    if out <= par.bezel_limit:
+        return 0.0, 0.0
+    nx, ny = dx / out, dy / out
+    push = max(par.bezel_stiffness * (out - par.bezel_limit) + par.bezel_damping * (vx * nx + vy * ny), 0.0)
+    return -push * nx, -push * ny
 
 
 @inlined
@@ -48,7 +79,7 @@ def _along(par, hand, anchor, force, state, out, k):
     else:
         pull = hand.stiffness * (anchor[k] - place) - hand.damping * speed
         out[GRASP + k] = out[HAND_SPEED + k] = 0.0
-    pull += force[k]
+    pull += force
     if not bends:
         out[KNOB + k] = out[KNOB_SPEED + k] = 0.0
         return pull

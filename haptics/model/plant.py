@@ -78,6 +78,10 @@ class Plant(NamedTuple):
         ripple_per_rad: Waves of it in a radian of the joint, times 2 pi.
         cogging: Largest torque of a motor without a current, at the joint, N m.
         cogging_per_rad: As `ripple_per_rad`.
+        bezel_half: Half the side of the square over which the handle goes under a panel, m.
+        bezel_limit: How far outside it the stem meets the bezel, m.
+        bezel_stiffness: Of stem and bezel, N/m; 0 where there is no panel.
+        bezel_damping: N s/m.
     """
 
     radius_difference: float
@@ -113,6 +117,10 @@ class Plant(NamedTuple):
     ripple_per_rad: float = 0.0
     cogging: float = 0.0
     cogging_per_rad: float = 0.0
+    bezel_half: float = 0.0
+    bezel_limit: float = 0.0
+    bezel_stiffness: float = 0.0
+    bezel_damping: float = 0.0
 
 
 class Hand(NamedTuple):

@@ -38,6 +38,7 @@ STRUCTURE = 14.5e3
 # brushless ones six waves a pole pair, of which 8 are assumed. From memory; 1 to 5 % is the range.
 RIPPLE, SEGMENT_WAVES, POLE_WAVES = 0.02, 26.0, 48.0
 STOP_STIFFNESS, STOP_RATIO = 500.0, 0.3  # N m/rad of an arm's steel pin on its stop, share of critical damping: guesses
+BEZEL_STIFFNESS = 2e5  # N/m of a stem on a bezel of polyacetal, with the arms' share of damping: a guess
 # Way of a strand from the sector's rim to where it is held, mean of both, m: nose, anchor and carriage.
 BEYOND = 10.7e-3
 RIM = 2.7  # Angle of a sector's rim where the design cannot be built, rad
@@ -161,6 +162,13 @@ def real_plant(machine: MachineModel, loop: LoopChoice = BOARD, place: int = 1) 
         cogging=machine.drive.ratio * (motor.cogging_torque_N_m or 0.0),
         cogging_per_rad=waves * machine.drive.ratio,
     )
+    if sizes is not None and sizes.panel is not None:
+        par = par._replace(
+            bezel_half=sizes.panel.half_mm / MM_PER_M,
+            bezel_limit=sizes.panel.limit_mm / MM_PER_M,
+            bezel_stiffness=BEZEL_STIFFNESS,
+            bezel_damping=2.0 * STOP_RATIO * math.sqrt(BEZEL_STIFFNESS * machine.masses.platform),
+        )
     if gives.cable == 0.0:
         return par
     rotor, arm = machine.masses.rotor_inertia, machine.masses.arm_inertia

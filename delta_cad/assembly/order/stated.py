@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import degrees
 
 from delta_cad.assembly.order.drive import drive_unit, encoder_cheek_unit, shaft_unit
+from delta_cad.assembly.order.panel import mounting_steps, panel_steps
 from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
 from delta_cad.assembly.order.rods import pair_step, platform_unit, rod_unit
 from delta_cad.assembly.order.shoulder import arm_unit, cheek_unit, pinion_unit, sector_unit
@@ -82,21 +83,24 @@ def _machine(d: Dimensions, names: tuple[str, ...]) -> Unit:
                 checks=("No light is seen under the foot block.",),
             )
         )
+    if feet:
+        steps.append(
+            Step(
+                "Feet",
+                (
+                    "Turn the machine on its back, on something soft, and screw the feet in by hand."
+                    if not own_screws
+                    else "Turn the machine on its back, on something soft, and screw the feet on.",
+                ),
+                (
+                    *(Bring((foot,), up, "base_plate") for foot in feet),
+                    *(Bring((screw,), (Leg((0.0, 0.0, -1.0)),)) for screw in foot_screws),
+                ),
+                foot_screws,
+                checks=("The machine stands on a flat table and does not rock.",),
+            )
+        )
     steps += [
-        Step(
-            "Feet",
-            (
-                "Turn the machine on its back, on something soft, and screw the feet in by hand."
-                if not own_screws
-                else "Turn the machine on its back, on something soft, and screw the feet on.",
-            ),
-            (
-                *(Bring((foot,), up, "base_plate") for foot in feet),
-                *(Bring((screw,), (Leg((0.0, 0.0, -1.0)),)) for screw in foot_screws),
-            ),
-            foot_screws,
-            checks=("The machine stands on a flat table and does not rock.",),
-        ),
         Step(
             "Platform over the arms",
             (
@@ -109,6 +113,8 @@ def _machine(d: Dimensions, names: tuple[str, ...]) -> Unit:
             tools=("a block or a stand that holds the platform",),
         ),
         *(pair_step(d, i) for i in CHAINS),
+        *mounting_steps(d, names),
+        *panel_steps(d, names),
         Step(
             "The whole machine",
             (

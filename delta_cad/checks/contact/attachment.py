@@ -24,13 +24,17 @@ CHUNK = 256  # vertices of one part held against all of the other's at once: 20 
 def check_attachment(assembly: Assembly, meshes: MeshLibrary) -> CheckResult:
     """Checks that the parts of every rigid link hang together, neighbours being parts within `SEAT_MM` of one another.
 
-    Pieces that a part is drawn in hang on its other pieces, on whatever link, and are left out.
+    Pieces that a part is drawn in hang on its other pieces, on whatever link, and are left out. What hangs on the
+    dashboard hangs together by itself.
 
     Returns:
         `parts attached`: the largest distance, mm, at which a part that no chain of neighbours joins to the largest
         group of its link stands off the rest of the link; 0 where there is none.
     """
     links = {link: [o for o in carried if not o.part.piece_of] for link, carried in carried_by_link(assembly).items()}
+    if assembly.dashboard:
+        over = [o for o in links["base"] if o.name in assembly.dashboard]
+        links |= {"base": [o for o in links["base"] if o not in over], "dashboard": over}
     bodies, neighbours = bodies_of(assembly.occurrences, meshes), _Neighbours()
     loose = [(gap, o, link) for link, carried in links.items() for gap, o in _floating(carried, bodies, neighbours)]
     floating = sorted(loose, key=lambda part: -part[0])

@@ -66,12 +66,19 @@ def make_dowel(key: str, length_mm: float) -> Part:
     return bought_part(number, row, pin, "steel", extent, size=f" x {length_mm:g}")
 
 
-def make_spacer(bore_mm: float, length_mm: float) -> Part:
-    """Turned distance sleeve along z from 0 to its length."""
-    outer = bore_mm + 2.0
+def make_spacer(
+    bore_mm: float,
+    length_mm: float,
+    number: str = "board_spacer",
+    substance: str = "brass",
+    wider_mm: float = 2.0,
+    where: str = "under the encoder board",
+) -> Part:
+    """Turned distance sleeve along z from 0 to its length, wider than its bore by `wider_mm`."""
+    outer = bore_mm + wider_mm
     boring = Boring()
     boring.add(f"{bore_mm:g} through", [along_z(bore_mm, (0.0, 0.0), (0.0, length_mm))])
     solid = cut(cylinder(outer, (0, 0, 0), (0, 0, length_mm)), boring.tools)
-    description = f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} under the encoder board"
+    description = f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} {where}"
     extent = round_z(outer / 2, (0.0, length_mm))
-    return made_part("board_spacer", description, solid, material("brass"), extent, boring.holes)
+    return made_part(number, description, solid, material(substance), extent, boring.holes)

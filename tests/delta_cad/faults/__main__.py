@@ -7,31 +7,39 @@ refused.
 from __future__ import annotations
 
 import sys
+from itertools import chain
 from time import perf_counter
 
+from delta_cad.design import load_design
+from tests.delta_cad.dimensions.paneled import PANEL
 from tests.delta_cad.faults.misses import excuse
-from tests.delta_cad.faults.planting import faults, sound
+from tests.delta_cad.faults.planting import OVER, faults, sound, with_panel
 from tests.delta_cad.faults.refusing import Refusing
 
 
 def main(words: list[str]) -> int:
     """Plants the faults that have one of the words in their name, or all."""
-    refusing = Refusing(sound())
-    if refused := refusing.first_refusal(sound()):
-        print(f"the sound machine is refused: {refused}")
-        return 1
     wrong: list[str] = []
     caught = total = 0
-    for fault in faults():
-        if words and not any(word in fault.name for word in words):
+    for whole, design, planted in (
+        (sound(), None, faults()),
+        (with_panel(), load_design(PANEL), faults(OVER, others=False, whole=with_panel())),
+    ):
+        chosen = (fault for fault in planted if not words or any(word in fault.name for word in words))
+        if (first := next(chosen, None)) is None:
             continue
-        start = perf_counter()
-        by, why = refusing.first_refusal(fault.assembly), excuse(fault.name)
-        total, caught = total + 1, caught + (by is not None)
-        if (by is None) != (why is not None):
-            wrong.append(fault.name)
-        told = by or f"MISSED{f': {why}' if why else ''}"
-        print(f"{fault.name}: {told} ({perf_counter() - start:.1f} s)", flush=True)
+        refusing = Refusing(whole, design)
+        if refused := refusing.first_refusal(whole):
+            print(f"the sound machine {whole.name} is refused: {refused}")
+            return 1
+        for fault in chain([first], chosen):
+            start = perf_counter()
+            by, why = refusing.first_refusal(fault.assembly), excuse(fault.name)
+            total, caught = total + 1, caught + (by is not None)
+            if (by is None) != (why is not None):
+                wrong.append(fault.name)
+            told = by or f"MISSED{f': {why}' if why else ''}"
+            print(f"{fault.name}: {told} ({perf_counter() - start:.1f} s)", flush=True)
     print(f"{caught} of {total} faults caught, {100.0 * caught / max(total, 1):.1f} %")
     print(f"not as expected: {'; '.join(wrong)}" if wrong else "those missed are the ones that are named")
     return 1 if wrong else 0

@@ -11,10 +11,11 @@ import numpy as np
 
 from delta_cad.assembly.assemble import assemble
 from delta_cad.assembly.machine import Assembly
-from delta_cad.design import design_from_dict
+from delta_cad.design import design_from_dict, load_design
 from delta_cad.dimensions import dimensions
 from delta_cad.solids.part import Occurrence, Part, location_of
 from tests.committed import changed
+from tests.delta_cad.dimensions.paneled import PANEL
 from tests.delta_cad.faults.shapes import AXES, SHIFT_MM, differs, made_wrong
 
 
@@ -47,6 +48,10 @@ OTHERS: dict[str, dict[str, object]] = {
 """Designs whose parts are put in the place of those of the same name: wrong drawings, wrong orders."""
 
 
+OVER = ("panel", "bezel", "boot", "boot_collar", "mount_sleeve")
+"""Numbers of what that has and the committed design has not."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """One fault: what it is done to, what is done, and the machine with it."""
@@ -68,50 +73,63 @@ def sound() -> Assembly:
 
 
 @cache
+def with_panel() -> Assembly:
+    """The assembly of the example that has a panel over it and sleeves beside its feet."""
+    return assemble(dimensions(load_design(PANEL)))
+
+
+@cache
 def of_other(name: str) -> Assembly:
     """Assembly of one of `OTHERS`."""
     return assemble(dimensions(design_from_dict(changed(**OTHERS[name]))))
 
 
-def faults(numbers: Collection[str] = (), others: bool = True) -> Iterator[Fault]:
-    """Yields all faults, part by part, or those of the parts with some numbers; parts of other designs if asked."""
-    for part in (p for p in sound().parts if not numbers or p.number in numbers):
-        yield from _of_occurrences(part)
-        yield from _of_making(part)
+def faults(numbers: Collection[str] = (), others: bool = True, whole: Assembly | None = None) -> Iterator[Fault]:
+    """Yields all faults, part by part.
+
+    Args:
+        numbers: Of the parts; none: all.
+        others: Whether parts of other designs are planted, too, which the committed design's alone can be.
+        whole: The sound machine; None: that of the committed design.
+    """
+    whole = whole or sound()
+    for part in (p for p in whole.parts if not numbers or p.number in numbers):
+        yield from _of_occurrences(whole, part)
+        yield from _of_making(whole, part)
         for kind, solid in made_wrong(part.solid, ours=part.make):
-            yield Fault(part.number, kind, _with_part(part.number, replace(part, solid=solid)))
+            yield Fault(part.number, kind, _with_part(whole, part.number, replace(part, solid=solid)))
         if others:
-            yield from _of_other_designs(part)
+            yield from _of_other_designs(whole, part)
 
 
-def _of_occurrences(part: Part) -> Iterator[Fault]:
+def _of_occurrences(whole: Assembly, part: Part) -> Iterator[Fault]:
     """One occurrence, of the chain with the number 1 where there is one, missing, doubled, moved or turned."""
-    every = sound().occurrences
+    every = whole.occurrences
     one = next((o for o in every if o.part is part and "_1" in o.name), next(o for o in every if o.part is part))
     rest = tuple(o for o in every if o is not one)
-    yield Fault(one.name, "missing", _without_fits(rest, one.name))
-    yield Fault(one.name, "doubled", replace(sound(), occurrences=(*every, replace(one, name=f"{one.name}_copy"))))
+    yield Fault(one.name, "missing", _without_fits(whole, rest, one.name))
+    yield Fault(one.name, "doubled", replace(whole, occurrences=(*every, replace(one, name=f"{one.name}_copy"))))
     swapped = {"1": "2", "2": "0", "0": "1"}
     other = "".join(swapped.get(c, c) for c in one.link)
     if other != one.link:
-        yield Fault(one.name, f"on {other}", _put(replace(one, link=other)))
+        yield Fault(one.name, f"on {other}", _put(whole, replace(one, link=other)))
     for k, axis in enumerate(AXES):
         moved = np.eye(4)
         moved[k, 3] = SHIFT_MM
-        yield Fault(one.name, f"shifted by {SHIFT_MM:g} mm along {axis}", _put(_moved(one, moved)))
+        yield Fault(one.name, f"shifted by {SHIFT_MM:g} mm along {axis}", _put(whole, _moved(one, moved)))
         turned = _about_middle(part, quarter(k))
         if differs(part.solid, part.solid.moved(cq.Location(location_of(turned)))):
-            yield Fault(one.name, f"turned a quarter about {axis}", _put(_moved(one, turned)))
+            yield Fault(one.name, f"turned a quarter about {axis}", _put(whole, _moved(one, turned)))
         half = -np.eye(4)
         half[k, k] = half[3, 3] = 1.0
         turned = _about_middle(part, half)
         if differs(part.solid, part.solid.moved(cq.Location(location_of(turned)))):
-            yield Fault(one.name, f"turned half way about {axis}", _put(_moved(one, turned)))
+            yield Fault(one.name, f"turned half way about {axis}", _put(whole, _moved(one, turned)))
 
 
-def _of_making(part: Part) -> Iterator[Fault]:
+def _of_making(whole: Assembly, part: Part) -> Iterator[Fault]:
     """Right in shape, wrong in material, mass or order."""
-    others = {p.material.name: p.material for p in sound().parts if p.material.name != part.material.name}
+    others = {p.material.name: p.material for p in whole.parts if p.material.name != part.material.name}
     other = max(others.values(), key=lambda m: m.density_kg_m3 * (m.density_kg_m3 != part.material.density_kg_m3))
     weight = part.mass_g or float(part.solid.Volume()) * part.material.density_kg_m3 / 1e6
     for kind, wrong in (
@@ -119,14 +137,14 @@ def _of_making(part: Part) -> Iterator[Fault]:
         ("ten times its mass", replace(part, mass_g=10.0 * weight)),
         ("of another order", replace(part, order_code=f"{part.order_code} of another")),
     ):
-        yield Fault(part.number, kind, _with_part(part.number, wrong))
+        yield Fault(part.number, kind, _with_part(whole, part.number, wrong))
 
 
-def _of_other_designs(part: Part) -> Iterator[Fault]:
+def _of_other_designs(whole: Assembly, part: Part) -> Iterator[Fault]:
     for name in OTHERS:
         (other,) = [p for p in of_other(name).parts if p.number == part.number] or [None]
         if other is not None and differs(part.solid, other.solid):
-            yield Fault(part.number, f"of {name}", _with_part(part.number, replace(part, solid=other.solid)))
+            yield Fault(part.number, f"of {name}", _with_part(whole, part.number, replace(part, solid=other.solid)))
 
 
 def _moved(o: Occurrence, by: np.ndarray) -> Occurrence:
@@ -142,18 +160,18 @@ def _about_middle(part: Part, turn: np.ndarray) -> np.ndarray:
     return turned
 
 
-def _put(changed_one: Occurrence) -> Assembly:
-    every = tuple(changed_one if o.name == changed_one.name else o for o in sound().occurrences)
-    return replace(sound(), occurrences=every)
+def _put(whole: Assembly, changed_one: Occurrence) -> Assembly:
+    every = tuple(changed_one if o.name == changed_one.name else o for o in whole.occurrences)
+    return replace(whole, occurrences=every)
 
 
-def _without_fits(occurrences: tuple[Occurrence, ...], name: str) -> Assembly:
+def _without_fits(whole: Assembly, occurrences: tuple[Occurrence, ...], name: str) -> Assembly:
     """A machine without one part and without what the assembly knows of its fits."""
-    fits = tuple(f for f in sound().fits if name not in (f.a, f.b))
-    return replace(sound(), occurrences=occurrences, fits=fits)
+    fits = tuple(f for f in whole.fits if name not in (f.a, f.b))
+    return replace(whole, occurrences=occurrences, fits=fits)
 
 
-def _with_part(number: str, wrong: Part) -> Assembly:
+def _with_part(whole: Assembly, number: str, wrong: Part) -> Assembly:
     """A machine in which all parts of a number are made wrong."""
-    every = tuple(replace(o, part=wrong) if o.part.number == number else o for o in sound().occurrences)
-    return replace(sound(), occurrences=every)
+    every = tuple(replace(o, part=wrong) if o.part.number == number else o for o in whole.occurrences)
+    return replace(whole, occurrences=every)

@@ -18,13 +18,14 @@ from delta_cad.checks.contact.screws import check_screws
 from delta_cad.checks.contact.stops import check_stops
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.outline.envelope import check_envelope
+from delta_cad.checks.panel import check_panel
 from delta_cad.checks.presence import check_presence
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.solidity import check_solidity
 from delta_cad.commands.pipeline import ANGULAR_RAD, LINEAR_MM, check_limits
-from delta_cad.design import design_from_dict
+from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions import dimensions
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.solids.part import Part
@@ -47,10 +48,10 @@ class _Meshes(MeshLibrary):
 class Refusing:
     """Runs the checks of a build that look at solids, and stops at the first that refuses."""
 
-    def __init__(self, assembly: Assembly) -> None:
+    def __init__(self, assembly: Assembly, design: Design | None = None) -> None:
         self._sound = {id(part) for part in assembly.parts}
         self._meshes = MeshLibrary(assembly.parts, LINEAR_MM, ANGULAR_RAD)
-        d = dimensions(design_from_dict(changed()))
+        self._d = d = dimensions(design or design_from_dict(changed()))
         self._limits = check_limits(d, mass_report(assembly))
         self._spans = structure_spans(d)
 
@@ -80,6 +81,7 @@ class Refusing:
         yield lambda: check_cable(a)
         yield lambda: check_screws(a, meshes)
         yield lambda: [check_attachment(a, meshes)]
+        yield lambda: check_panel(a, self._d, limits, meshes)
         yield lambda: check_fits(a, limits, meshes)
         yield lambda: check_largest_gaps(a, limits, meshes)
         yield lambda: check_access(a, limits, meshes)

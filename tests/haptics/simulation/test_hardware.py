@@ -27,6 +27,7 @@ from haptics.simulation.hardware import (
 from haptics.simulation.loops import BOARD, PAPER, RATES_Hz, at_rate
 from haptics.stability.linear import linearise
 from tests.committed import changed
+from tests.delta_cad.dimensions.paneled import with_panel
 from tests.haptics.scene_machine import MASSES, scene_machine
 
 
@@ -74,6 +75,16 @@ def test_a_device_with_all_weighs_and_rubs_as_the_rigid_one(machine: MachineMode
     for place in (0, 2):
         assert real_plant(machine, place=place).viscous == stiff_plant(machine, place=place).viscous
         assert real_plant(machine, place=place).coulomb == joint_friction(machine).drive[place]
+
+
+def test_a_panel_bounds_the_handle_and_a_design_without_one_does_not(machine: MachineModel) -> None:
+    design = with_panel()
+    par = real_plant(MachineModel(design, MASSES, drive_torque(design)))
+    cube, panel = design.cube, design.panel
+    assert panel is not None
+    assert (par.bezel_half, par.bezel_limit) == (cube.half_side_mm / 1e3, panel.limit_mm / 1e3)
+    assert par.bezel_stiffness > 0.0
+    assert real_plant(machine).bezel_stiffness == 0.0
 
 
 def test_a_design_that_cannot_be_built_has_no_stops(machine: MachineModel) -> None:

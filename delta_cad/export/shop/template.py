@@ -1,0 +1,98 @@
+"""Template of the dashboard's opening and holes in true size: DXF to cut by, SVG to print on paper and lay on."""
+
+from __future__ import annotations
+
+from io import StringIO
+from math import pi, tan
+from pathlib import Path
+from typing import Any
+
+from delta_cad import catalogue
+from delta_cad.dimensions.panel import SCREW, TEMPLATE, PanelDimensions
+
+MILLIMETRES = 4  # $INSUNITS
+BULGE = tan(pi / 8.0)  # of a quarter of a circle: the tangent of a fourth of its angle
+MARGIN_MM = 10.0
+BAR_MM = 50.0  # printed beside it: who lays a rule on it sees whether the printer scaled
+FONT = 'font-size="3.5" text-anchor="middle" font-family="sans-serif"'
+LAYERS = {"CUT": 1, "DRILL": 5, "BEZEL": 8}  # with their colours; the bezel's rim is for the eye
+
+
+def write_template(p: PanelDimensions, folder: Path) -> None:
+    """Writes both files of a panel into a folder."""
+    (folder / f"{TEMPLATE}.dxf").write_text(template_dxf(p), encoding="utf-8", newline="\n")
+    (folder / f"{TEMPLATE}.svg").write_text(template_svg(p), encoding="utf-8")
+
+
+def corners(half_mm: float, corner_mm: float) -> list[tuple[float, float, float]]:
+    """Gives a square with round corners as a closed polyline, counter-clockwise: (x, y, bulge) where each piece begins.
+
+    Args:
+        half_mm: Of the square that the corners' centres span.
+        corner_mm: Their radius.
+    """
+    far = half_mm + corner_mm
+    points = [(half_mm, -far), (far, -half_mm), (far, half_mm), (half_mm, far)]
+    points += [(-x, -y) for x, y in points]
+    return [(x, y, BULGE if k % 2 == 0 else 0.0) for k, (x, y) in enumerate(points)]
+
+
+def template_dxf(p: PanelDimensions) -> str:
+    """Gives the text of the DXF R2010, the same each time: the opening closed on CUT, the holes on DRILL."""
+    import ezdxf
+    from ezdxf.filemanagement import new
+
+    options: Any = ezdxf.options  # pyright: ignore[reportPrivateImportUsage]  # by its documented name
+    fixed = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True  # without times and random numbers
+    try:
+        document: Any = new("R2010", units=MILLIMETRES)
+        for name, colour in LAYERS.items():
+            document.layers.add(name, color=colour)
+        space = document.modelspace()
+        for layer, corner in (("CUT", p.opening_mm), ("BEZEL", p.rim_mm)):
+            points = corners(p.half_mm, corner)
+            space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
+        radius = catalogue.screw(SCREW).clearance_hole_mm / 2
+        for at in p.screw_places():
+            space.add_circle(at, radius, dxfattribs={"layer": "DRILL"})
+        for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
+            document.classes.add_class(kind)  # in the order of a set else, which is another in each process
+        out = StringIO()
+        document.write(out)
+    finally:
+        options.write_fixed_meta_data_for_testing = fixed
+    return out.getvalue()
+
+
+def template_svg(p: PanelDimensions) -> str:
+    """Gives the text of the SVG, in millimetres, seen from above: opening, bezel's rim, holes, a bar to measure."""
+    far = p.half_mm + p.rim_mm + MARGIN_MM
+    below = far + 2.0 * MARGIN_MM
+    size = f'width="{2 * far:g}mm" height="{far + below:g}mm" viewBox="{-far:g} {-far:g} {2 * far:g} {far + below:g}"'
+    radius, half = catalogue.screw(SCREW).clearance_hole_mm / 2, BAR_MM / 2
+    drawn = [f'<path d="{_path(p, p.opening_mm)}"/>', f'<path d="{_path(p, p.rim_mm)}" stroke-dasharray="3 2"/>']
+    for x, y in p.screw_places():
+        drawn.append(f'<circle cx="{x:g}" cy="{-y:g}" r="{radius:g}"/>')
+        drawn.append(f'<path d="M{x - 3:g} {-y:g}h6M{x:g} {-y - 3:g}v6"/>')
+    drawn.append('<path d="M-4 0h8M0 -4v8"/>')
+    bar, side = far + MARGIN_MM / 2, 2 * (p.half_mm + p.opening_mm)
+    drawn.append(f'<path d="M{-half:g} {bar - 2:g}v4M{-half:g} {bar:g}h{BAR_MM:g}M{half:g} {bar - 2:g}v4"/>')
+    words = (
+        f"{BAR_MM:g} mm if printed in true size",
+        f"opening {side:g} x {side:g}, corners R{p.opening_mm:g}; {len(p.screw_places())} holes {2 * radius:g}; mm",
+    )
+    texts = "".join(f'<text x="0" y="{bar + 6 + 5 * k:g}" {FONT}>{line}</text>' for k, line in enumerate(words))
+    lines = "".join(drawn)
+    body = f'<g fill="none" stroke="black" stroke-width="0.2">{lines}</g>{texts}'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{body}</svg>\n'
+
+
+def _path(p: PanelDimensions, corner_mm: float) -> str:
+    """The same outline as a path of SVG, whose y points down."""
+    points = corners(p.half_mm, corner_mm)
+    path = f"M{points[0][0]:g} {-points[0][1]:g}"
+    for (_, _, bulge), (x, y, _) in zip(points, [*points[1:], points[0]], strict=True):
+        arc = f"A{corner_mm:g} {corner_mm:g} 0 0 0 " if bulge else "L"
+        path += f"{arc}{x:g} {-y:g}"
+    return f"{path}Z"
