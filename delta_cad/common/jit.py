@@ -51,7 +51,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 def free(function: Callable[..., Any]) -> Any:
-    """As `compiled`; other threads run while the function does: for what takes a tenth of a second and owns its data."""
+    """As `compiled`; other threads run while it does: for what takes a tenth of a second and owns its data."""
     return Compiled(function, nogil=True)
 
 
