@@ -41,6 +41,8 @@ FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
 PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+COAXIAL_MM = 0.05  # zone for the axis of an encoder's magnet in its shaft: half of it adds to the encoder's centring
+TRUE_MM = 0.02  # zone for the axes of a pinion's groove and of a cross-bar's studs: turned in one clamping
 RUN_OUT_MM = {0.4: 1.5, 0.45: 1.6, 0.5: 1.8, 0.7: 2.4, 0.8: 2.7, 1.0: 3.2, 1.25: 3.9, 1.5: 4.6}
 """From a thread's usable end to the full depth of its blind drill, by pitch, mm. Source: DIN 76-1, e2 (short)."""
 DRILL_STEP_MM = 0.5  # to which the depth of a drill is rounded up

@@ -13,6 +13,7 @@ from math import pi
 
 import numpy as np
 
+from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.solids.part import Hole, Part
 
@@ -108,17 +109,17 @@ def recorded(callout: str, hole: Hole) -> str:
         return callout
     fit, deviations, surface, thread, through, depth = min(records, key=str)
     if deviations is not None:
-        lower, upper = (_signed(um / 1000.0) for um in deviations)
+        lower, upper = (signed(um / 1000.0) for um in deviations)
         if fit:
             callout = callout.replace(f" {fit}", f" {fit} ({upper}/{lower})", 1)
         elif "+" not in callout and (number := NUMBER.match(SHARE.sub(r"\2", callout).removeprefix("Ø"))):
             callout = callout.replace(number[0], f"{number[0]} {upper}/{lower}", 1)
     if thread and not through and len(records) == 1 and "drilled" not in callout:
         callout += f", drilled {depth:g} deep"
-    return callout if surface is None else f"{callout}, Ra {surface:g}"
+    return callout if surface is None else f"{callout} {SURFACE}Ra {surface:g}"
 
 
-def _signed(value_mm: float) -> str:
+def signed(value_mm: float) -> str:
     """Writes a deviation with its sign, 0 without."""
     return f"{value_mm:+g}" if value_mm else "0"
 
