@@ -2,10 +2,12 @@
 
 A dimension is a DIMENSION: what it measures, between which points, and as its block the lines and texts of the sheet,
 so that it looks the same wherever it is opened. Its style has the view's scale, by which a reader measures it again.
+Signs are written by their codes in DXF, not as letters: readers do not agree on the encoding of a file.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from io import StringIO
 from math import atan2, degrees, hypot
@@ -28,6 +30,8 @@ from delta_cad.export.drawings.paper.sheet import (
     leaves,
 )
 
+NOT_ASCII = re.compile(r"[^\x00-\x7f]")
+SIGNS = {"Ø": "%%c", "±": "%%p", "°": "%%d"}  # any other letter by its number
 MILLIMETRES = 4  # $INSUNITS
 STYLE = "LETTERING"
 DECIMALS = 6
@@ -68,7 +72,7 @@ def dxf_text(drawing: Drawing) -> str:
         document.write(out)
     finally:
         options.write_fixed_meta_data_for_testing = fixed
-    return out.getvalue()
+    return NOT_ASCII.sub(lambda match: SIGNS.get(match[0], f"\\U+{ord(match[0]):04X}"), out.getvalue())
 
 
 def _set_up(document: Any, sheet: Sheet) -> None:

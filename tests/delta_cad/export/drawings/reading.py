@@ -11,6 +11,9 @@ Entity = list[tuple[int, str]]
 
 def entities(text: str, section: str = "ENTITIES") -> list[Entity]:
     """Entities of a DXF's section by its plain lines: group codes and values."""
+    assert text.isascii()
+    for code, sign in (("%%c", "Ø"), ("%%p", "±"), ("%%d", "°")):
+        text = text.replace(code, sign)
     lines = text.splitlines()
     pairs = [(int(code), value) for code, value in zip(lines[::2], lines[1::2], strict=True)]
     found: list[Entity] = []

@@ -93,7 +93,7 @@ def test_a_reader_that_shares_no_code_opens_every_dxf(folder: Path) -> None:
     from pyogrio.raw import read
 
     for path in sorted(folder.glob("*.dxf")):
-        meta, _, shapes, values = read(path, encoding="UTF-8")
+        meta, _, shapes, values = read(path)
         columns = dict(zip(meta["fields"], values, strict=True))
         said = Counter(text for text in columns["Text"] if isinstance(text, str))
         assert said == Counter(svg_texts(path.with_suffix(".svg"))), path.name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,7 +12,7 @@ import pytest
 
 from delta_cad.export.drawings.paper.dxf import dxf_text
 from delta_cad.export.drawings.paper.pdf import pdf_bytes
-from delta_cad.export.drawings.paper.sheet import Drawing
+from delta_cad.export.drawings.paper.sheet import Drawing, Text
 from delta_cad.export.drawings.paper.svg import svg_text
 from tests.delta_cad.export.drawings.reading import SVG, dxf_texts, entities, styles
 from tests.delta_cad.export.drawings.sample import drawn, texts
@@ -100,3 +101,9 @@ def test_dimensions_of_the_dxf_measure_what_is_printed(drawing: Drawing) -> None
     features = drawn()[1]
     assert kinds.count(6) >= len({round(place.value, 3) for place in features.places})
     assert kinds.count(3) == len(features.groups)  # each group of holes by the diameter of one
+
+
+def test_a_letter_without_a_code_is_written_by_its_number(drawing: Drawing) -> None:
+    sheet = replace(drawing.sheets[0], items=[Text((50.0, 50.0), 2.5, "5 µm Ø8 ±1°")])
+    text = dxf_text(replace(drawing, sheets=(sheet,)))
+    assert "5 \\U+00B5m %%c8 %%p1%%d" in text
