@@ -243,9 +243,9 @@ def _on(bore: Bore, declared: Sequence[Hole]) -> list[Hole]:
 def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> str:
     """What is told of a declared hole on the axes of one group."""
     sharing = [g for g in groups.values() if any(abs(hole.diameter_mm - d) < SAME_MM for d in g[0].diameters)]
-    if len(sharing) == 1:
-        return _prefixed(hole.count, _named(hole.callout, hole.diameter_mm))
     shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
+    if len(sharing) == 1:
+        return _prefixed(hole.count, _named(_shared(shares) or hole.callout, hole.diameter_mm))
     own = [match[2] for match in shares if int(match[1]) == len(same)]
     if len(own) == 1 and len(shares) == len(sharing):
         return _prefixed(len(same), _named(own[0], hole.diameter_mm))
@@ -254,6 +254,14 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     depth = max(end - start for start, end in spans)
     sides = " from both sides" if len(spans) == 2 else ""
     return _prefixed(len(same), _named(f"{designation} x {depth:g} deep{sides}", hole.diameter_mm))
+
+
+def _shared(shares: list[re.Match[str]]) -> str:
+    """Equal bores of several uses in one: what they are, then how many are for what; "" where they are not equal."""
+    parts = [share[2].partition(", ") for share in shares]
+    if len(parts) < 2 or len({what for what, _, _ in parts}) > 1:
+        return ""
+    return ", ".join([parts[0][0], *(f"{share[1]}x {use}" for share, (_, _, use) in zip(shares, parts, strict=True))])
 
 
 def _named(callout: str, diameter: float) -> str:

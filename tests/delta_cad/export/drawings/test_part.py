@@ -65,6 +65,15 @@ def test_equal_diameters_are_told_apart_by_what_is_bored() -> None:
     assert any("x 6 deep from both sides" in line for g in hole_groups(shared, faces_of(solid)) for line in g.callout)
 
 
+def test_equal_bores_of_two_uses_are_told_in_one() -> None:
+    """As in a base plate whose passage for cables is as wide as its lightening."""
+    body = cq.Workplane().box(60, 40, 8).faces(">Z").workplane()
+    (solid,) = body.pushPoints([(-20, 0), (0, 5), (20, 0)]).hole(8.0).val().Solids()  # type: ignore[union-attr]
+    part = Part("block", "", solid, METAL, True, (Hole(8.0, 3, "1x 8 through, cables; 2x 8 through, lightening"),))
+    (group,) = hole_groups(part, faces_of(solid))
+    assert group.callout == ("3x Ø8 through, 1x cables, 2x lightening",)
+
+
 def test_a_bore_that_is_declared_and_not_there_is_refused() -> None:
     part = replace(plate(), holes=(Hole(8.0, 2, "8 H7 through"),))
     with pytest.raises(HoleError, match="plate: 1 bores of 8 mm, 2 are declared"):
