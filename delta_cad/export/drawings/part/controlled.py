@@ -11,6 +11,7 @@ from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, TRUE_MM, deviations_um
 
 SAME_MM = 1e-3
+SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
 CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
 
 
@@ -106,20 +107,24 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         "shoulder_shaft": Controlled(
             rounds=(journal,),
             coaxial=((shaft.magnet_bore_mm, COAXIAL_MM),) if d.sensed_at_shoulder else (),
-            shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm else None,
+            shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm + SHOULDER_MM else None,
         ),
         "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
         "cross_bar": Controlled(_shoulders(d), rounds=(bar,), coaxial=((forearm.pin_diameter_mm, TRUE_MM),)),
         "cup_shell": Controlled(rounds=(Round(seat, either_mm=gauged),)),
     }
     inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm
-    found["motor_cheek"] = Controlled(square=(pilot,))
+    outside = layers.encoder_cheek_mm[1]  # the cheeks' inner faces lie on the foot block
+    found["motor_cheek"] = Controlled(square=(pilot,), seat=(1, inside))
+    found["encoder_cheek"] = Controlled(seat=(1, outside))
     if d.capstan is not None:
         c, (encoder, motor) = d.capstan, layers.bearings_mm
         spring = d.preload.work_height_mm if d.preload is not None else 0.0
         floor = encoder[0] - spring
-        found["motor_cheek"] = Controlled(depths=(Length(1, inside, motor[1], LENGTH_MM),), square=(pilot,))
-        found["encoder_cheek"] = Controlled(depths=(Length(1, layers.encoder_cheek_mm[1], floor, LENGTH_MM),))
+        found["motor_cheek"] = Controlled(
+            depths=(Length(1, inside, motor[1], LENGTH_MM),), square=(pilot,), seat=(1, inside)
+        )
+        found["encoder_cheek"] = Controlled(depths=(Length(1, outside, floor, LENGTH_MM),), seat=(1, outside))
         found["upper_arm"] = Controlled((Length(1, encoder[1], layers.arm_mm[1], LENGTH_MM),))
         rim = Round(2 * c.rim_radius_mm, either_mm=2 * RIM_TURNED_MM)
         face = layers.arm_mm[1]
