@@ -19,7 +19,8 @@ from delta_cad.dimensions.forearm import (
     ForearmDimensions,
 )
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM, CUP_MATERIAL, POCKET_MM
-from delta_cad.solids.boring import Boring, along_y, between
+from delta_cad.dimensions.tolerances import EYE_WIDER_UM
+from delta_cad.solids.boring import Boring, along_y, between, within
 from delta_cad.solids.making import made_part, ordered, round_y
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Part
@@ -132,7 +133,8 @@ def make_rod_eye(d: Dimensions) -> Part:
         return fuse(cylinder(wide, (-width / 2, 0, 0), (width / 2, 0, 0)), lug)
 
     boring = Boring()
-    boring.add(f"{bore:g} through, bonded on the tube", [between(bore, (-width / 2, 0, 0), (width / 2, 0, 0))])
+    on_tube = within(between(bore, (-width / 2, 0, 0), (width / 2, 0, 0)), 0.0, EYE_WIDER_UM)
+    boring.add(f"{bore:g} through, bonded on the tube", [on_tube])
     eye = between(f.eye_diameter_mm, (-LUG_MM / 2, y, z), (LUG_MM / 2, y, z))
     boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)

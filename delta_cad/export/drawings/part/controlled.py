@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import PINION_TURNED_MM, RIM_TURNED_MM
+from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
-from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, TRUE_MM, deviations_um
+from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, LINER_TURNED_MM, TRUE_MM, deviations_um
 
 SAME_MM = 1e-3
 SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
@@ -99,6 +100,7 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
     journal = Round(shaft.diameter_mm, "h6", surface_um=FITTED_RA_UM[6])
     bar = Round(forearm.bar_diameter_mm, "h6", surface_um=FITTED_RA_UM[6])
     seat, gauged = forearm.seat_diameter_mm, 2 * CLEARANCE_TOLERANCE_MM
+    liner, pin = 2 * forearm.liner_radius_mm, forearm.pin_diameter_mm
     found = {
         "foot_block": Controlled(
             (Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM),),
@@ -110,8 +112,9 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
             shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm + SHOULDER_MM else None,
         ),
         "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
-        "cross_bar": Controlled(_shoulders(d), rounds=(bar,), coaxial=((forearm.pin_diameter_mm, TRUE_MM),)),
-        "cup_shell": Controlled(rounds=(Round(seat, either_mm=gauged),)),
+        "cross_bar": Controlled(_shoulders(d), rounds=(bar, Round(pin, "h7")), coaxial=((pin, TRUE_MM),)),
+        "rod_cup": Controlled(rounds=(Round(liner + 2 * LINER_GLUE_MM, either_mm=LINER_TURNED_MM),)),
+        "cup_shell": Controlled(rounds=(Round(seat, either_mm=gauged), Round(liner, either_mm=LINER_TURNED_MM))),
     }
     inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm
     outside = layers.encoder_cheek_mm[1]  # the cheeks' inner faces lie on the foot block

@@ -113,7 +113,8 @@ def recorded(callout: str, hole: Hole) -> str:
         if fit:
             callout = callout.replace(f" {fit}", f" {fit} ({upper}/{lower})", 1)
         elif "+" not in callout and (number := NUMBER.match(SHARE.sub(r"\2", callout).removeprefix("Ø"))):
-            callout = callout.replace(number[0], f"{number[0]} {upper}/{lower}", 1)
+            both = f"±{deviations[1] / 1000.0:g}" if deviations[0] == -deviations[1] else f"{upper}/{lower}"
+            callout = callout.replace(number[0], f"{number[0]} {both}", 1)
     if thread and not through and len(records) == 1 and "drilled" not in callout:
         callout += f", drilled {depth:g} deep"
     return callout if surface is None else f"{callout} {SURFACE}Ra {surface:g}"

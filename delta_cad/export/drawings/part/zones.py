@@ -67,7 +67,7 @@ def _plate(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None
 
 
 def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
-    faces = fitted[0].faces if fitted else ()
+    faces = next((one.faces for one in fitted if one.record.fit), ())
     if not faces:
         faces = next((tuple(size.faces) for size in found.sizes if size.asked is not None and size.asked.fit), ())
     if not faces or not (held.coaxial or held.shoulder_mm is not None):
@@ -93,8 +93,12 @@ def _add(
 
 
 def _fitted(found: Features, part: Part) -> list[_Fitted]:
-    """Fitted bores by group and diameter: those of a class before others, the widest first."""
-    records = [b for hole in part.holes for b in hole.bores if b.deviations_um is not None]
+    """Fitted bores by group and diameter: those of a class before others, the widest first.
+
+    A bore that may be wider by more than its place may be off is not fitted: it is only never too narrow.
+    """
+    bores = [(b, b.deviations_um) for hole in part.holes for b in hole.bores]
+    records = [b for b, um in bores if um is not None and um[1] - um[0] <= 1000.0 * PLACE_MM]
     fitted: list[_Fitted] = []
     for group in found.groups:
         for diameter in group.diameters:

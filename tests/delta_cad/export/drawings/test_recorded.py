@@ -21,6 +21,7 @@ PLAIN = along_z(8.0, (0.0, 0.0), (0.0, 10.0))
         ("2x Ø8 H7 through", fitted(PLAIN, "H7"), f"2x Ø8 H7 (+0.015/0) through {SURFACE}Ra 1.6"),
         ("Ø8 G7 x 4", fitted(blind(PLAIN), "G7"), f"Ø8 G7 (+0.02/+0.005) x 4 {SURFACE}Ra 1.6"),
         ("Ø8 through, bonded", within(PLAIN, 0.0, 20.0), "Ø8 +0.02/0 through, bonded"),
+        ("Ø8 x 4, eroded", within(blind(PLAIN), -20.0, 20.0), "Ø8 ±0.02 x 4, eroded"),
         ("Ø8 +0.02 through", within(PLAIN, 0.0, 20.0), "Ø8 +0.02 through"),
         ("M4 x 6", tapped(PLAIN, "M4", 6.0), "M4 x 6, drilled 8.5 deep"),
         ("M4 x 6, drilled 8.5 deep", tapped(PLAIN, "M4", 6.0), "M4 x 6, drilled 8.5 deep"),

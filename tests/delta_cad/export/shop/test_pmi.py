@@ -28,7 +28,7 @@ DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]
     "pinion": ({("H", "hole", "7"): 1}, 2, 0, 0, 1, "A"),
     "platform": ({}, 1, 1, 0, 0, "A"),
     "shoulder_shaft": ({("h", "shaft", "6"): 1}, 1, 0, 1, 1, "A"),
-    "cross_bar": ({("h", "shaft", "6"): 1}, 0, 0, 0, 1, "A"),
+    "cross_bar": ({("h", "shaft", "6"): 1, ("h", "shaft", "7"): 1}, 0, 0, 0, 1, "A"),
     "cup_shell": ({}, 0, 0, 0, 0, ""),
     "handle_stem": ({}, 1, 0, 0, 0, ""),
 }
