@@ -86,7 +86,7 @@ def make_rod_cup(d: Dimensions) -> Part:
     seat = ball(bore, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat]))
     description = (
-        f"rod's end, cup milled round {bore:.2f} for its shell; "
+        f"rod's end, cup milled round {bore:.3f} for its shell; "
         f"spigot {f.spigot_diameter_mm:g} anodised and sanded, bonded with {TUBE_GLUE_MM:g} around it"
     )
     wide = sqrt(outer**2 - lip**2)
