@@ -34,6 +34,7 @@ SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from t
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
 COLLAR_OFF_MM = -0.1  # along the axis from the sector's rim to the collar, at least: one within the pinion passes it
+COLLAR_ASIDE_MM = THREAD_WALL_MM + 0.25  # by which the set screws, as drawn, lie farther from the rim than its end
 BESIDE_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
 BESIDE_RIM_SHARE = 0.75  # by which the former grows with a cable over `USUAL_CABLE_MM`
 USUAL_CABLE_MM = 0.54
@@ -250,7 +251,7 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor) -> flo
     beside = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
     beside = max(beside, 0.0)
     collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
-    asked = ((collar, 0.0), (BESIDE_RIM_MM[1], THREAD_WALL_MM))  # of the collar's end, and of its set screws
+    asked = ((collar, 0.0), (BESIDE_RIM_MM[1], COLLAR_ASIDE_MM))  # of the collar's end, and of its set screws
     return max([COLLAR_OFF_MM, *(sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside)])
 
 
