@@ -330,6 +330,7 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progr
     Returns:
         The content fingerprint of `assembly.step`.
     """
+    from delta_cad.export.drawings.part.controlled import controlled
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
     assembly = machine.assembly
@@ -337,11 +338,11 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: Progr
     fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)  # another process writes meshes there
-    general = general_class(machine.dimensions)
+    general, held = general_class(machine.dimensions), controlled(machine.dimensions)
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
-            write_part_step(part, parts / f"{part.number}.step", schema, general)
+            write_part_step(part, parts / f"{part.number}.step", schema, general, held.get(part.number))
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     write_bom(bill_of_materials(assembly, unit_mass, cost), folder)

@@ -8,7 +8,7 @@ from math import acos, cos, floor, hypot, pi, radians, sin, sqrt
 from delta_cad import catalogue
 from delta_cad.dimensions.cable_run import CableRun, groove_pitch_mm
 from delta_cad.dimensions.layers import Layers
-from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, require
+from delta_cad.dimensions.rules import RUNNING_GAP_MM, STOP_MARGIN_RAD, THREAD_WALL_MM, require
 from delta_cad.mechanism.geometry import SIN_60
 
 SECTOR_OFF_MM = 2.2  # from the arm's plate to the sector's rim: the tension screw's head lies beside the arm
@@ -24,7 +24,7 @@ COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot 
 PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
 COLLAR_OFF_HEADS_MM = 1.1  # and from the heads of the motor's screws
 SET_SCREW = "M3"
-COLLAR_MM = 3.5  # length of the collar: its set screws in the middle
+COLLAR_MM = 3.0 + 2 * THREAD_WALL_MM  # length of the collar: its set screws in the middle
 NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
 NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
 RIM_BEYOND_MM = 4.0  # rim between the pinion at the stop and the nose: keeps a wall of 2 mm beside the stop's slot
@@ -33,8 +33,8 @@ RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
 SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
-COLLAR_OFF_MM = 1.0, 1.65  # along the axis from the sector's rim to the collar; where that is wider than the pinion
-COLLAR_ASIDE_MM = 0.5  # by which the set screws lie farther from the rim than the collar's end
+COLLAR_OFF_MM = -0.1  # along the axis from the sector's rim to the collar, at least: one within the pinion passes it
+COLLAR_ASIDE_MM = THREAD_WALL_MM + 0.25  # by which the set screws, as drawn, lie farther from the rim than its end
 BESIDE_RIM_MM = 1.35, 2.1  # of the collar and of its set screws from the rim, with what meshes are off
 BESIDE_RIM_SHARE = 0.75  # by which the former grows with a cable over `USUAL_CABLE_MM`
 USUAL_CABLE_MM = 0.54
@@ -248,12 +248,11 @@ def collar_off_mm(run: CableRun, cable_mm: float, motor: catalogue.Motor) -> flo
 
     It stands close where it is that much smaller than the pinion, farther off where it is as wide.
     """
-    near, far = COLLAR_OFF_MM
     beside = run.centre_distance_mm - collar_mm(run.pinion_mm, cable_mm, motor) - (run.sector_mm - cable_mm / 4)
     beside = max(beside, 0.0)
     collar = BESIDE_RIM_MM[0] + BESIDE_RIM_SHARE * (cable_mm - USUAL_CABLE_MM)
-    clear = hypot(near, beside) >= collar and hypot(near + COLLAR_ASIDE_MM, beside) >= BESIDE_RIM_MM[1]
-    return near if clear else max(far, collar)
+    asked = ((collar, 0.0), (BESIDE_RIM_MM[1], COLLAR_ASIDE_MM))  # of the collar's end, and of its set screws
+    return max([COLLAR_OFF_MM, *(sqrt(apart**2 - beside**2) - aside for apart, aside in asked if apart > beside)])
 
 
 def pinion_end_mm(rim_y: tuple[float, float] | None, off_mm: float) -> float:

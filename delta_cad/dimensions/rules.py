@@ -11,6 +11,12 @@ from math import radians
 RUNNING_GAP_MM = 1.0  # between an arm and the cheeks beside it: room for 0.1 mm parts and a shim
 STOP_MARGIN_RAD = radians(3.0)  # the stop pin is met this far outside the cube's shoulder angles
 PRESS_DEPTH_MM = 1.0  # a bearing seat ends in a lip of this thickness
+THREAD_WALL_MM = 0.8
+"""Least metal beside a thread, from its outer diameter to a face: a tap bulges or breaks through what is thinner.
+
+Source: the least wall that shops cut in metal as a matter of course, super-ingenuity.cn/guides/cnc-design-guidelines
+(read 2026-11-23). Where there is room a thread has twice that: three pitches, bjg-design.com/designbook (same day).
+"""
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions.tolerances.general import ASKED
+from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.fingerprint import canonical
 from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, without_runouts
 from delta_cad.mechanism.placement import LINKS
@@ -87,10 +88,13 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
     return fingerprint
 
 
-def write_part_step(part: Part, path: Path, schema: str = "AP242", general: str = ASKED) -> None:
+def write_part_step(
+    part: Part, path: Path, schema: str = "AP242", general: str = ASKED, held: Controlled | None = None
+) -> None:
     """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
-    In AP242 a part that is made has its tolerances as data, see `pmi`, with the class `general` where none is stated.
+    In AP242 a part that is made has its tolerances as data, see `pmi`: what is `held` closer, and the class `general`
+    where nothing is stated.
 
     Raises:
         StepError: The schema is unknown, the part is not one solid, or the kernel refuses to write.
@@ -98,7 +102,7 @@ def write_part_step(part: Part, path: Path, schema: str = "AP242", general: str 
     document, _ = _document()
     label = _define(document, part)
     if schema == "AP242" and part.make:
-        add_tolerances(document, label, part)
+        add_tolerances(document, label, part, held or Controlled())
     _write(document, path, schema, part.number, part if part.make else None, general)
     path.write_bytes(without_runouts(path.read_bytes()))
 

@@ -255,7 +255,8 @@ def _reamed(d: Dimensions) -> str:
     if d.capstan is None:
         return ""
     tilt = minutes(seat_tilt_rad(d.bracket))
-    return f", dowel holes reamed on the foot block with a mandrel through both seats: they tilt by {tilt:.0f}' at most"
+    mandrel = f"a mandrel {d.bearing.outer_mm:g} h5 through both seats"
+    return f", dowel holes reamed on the foot block with {mandrel}: they tilt by {tilt:.0f}' at most"
 
 
 def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float], fit: str, what: str) -> None:

@@ -275,7 +275,8 @@ def make_carriage(d: Dimensions) -> Part:
     ]
     solid = feature(number, "bores", "hardware.cable", lambda: cut(body, tools))
     extent = CARRIAGE_RADII_MM, (-thick / 2, thick / 2), (0.0, length)
-    return made_part(number, "carriage that tensions the cable", solid, material("brass"), extent, boring.holes)
+    description = "carriage that tensions the cable, eased to slide in the sector's pocket"
+    return made_part(number, description, solid, material("brass"), extent, boring.holes)
 
 
 def make_pinion(d: Dimensions) -> Part:
@@ -310,7 +311,7 @@ def make_pinion(d: Dimensions) -> Part:
     run, d_c = c.run, c.cable_diameter_mm
     description = (
         f"capstan pinion, left-hand helical groove R{d_c / 2:.2f} to diameter {2 * bottom:.3f} +-{PINION_TURNED_MM:g}, "
-        f"pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, hard anodised"
+        f"pitch {run.pitch_mm:g}, {run.grooved_mm:.1f} long, begun at any angle, hard anodised"
     )
     extent = round_y(max(crest, c.collar_radius_mm), c.pinion_y_mm)
     return made_part(number, description, solid, material("aluminium-7075"), extent, boring.holes)

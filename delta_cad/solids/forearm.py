@@ -19,7 +19,8 @@ from delta_cad.dimensions.forearm import (
     ForearmDimensions,
 )
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM, CUP_MATERIAL, POCKET_MM
-from delta_cad.solids.boring import Boring, along_y, between
+from delta_cad.dimensions.tolerances import EYE_WIDER_UM
+from delta_cad.solids.boring import Boring, along_y, between, within
 from delta_cad.solids.making import made_part, ordered, round_y
 from delta_cad.solids.materials import BLUE, material
 from delta_cad.solids.part import Part
@@ -85,7 +86,7 @@ def make_rod_cup(d: Dimensions) -> Part:
     seat = ball(bore, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat]))
     description = (
-        f"rod's end, cup milled round {bore:.2f} for its shell; "
+        f"rod's end, cup milled round {bore:.3f} for its shell; "
         f"spigot {f.spigot_diameter_mm:g} anodised and sanded, bonded with {TUBE_GLUE_MM:g} around it"
     )
     wide = sqrt(outer**2 - lip**2)
@@ -132,7 +133,8 @@ def make_rod_eye(d: Dimensions) -> Part:
         return fuse(cylinder(wide, (-width / 2, 0, 0), (width / 2, 0, 0)), lug)
 
     boring = Boring()
-    boring.add(f"{bore:g} through, bonded on the tube", [between(bore, (-width / 2, 0, 0), (width / 2, 0, 0))])
+    on_tube = within(between(bore, (-width / 2, 0, 0), (width / 2, 0, 0)), 0.0, EYE_WIDER_UM)
+    boring.add(f"{bore:g} through, bonded on the tube", [on_tube])
     eye = between(f.eye_diameter_mm, (-LUG_MM / 2, y, z), (LUG_MM / 2, y, z))
     boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import FLATS_LONG_MM, WASHER_MM
-from delta_cad.dimensions.tolerances import END_TORQUE_N_m
-from delta_cad.solids.boring import Boring, along_y, blind, tapped
+from delta_cad.dimensions.tolerances import MAGNET_WIDER_UM, END_TORQUE_N_m
+from delta_cad.solids.boring import Boring, along_y, blind, tapped, within
 from delta_cad.solids.making import made_part, round_y
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Part
@@ -32,6 +32,7 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
     boring, axis = Boring(), (0.0, 0.0)
     if d.sensed_at_shoulder:
         seat = blind(along_y(s.magnet_bore_mm, axis, (y0, y0 + s.magnet_depth_mm)))
+        seat = within(seat, 0.0, MAGNET_WIDER_UM)
         boring.add(f"{s.magnet_bore_mm:g} x {s.magnet_depth_mm:g}, magnet bonded flush", [seat])
     if s.end_screw:
         thread = tapped(along_y(0.0, axis, (y1, y0)), s.end_screw, s.end_thread_mm)

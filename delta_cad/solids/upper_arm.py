@@ -62,7 +62,7 @@ def make_upper_arm(d: Dimensions) -> Part:
     shoulder = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7")
     boring.add(f"{a.shaft_bore_mm:g} H7 through, {held}, shoulder", [shoulder])
     bonded = within(along_y(bar, (length, 0.0), boss), 0.0, BAR_WIDER_UM)
-    boring.add(f"{bar:g} +{BAR_WIDER_UM / 1000:g} through, cross-bar bonded", [bonded])
+    boring.add(f"{bar:g} +{BAR_WIDER_UM / 1000:g}/0 through, cross-bar bonded", [bonded])
     if d.capstan is not None:  # after the edges are broken: the collar's own carries the inner ring
         shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (first, y[0] + THROUGH_MM)))
         dowels = [fitted(along_y(DOWEL_MM, at, y), "H7") for at in dowel_positions(d)]

@@ -17,7 +17,7 @@ from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.brackets import base_pin_mm
 from delta_cad.solids.part import Occurrence
 
-OVER_MM = 1.0  # by which a drive clears its own pins before it goes down
+OVER_MM = 0.5  # by which a drive clears its own pins before it goes down
 
 
 def order(d: Dimensions, occurrences: Sequence[Occurrence]) -> tuple[Unit, ...]:

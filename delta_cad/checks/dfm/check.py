@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from delta_cad.checks.dfm.bores import Finding, depths, odd_sizes, run_outs, unreached
 from delta_cad.checks.dfm.corners import blended_edges, corner_radii, sharp_corners
 from delta_cad.checks.dfm.setups import setups
+from delta_cad.checks.dfm.threads import thread_walls
 from delta_cad.checks.dfm.walls import undercuts, walls
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Part
@@ -39,6 +40,7 @@ RULES = (
     Rule("dfm corners", sharp_corners, "", "inner corners without a radius along a milling axis", counts=True),
     Rule("dfm corner radii", corner_radii, "", "deepest inner corner in diameters of its cutter"),
     Rule("dfm walls", walls, "mm", "thinnest wall"),
+    Rule("dfm thread walls", thread_walls, "mm", "thinnest wall beside a thread"),
     Rule("dfm bore depth", depths, "", "bore or thread deepest for its diameter"),
     Rule("dfm run-out", run_outs, "mm", "shortest run-out of a blind thread for its pitch"),
     Rule("dfm sizes", odd_sizes, "", "bores of a size for which there is no drill", counts=True),

@@ -26,6 +26,10 @@ Source: RBC Bearings, misalignment: 0.0005 to 0.003 (rbcbearings.com/ballbearing
 END_TORQUE_N_m = {"M2.5": 0.5, "M3": 1.0, "M4": 2.2}
 """Torque of a stainless screw in a shaft's end: 0.7 of its proof stress at a friction of 0.14 (VDI 2230)."""
 
+MAGNET_WIDER_UM, EYE_WIDER_UM = 30.0, 100.0
+"""By which a magnet's seat, and the bore of a spring's eye on its rod, may be wider: bonded, and never too narrow."""
+EROSION_UM = 20.0  # diameter of a ball's eroded hole, either way
+LINER_TURNED_MM = 0.01  # diameters of a plastic shell and of its cup, either way: half of the bond between them
 BAR_WIDER_UM = 20.0  # by which a cross-bar's bore may be wider than nominal: the bond's thickness
 NOMINAL_MM = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0)
 """Upper ends of the ranges of nominal diameter of the two tables below."""
@@ -41,6 +45,8 @@ FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
 PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+COAXIAL_MM = 0.05  # zone for the axis of an encoder's magnet in its shaft: half of it adds to the encoder's centring
+TRUE_MM = 0.02  # zone for the axes of a pinion's groove and of a cross-bar's studs: turned in one clamping
 RUN_OUT_MM = {0.4: 1.5, 0.45: 1.6, 0.5: 1.8, 0.7: 2.4, 0.8: 2.7, 1.0: 3.2, 1.25: 3.9, 1.5: 4.6}
 """From a thread's usable end to the full depth of its blind drill, by pitch, mm. Source: DIN 76-1, e2 (short)."""
 DRILL_STEP_MM = 0.5  # to which the depth of a drill is rounded up

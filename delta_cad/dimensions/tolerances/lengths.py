@@ -11,6 +11,7 @@ from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import (
     BAR_WIDER_UM,
     DOWEL_PLAY_MM,
+    EROSION_UM,
     LENGTH_MM,
     PLACE_MM,
     SEATS_MM,
@@ -23,7 +24,6 @@ from delta_cad.dimensions.tolerances.shoulder import RING_UM
 
 JIG_MM = 0.02  # distance of the pins of the jig that a rod is bonded in, either way: reamed in one clamping
 CENTRED_MM = 0.05  # a cross-bar in its boss, along it, set by a gauge block between ball and boss, either way
-EROSION_MM = 0.02  # diameter of a ball's eroded hole, either way
 WHY = "beyond, what is proved of the cube is not of every machine that is made"
 
 
@@ -149,7 +149,7 @@ def _wrist(d: Dimensions) -> list[Link]:
 def _beside(d: Dimensions) -> list[Link]:
     """A wrist along its axis, middle of a pair."""
     hole = d.forearm.pin_diameter_mm / 2 + BALL_GLUE_MM
-    rim = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2) * EROSION_MM / 2
+    rim = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2) * EROSION_UM / 2000.0
     return [
         either_way("cross_bar", "set in its boss by a gauge", "set", CENTRED_MM),
         either_way("cross_bar", "distance of its shoulders", "stated", LENGTH_MM, 0.5),

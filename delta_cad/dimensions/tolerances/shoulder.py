@@ -8,8 +8,10 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import MAGNET_GLUE_MM
 from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
 from delta_cad.dimensions.tolerances import (
+    COAXIAL_MM,
     DOWEL_PLAY_MM,
     LENGTH_MM,
+    MAGNET_WIDER_UM,
     MANDREL_MM,
     SEATS_MM,
     TILT_RAD,
@@ -130,7 +132,8 @@ def centring_chain(d: Dimensions, general: str) -> list[Chain]:
         either_way("encoder_cheek", "place of the board's threads", "general", general_mm(far, general), 1.0, far),
         either_way("encoder_board", "its screws in its holes", "bought", loose),
         either_way("encoder_board", "place of the chip", "bought", CHIP_PLACE_MM),
-        either_way("encoder_magnet", "in its seat's bond", "set", MAGNET_GLUE_MM),
+        either_way("encoder_magnet", "in its seat's bond", "set", MAGNET_GLUE_MM + MAGNET_WIDER_UM / 2000.0),
+        either_way("shoulder_shaft", "magnet's seat off its journal", "place", COAXIAL_MM / 2.0),
     ]
     if d.preload is not None:
         wide = (SEATS_MM[1] + RING_UM / 1000.0) / 2.0

@@ -11,12 +11,24 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 
-from delta_cad.export.drawings.paper.sheet import EDGES, Drawing, Sheet, Text, crosses, lines_of, overlap
+import numpy as np
+
+from delta_cad.export.drawings.paper.sheet import (
+    EDGES,
+    Drawing,
+    Sheet,
+    Text,
+    crosses,
+    leaves,
+    lines_of,
+    overlap,
+)
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.title import inner
 from delta_cad.solids.part import Part
 
 SAME_MM = 2e-3  # what is printed is rounded to a micrometre
+TOUCHING_MM = 1e-6  # frames of tolerances that stand one below another share their line
 ROUND_MM = 0.01  # boxes of round faces are wider than they are by a thousandth
 COUNTED = re.compile(r"^(?:(\d+)x )?(.*)$")
 NUMBER = re.compile(r"^-?\d+(\.\d+)?")
@@ -48,6 +60,7 @@ def told_faults(drawing: Drawing, features: Features) -> Iterable[str]:
     """Finds coordinates, sizes, bores and notes that are told not at all, or more than once."""
     wanted = {place.key for place in features.places} | {size.key for size in features.sizes} | set(features.notes)
     wanted |= {f"bore {g}.{b}" for g, group in enumerate(features.groups) for b in range(len(group.bores))}
+    wanted |= {one.key for one in (*features.datums, *features.zones)}
     wanted |= {f"slot {n}" for n in range(len(features.slots))}
     told = Counter(key for sheet in drawing.sheets for text in sheet.texts for key in text.told)
     for key in sorted(wanted):
@@ -128,8 +141,24 @@ def sheet_faults(sheet: Sheet) -> list[str]:
     faults += [
         f"{a} and {b} overlap" for a, b in combinations(sorted(frames), 2) if overlap(frames[a], frames[b], -1e-6)
     ]
-    edges = lines_of(item for item in sheet.items if not isinstance(item, Text) and item.layer in EDGES)
-    return faults + [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
+    edges = lines_of(item for item in leaves(sheet.items) if not isinstance(item, Text) and item.layer in EDGES)
+    faults += [f"{text.text!r} lies over an edge" for text in texts if crosses(text.box, edges)]
+    return faults + list(_symbol_faults(sheet, edges))
+
+
+def _symbol_faults(sheet: Sheet, edges: np.ndarray) -> Iterable[str]:
+    """Finds symbols that overlap one another or a text that is not theirs, lie over an edge, or off the sheet."""
+    symbols, texts = list(sheet.symbols), list(sheet.texts)
+    low_x, low_y, high_x, high_y = inner("A4" if sheet.width < 300.0 else "A3")
+    for k, symbol in enumerate(symbols):
+        box, own = symbol.box, {id(item) for item in symbol.items}
+        if not (low_x <= box[0] and box[2] <= high_x and low_y <= box[1] and box[3] <= high_y):
+            yield f"symbol {symbol.name} is outside of the frame"
+        if crosses(box, edges):
+            yield f"symbol {symbol.name} lies over an edge"
+        hit = [f"symbol {other.name}" for other in symbols[k + 1 :] if overlap(box, other.box, -TOUCHING_MM)]
+        hit += [repr(t.text) for t in texts if id(t) not in own and overlap(box, t.box, -TOUCHING_MM)]
+        yield from (f"symbol {symbol.name} and {other} overlap" for other in hit)
 
 
 def _overlapping(texts: Sequence[Text]) -> Iterable[tuple[Text, Text]]:

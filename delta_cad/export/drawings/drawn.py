@@ -143,13 +143,21 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
         ViewError, LayoutError, RoomError, LetteringError: It cannot be drawn.
     """
     features = features_of(part, faces_of(part.solid), held)
-    sheets = laid_out(views_of(part, features), features, held, titles, notes_of(features))
+    sheets = laid_out(views_of(part, features), features, held, titles, notes_of(part, features))
     return Drawing(part.number, f"{part.number}: {titles.description}", tuple(sheets)), features
 
 
-def notes_of(features: Features) -> list[tuple[str, str]]:
+def notes_of(part: Part, features: Features) -> list[tuple[str, str]]:
     """Gives the notes of a part's drawing, each with the key that it tells."""
-    notes = [("", "Coordinates count from 0.")]
+    zero = ", ".join(f"{round(float(value), 3) + 0.0:g}" for value in features.datum)
+    notes = [
+        ("", f"Coordinates count from 0, which is ({zero}) in the STEP file and in holes.csv."),
+        ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
+        ("", _finish(part)),
+    ]
+    threads = [bore.thread for hole in part.holes for bore in hole.bores]
+    if any([*threads, *(size.asked.thread for size in features.sizes if size.asked is not None)]):
+        notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
     if any(is_hull_line(face, features) for face in features.faces):
         notes.append(("", "A line between two arcs is tangent to both."))
     for key, text in features.notes.items():
@@ -158,6 +166,13 @@ def notes_of(features: Features) -> list[tuple[str, str]]:
     for n, slot in enumerate(features.slots):
         notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
     return notes
+
+
+def _finish(part: Part) -> str:
+    """What is done to a part's surface after it is cut."""
+    if "anodised" in part.description:
+        return "Finish: anodised, see the description. Sizes hold with the coating; fits and threads stay bare."
+    return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
 
 
 def titles_of(d: Dimensions, assembly: Assembly, masses: Mapping[str, float]) -> dict[str, Titles]:

@@ -77,7 +77,7 @@ def laid_out(
         except RoomError as error:
             failed = error
             continue
-        sheets = _sheets(set_out[scale], size, scale, titles, notes, more)
+        sheets = _sheets(set_out[scale], features, size, scale, titles, notes, more)
         if sheets is not None:
             return sheets
     raise failed or LayoutError(f"{titles.number} fits on no sheet")
@@ -91,7 +91,13 @@ def _own(view: View, scale: float) -> float:
 
 
 def _sheets(
-    blocks: Sequence[Block], size: str, scale: float, titles: Titles, notes: Sequence[tuple[str, str]], more: bool
+    blocks: Sequence[Block],
+    features: Features,
+    size: str,
+    scale: float,
+    titles: Titles,
+    notes: Sequence[tuple[str, str]],
+    more: bool,
 ) -> list[Sheet] | None:
     """The sheets at a size and a scale; None if they cannot be filled so."""
     area, taken = inner(size), [title_box(size)]
@@ -103,7 +109,7 @@ def _sheets(
     placed = [_Placed(block.items, (x + start[0], y + start[1])) for block, (x, y) in main]
     rest: list[list[Item]] = [b.items for b in blocks if b.view.slot == "turned"]
     if any(block.tables for block in blocks):
-        rest.append(hole_table(blocks))
+        rest.append(hole_table(blocks, features))
     if notes:
         rest.append(notes_items(notes, NOTES_MM))
     pages: list[list[_Placed]] = [placed]

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from delta_cad.dimensions.tolerances.general import ASKED, NOTES
 from delta_cad.export.drawings.paper.lettering import LINE, width_of, wrapped
 from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Sheet, Stroke, Text
+from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.views.block import Block
+from delta_cad.export.drawings.views.lines import lines_of_group, set_line
 from delta_cad.export.drawings.views.marks import LETTER_MM, number
 
 SHEETS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
@@ -145,7 +147,7 @@ def notes_items(notes: Sequence[tuple[str, str]], width: float) -> list[Item]:
     return items
 
 
-def hole_table(blocks: Sequence[Block]) -> list[Item]:
+def hole_table(blocks: Sequence[Block], features: Features) -> list[Item]:
     """Sets a table of tagged holes from (0, 0) down: tag, coordinates, callout of the group beside its first rows."""
     columns = (10.0, 19.0, 19.0, 78.0)
     pitch = 4.4
@@ -164,14 +166,14 @@ def hole_table(blocks: Sequence[Block]) -> list[Item]:
     lines = [y]
     for block in blocks:
         for group, tagged in block.tables:
-            texts = [part for line in group.callout for part in wrapped(line, LETTER_MM, columns[3] - 2.0)]
-            for n in range(max(len(texts), len(tagged))):
+            said = lines_of_group(group, features, columns[3] - 2.0)
+            for n in range(max(len(said), len(tagged))):
                 if n < len(tagged):
                     one = tagged[n]
                     row([(edges[0] + 1.0, one.tag, one.told)])
                     row([(edges[1] + 1.0, number(one.x), one.told_x), (edges[2] + 1.0, number(one.y), one.told_y)])
-                if n < len(texts):
-                    row([(edges[3] + 1.0, texts[n], ())])
+                if n < len(said):
+                    items += set_line(said[n], (edges[3] + 1.0, y - pitch + 1.1))
                 y -= pitch
             lines.append(y)
     items += [Stroke("table", ((0.0, line), (edges[-1], line))) for line in (0.0, *lines)]

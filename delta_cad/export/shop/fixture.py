@@ -10,8 +10,9 @@ import numpy as np
 from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances import FITTED_RA_UM
 from delta_cad.export.drawings.drawn import UNDRAWN, Drawn, count_faults, part_drawing, size_of, write_drawing
-from delta_cad.export.drawings.part.controlled import Controlled, Length
+from delta_cad.export.drawings.part.controlled import Controlled, Length, Round
 from delta_cad.export.drawings.title import Titles
 from delta_cad.export.shop.seats import (
     COLUMN_MM,
@@ -86,7 +87,8 @@ def _held(part: Part, s: Seats) -> Controlled:
     height = {"calibration_column": s.column_mm, "calibration_spacer": s.spacer_mm}.get(part.number)
     if height is None:
         return Controlled()
-    return Controlled((Length(2, 0.0, height, PLACE_MM),), ((SPIGOT_MM, "h6"),))
+    spigot = Round(SPIGOT_MM, "h6", surface_um=FITTED_RA_UM[6])
+    return Controlled((Length(2, 0.0, height, PLACE_MM),), rounds=(spigot,))
 
 
 def write_fixture(d: Dimensions, folder: Path) -> Drawn:
@@ -106,14 +108,15 @@ def write_fixture(d: Dimensions, folder: Path) -> Drawn:
     seats, drawn = seats_of(d), Drawn()
     machine = f"{d.design.name}, design {design_hash(d.design)[:12]}"
     for part in fixture_parts(seats):
-        write_part_step(part, folder / f"{part.number}.step")
+        held = _held(part, seats)
+        write_part_step(part, folder / f"{part.number}.step", held=held)
         box = part.solid.BoundingBox(1e-4)
         grams = part.solid.Volume() * 1e-9 * part.material.density_kg_m3 * G_PER_KG
         size, count = size_of((box.xlen, box.ylen, box.zlen)), str(COUNTS[part.number])
         text = part.description
         titles = Titles(part.number, text, part.material.name, count, f"{grams:.0f} g", size, machine, "A")
         try:
-            drawing, features = part_drawing(part, _held(part, seats), titles)
+            drawing, features = part_drawing(part, held, titles)
         except UNDRAWN as error:
             drawn.faults[part.number] = [str(error)]
             continue

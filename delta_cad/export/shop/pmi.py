@@ -1,7 +1,7 @@
-"""Tolerances of a made part as data in its AP242 file: fits, threads, places of bores, and the notes of a title block.
+"""Tolerances of a made part as data in its AP242 file: all that its drawing states, and the notes of a title block.
 
-Each bore with a fit, deviations of its own or a thread has a diameter on its faces. The largest plane face across the
-largest fitted bore is datum A, that bore datum B and square to A; the other fitted bores have their place from A and B.
+Each bore with a fit, deviations of its own or a thread has a diameter on its faces, and so has what else is round and
+asked for; lengths and depths lie between planes. Datums and geometric tolerances are those of `drawings.part.zones`.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -10,6 +10,7 @@ largest fitted bore is datum A, that bore datum B and square to A; the other fit
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import cadquery as cq
@@ -36,8 +37,13 @@ from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_Datum, XCAFDoc_Dimension, XCAFDoc_DocumentTool, XCAFDoc_GeomTolerance
 
-from delta_cad.dimensions.tolerances import PLACE_MM, SQUARE_MM
 from delta_cad.dimensions.tolerances.general import ASKED, NOTES
+from delta_cad.export.drawings.part.controlled import SAME_MM, Controlled, Length, Round
+from delta_cad.export.drawings.part.faces import Face
+from delta_cad.export.drawings.part.faces import faces_of as read_faces
+from delta_cad.export.drawings.part.features import features_of
+from delta_cad.export.drawings.part.holes import HoleError
+from delta_cad.export.drawings.part.record import Zone
 from delta_cad.solids.boring import faces_of
 from delta_cad.solids.part import Bore, Part
 
@@ -65,28 +71,46 @@ def toleranced(part: Part) -> list[Bore]:
     return found
 
 
-def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part) -> None:
+def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, held: Controlled) -> None:
     """Adds dimensions, datums and tolerances of a part to a document, before it is transferred.
 
     Args:
         document: Of the part.
         label: The part's.
         part: With its solid as it was added.
+        held: What of it is held closer than the general tolerance.
     """
     writer = _Writer(document, label)
     for bore in toleranced(part):
         faces = faces_of(part.solid, bore)
         if faces:
             writer.diameter(bore, faces)
-    fitted = [bore for bore in toleranced(part) if bore.deviations_um is not None]
-    fitted.sort(key=lambda bore: (not bore.fit, -bore.diameter_mm))
-    base = _across(part.solid, fitted[0]) if fitted else None
-    if base is None:
+    read = read_faces(part.solid)
+    known = dict(zip(map(id, read), part.solid.Faces(), strict=True))
+    try:
+        found = features_of(part, read, held)
+    except HoleError:  # the check of bores says so
         return
-    first = faces_of(part.solid, fitted[0])
-    writer.tolerance("Perpendicularity", SQUARE_MM, first, {"A": [base]})
-    for bore in fitted[1:]:
-        writer.tolerance("Position", PLACE_MM, faces_of(part.solid, bore), {"A": [base], "B": first})
+
+    def shapes(faces: Iterable[Face]) -> list[cq.Face]:
+        return [known[id(face)] for face in faces]
+
+    for size in found.sizes:
+        if size.asked is not None:
+            writer.round(size.asked, size.kind, not size.text.split("x ")[-1].startswith("R"), shapes(size.faces))
+    for length in (*held.lengths, *held.depths):
+        ends = [shapes(_planes(read, length.axis, at)) for at in (length.start_mm, length.end_mm)]
+        if all(ends):
+            writer.length(length, ends[0], ends[1])
+    datums = {datum.letter: shapes(datum.faces) for datum in found.datums}
+    for zone in found.zones:
+        writer.tolerance(zone, shapes(zone.faces), {letter: datums[letter] for letter in zone.datums})
+
+
+def _planes(faces: Iterable[Face], axis: int, at_mm: float) -> list[Face]:
+    """Planes across an axis of the part at a coordinate."""
+    planes = (face for face in faces if face.kind == "plane" and abs(face.axis[axis]) > 1.0 - 1e-9)
+    return [face for face in planes if abs(float(face.point[axis]) - at_mm) < SAME_MM]
 
 
 def mend_tolerances(model: Any) -> None:
@@ -151,31 +175,58 @@ class _Writer:
 
     def diameter(self, bore: Bore, faces: list[cq.Face]) -> None:
         """Adds the diameter of a bore with its fit, deviations, thread and surface."""
-        label = self._tool.AddDimension()
-        self._tool.SetDimension(self._labels(faces), TDF_LabelSequence(), label)
-        size = XCAFDimTolObjects.XCAFDimTolObjects_DimensionObject()
-        size.SetType(XCAFDimTolObjects.XCAFDimTolObjects_DimensionType_Size_Diameter)
-        size.SetValue(bore.diameter_mm)
-        if bore.fit:
-            variance = getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_DimensionFormVariance_{bore.fit[0]}")
-            grade = getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_DimensionGrade_IT{bore.fit[1:]}")
-            size.SetClassOfTolerance(True, variance, grade)
+        size = self._size("Diameter", bore.diameter_mm, bore.fit, is_hole=True)
         if bore.deviations_um is not None:
-            lower, upper = (um / 1000.0 for um in bore.deviations_um)
-            size.SetUpperTolValue(upper)
-            size.SetLowerTolValue(-lower)  # the kernel's writer turns its sign
-        for name, text in _remarks(bore).items():
+            _deviate(size, bore.deviations_um[0] / 1000.0, bore.deviations_um[1] / 1000.0)
+        self._add(size, _remarks(bore), faces)
+
+    def round(self, asked: Round, kind: str, is_diameter: bool, faces: list[cq.Face]) -> None:
+        """Adds the diameter or the radius of what is round and no bore, with its fit, deviations, thread, surface."""
+        share = 1.0 if is_diameter else 0.5
+        name = ("Spherical" if kind == "ball" else "") + ("Diameter" if is_diameter else "Radius")
+        size = self._size(name, share * asked.diameter_mm, asked.fit, is_hole=False)
+        if asked.deviations_mm is not None:
+            _deviate(size, share * asked.deviations_mm[0], share * asked.deviations_mm[1])
+        remarks = {"thread": f"{asked.thread}-6g"} if asked.thread else {}
+        if asked.surface_um is not None:
+            remarks["surface"] = f"Ra {asked.surface_um:g}"
+        self._add(size, remarks, faces)
+
+    def length(self, length: Length, start: list[cq.Face], end: list[cq.Face]) -> None:
+        """Adds the distance of two planes."""
+        size = XCAFDimTolObjects.XCAFDimTolObjects_DimensionObject()
+        size.SetType(XCAFDimTolObjects.XCAFDimTolObjects_DimensionType_Location_LinearDistance)
+        size.SetValue(abs(length.end_mm - length.start_mm))
+        _deviate(size, -length.tolerance_mm, length.tolerance_mm)
+        self._add(size, {}, start, end)
+
+    def _size(self, name: str, value_mm: float, fit: str, *, is_hole: bool) -> Any:
+        """A size with its fit."""
+        size = XCAFDimTolObjects.XCAFDimTolObjects_DimensionObject()
+        size.SetType(getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_DimensionType_Size_{name}"))
+        size.SetValue(value_mm)
+        if fit:
+            variance = getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_DimensionFormVariance_{fit[0].upper()}")
+            grade = getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_DimensionGrade_IT{fit[1:]}")
+            size.SetClassOfTolerance(is_hole, variance, grade)
+        return size
+
+    def _add(self, size: Any, remarks: dict[str, str], first: list[cq.Face], second: Sequence[cq.Face] = ()) -> None:
+        label = self._tool.AddDimension()
+        self._tool.SetDimension(self._labels(first), self._labels(second), label)
+        for name, text in remarks.items():
             size.AddDescription(_text(text), _text(name))
         XCAFDoc_Dimension.Set_s(label).SetObject(size)
 
-    def tolerance(self, kind: str, value_mm: float, faces: list[cq.Face], datums: dict[str, list[cq.Face]]) -> None:
-        """Adds a tolerance of a diametral zone to faces, from datums in their order."""
+    def tolerance(self, asked: Zone, faces: list[cq.Face], datums: dict[str, list[cq.Face]]) -> None:
+        """Adds a geometric tolerance to faces, from datums in their order."""
         label = self._tool.AddGeomTolerance()
         self._tool.SetGeomTolerance(self._labels(faces), label)
         zone = XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceObject()
-        zone.SetType(getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_GeomToleranceType_{kind}"))
-        zone.SetTypeOfValue(XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceTypeValue_Diameter)
-        zone.SetValue(value_mm)
+        zone.SetType(getattr(XCAFDimTolObjects, f"XCAFDimTolObjects_GeomToleranceType_{asked.kind.capitalize()}"))
+        if asked.is_round:
+            zone.SetTypeOfValue(XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceTypeValue_Diameter)
+        zone.SetValue(asked.value_mm)
         XCAFDoc_GeomTolerance.Set_s(label).SetObject(zone)
         for position, (name, shown) in enumerate(datums.items(), start=1):
             datum = self._tool.AddDatum()  # every reference wants a label of its own
@@ -186,7 +237,7 @@ class _Writer:
             XCAFDoc_Datum.Set_s(datum).SetObject(record)
             self._tool.SetDatumToGeomTol(datum, label)
 
-    def _labels(self, faces: list[cq.Face]) -> TDF_LabelSequence:
+    def _labels(self, faces: Sequence[cq.Face]) -> TDF_LabelSequence:
         found = TDF_LabelSequence()
         for face in faces:
             label = self._shapes.AddSubShape(self._part, face.wrapped)
@@ -195,6 +246,11 @@ class _Writer:
                 self._shapes.FindSubShape(self._part, face.wrapped, label)
             found.Append(label)
         return found
+
+
+def _deviate(size: Any, lower_mm: float, upper_mm: float) -> None:
+    size.SetUpperTolValue(upper_mm)
+    size.SetLowerTolValue(-lower_mm)  # the kernel's writer turns its sign
 
 
 def _remarks(bore: Bore) -> dict[str, str]:
@@ -206,17 +262,6 @@ def _remarks(bore: Bore) -> dict[str, str]:
     if bore.surface_um is not None:
         found["surface"] = f"Ra {bore.surface_um:g}"
     return found
-
-
-def _across(solid: cq.Shape, bore: Bore) -> cq.Face | None:
-    """The largest plane face of a solid square to a bore."""
-    way = np.array(bore.direction)
-    square = [
-        face
-        for face in solid.Faces()
-        if face.geomType() == "PLANE" and abs(abs(float(np.array(face.normalAt().toTuple()) @ way)) - 1.0) < 1e-9
-    ]
-    return max(square, key=lambda face: round(face.Area(), 6)) if square else None
 
 
 def _same_wall(one: Bore, other: Bore) -> bool:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import BALL_GLUE_MM
-from delta_cad.solids.boring import Boring, along_y, blind
+from delta_cad.dimensions.tolerances import EROSION_UM
+from delta_cad.solids.boring import Boring, along_y, blind, within
 from delta_cad.solids.making import made_part, ordered
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Part
@@ -20,7 +21,7 @@ def make_joint_ball(d: Dimensions) -> Part:
     floor = -f.pin_past_mm - HOLE_ROOM_MM
     sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     deep, boring = radius - floor, Boring()
-    eroded = blind(along_y(hole, (0.0, 0.0), (radius, floor)))
+    eroded = within(blind(along_y(hole, (0.0, 0.0), (radius, floor))), -EROSION_UM, EROSION_UM)
     boring.add(f"{hole:.2f} x {deep:g} from the ball's surface, eroded on centre", [eroded])
     solid = feature(number, "hole", "hardware.ball_diameter_mm", lambda: cut(sphere, boring.tools))
     rim = (radius**2 - (hole / 2) ** 2) ** 0.5

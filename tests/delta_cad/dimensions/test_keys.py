@@ -95,11 +95,12 @@ def test_a_stronger_wave_spring_is_chosen_for_a_larger_force(best_dimensions: Di
 
 @pytest.mark.parametrize("ratio", [4.8, 5.2, 5.6, 6.2, 9.4])
 def test_a_collar_stands_off_the_rim_by_its_own_gap_and_its_screws(ratio: float, best_dimensions: Dimensions) -> None:
-    """A set screw of 3 mm in the middle of 3.5 mm leaves 0.5 mm to the collar's end; 2 mm of clearance are asked."""
+    """A set screw, drawn 2.5 mm thick in the middle of 4.6 mm, leaves 1.05 mm to the collar's end; 2 mm are asked."""
     d = best_dimensions
     run = cable_run(38.7, ratio, (-1.0, 0.9), d.cable)
     collar, off = collar_mm(run.pinion_mm, 0.54, d.motor), collar_off_mm(run, 0.54, d.motor)
     beside = max(run.centre_distance_mm - collar - 38.7, 0.0)
-    assert hypot(off, beside) >= 1.3
-    assert hypot(off + 0.5, beside) >= 2.0
-    assert off == (1.0 if ratio < 6.0 else 1.65)
+    assert hypot(max(off, 0.0), beside) >= 1.3
+    assert hypot(off + 1.05, beside) >= 2.0
+    shorter = off - 0.11  # would not do: it is no longer than it must be
+    assert off == -0.1 or hypot(max(shorter, 0.0), beside) < 1.35 or hypot(shorter + 1.05, beside) < 2.1

@@ -1,17 +1,49 @@
-"""A drawing as DXF R2010 in its true size, millimetres: a layer a layer, arcs as arcs, texts kept to their widths."""
+"""A drawing as DXF R2010 in its true size, millimetres: a layer a layer, arcs as arcs, texts kept to their widths.
+
+A dimension is a DIMENSION: what it measures, between which points, and as its block the lines and texts of the sheet,
+so that it looks the same wherever it is opened. Its style has the view's scale, by which a reader measures it again.
+Signs are written by their codes in DXF, not as letters: readers do not agree on the encoding of a file.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from io import StringIO
+from math import atan2, degrees, hypot
 from typing import Any
 
 from delta_cad.export.drawings.paper.lettering import NARROW
-from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Item, Point, Sheet, Stroke, Text, in_a_row
+from delta_cad.export.drawings.paper.sheet import (
+    LAYERS,
+    Arc,
+    Area,
+    Drawing,
+    Leaf,
+    Mark,
+    Measure,
+    Point,
+    Sheet,
+    Stroke,
+    Text,
+    in_a_row,
+    leaves,
+)
 
+NOT_ASCII = re.compile(r"[^\x00-\x7f]")
+SIGNS = {"Ø": "%%c", "±": "%%p", "°": "%%d"}  # any other letter by its number
 MILLIMETRES = 4  # $INSUNITS
 STYLE = "LETTERING"
 DECIMALS = 6
+OWN_BLOCK = 32  # beside the kind: nobody else refers to its block
+KINDS = {
+    "right": (6 | 64 | OWN_BLOCK, ("defpoint", "defpoint2", "defpoint3")),
+    "up": (6 | OWN_BLOCK, ("defpoint", "defpoint2", "defpoint3")),
+    "diameter": (3 | OWN_BLOCK, ("defpoint", "defpoint4")),
+    "radius": (4 | OWN_BLOCK, ("defpoint", "defpoint4")),
+    "length": (0 | OWN_BLOCK, ("defpoint2", "defpoint3")),
+}
+"""What is measured -> type of a DIMENSION, and which of its points those of a measure are."""
 FACE_FILE = "DejaVuSans.ttf"
 
 
@@ -29,14 +61,18 @@ def dxf_text(drawing: Drawing) -> str:
         _set_up(document, sheet)
         space = document.modelspace()
         for item in sheet.items:
-            _draw(space, _rounded(item))
+            if isinstance(item, Mark) and item.measure is not None:
+                _dimension(document, item, item.measure)
+            else:
+                for leaf in leaves((item,)):
+                    _draw(space, _rounded(leaf))
         for kind in sorted({entity.dxftype() for entity in document.entitydb.values()}):
             document.classes.add_class(kind)  # in the order of a set else, which is another in each process
         out = StringIO()
         document.write(out)
     finally:
         options.write_fixed_meta_data_for_testing = fixed
-    return out.getvalue()
+    return NOT_ASCII.sub(lambda match: SIGNS.get(match[0], f"\\U+{ord(match[0]):04X}"), out.getvalue())
 
 
 def _set_up(document: Any, sheet: Sheet) -> None:
@@ -53,7 +89,7 @@ def _set_up(document: Any, sheet: Sheet) -> None:
     document.header["$EXTMIN"] = (0.0, 0.0, 0.0)
 
 
-def _rounded(item: Item) -> Item:
+def _rounded(item: Leaf) -> Leaf:
     """The same to a millionth of a millimetre: what lies below depends on how a solid came here."""
     if isinstance(item, Text):
         return replace(item, at=_near(item.at))
@@ -67,6 +103,42 @@ def _rounded(item: Item) -> Item:
 
 def _near(point: Point) -> Point:
     return round(point[0], DECIMALS) + 0.0, round(point[1], DECIMALS) + 0.0
+
+
+def _dimension(document: Any, mark: Mark, measure: Measure) -> None:
+    """A DIMENSION with its own block."""
+    kind, where = KINDS[measure.kind]
+    points = {name: (*_near(point), 0.0) for name, point in zip(where, measure.points, strict=True)}
+    first, last = measure.points[0], measure.points[1]
+    if measure.kind in ("right", "up"):
+        length = abs(last[measure.kind == "up"] - first[measure.kind == "up"])
+    else:
+        length = hypot(last[0] - first[0], last[1] - first[1])
+    factor = round(measure.value_mm / length, DECIMALS) if length > 1e-9 else 1.0
+    style = f"SCALE_{factor:g}".replace(".", "_")
+    if style not in document.dimstyles:
+        document.dimstyles.new(style, dxfattribs={"dimlfac": factor, "dimtxsty": STYLE})
+    block = document.blocks.new_anonymous_block(type_char="D")
+    for item in mark.items:
+        _draw(block, _rounded(item))
+    text = next(item for item in mark.items if isinstance(item, Text))
+    middle = (text.box[0] + text.box[2]) / 2, (text.box[1] + text.box[3]) / 2
+    if measure.kind == "length":  # its line runs through the text's side, its ends square to what is measured
+        points["defpoint"] = points["defpoint3"]
+    look = {
+        "layer": "dimension",
+        "dimstyle": style,
+        "geometry": block.name,
+        "dimtype": kind,
+        "text_midpoint": (*_near(middle), 0.0),
+        "text": measure.text,
+        "actual_measurement": round(measure.value_mm, DECIMALS),
+        "angle": round(degrees(atan2(last[1] - first[1], last[0] - first[0])), DECIMALS),
+        **points,
+    }
+    if measure.kind != "length":
+        del look["angle"]
+    document.modelspace().new_entity("DIMENSION", look)
 
 
 def _draw(space: Any, item: Stroke | Arc | Area | Text) -> None:

@@ -16,6 +16,8 @@ FACE = "DejaVu Sans"
 NARROW = 0.85  # of the face's own width
 ENCODING = "cp1252"
 LINE = 1.6  # from line to line, in heights of the capitals
+SURFACE, SURFACE_WIDE = "\ue000", 1.25
+"""Stands in a text for the symbol of a surface, which is drawn where the text is set; how wide, in heights."""
 
 
 class LetteringError(ValueError):
@@ -56,10 +58,12 @@ def width_of(text: str, height_mm: float) -> float:
         LetteringError: A character is not in the face or not in the encoding.
     """
     advances = _advances()
-    for letter in text:
+    plain = text.replace(SURFACE, "")
+    for letter in plain:
         if ord(letter) not in advances or not letter.isprintable() or not _encodable(letter):
             raise LetteringError(f"{letter!r} in {text!r} cannot be lettered: not in {FACE} or not in {ENCODING}")
-    return height_mm * sum(advances[ord(letter)] for letter in text)
+    wide = SURFACE_WIDE * (len(text) - len(plain))
+    return height_mm * (wide + sum(advances[ord(letter)] for letter in plain))
 
 
 def wrapped(text: str, height_mm: float, most_mm: float) -> list[str]:

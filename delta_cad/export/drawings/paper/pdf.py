@@ -6,7 +6,7 @@ import zlib
 from math import cos, radians, sin, tan
 
 from delta_cad.export.drawings.paper.lettering import ENCODING, FACE, NARROW, em_mm, metrics, program
-from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Sheet, Stroke, Text
+from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Sheet, Stroke, Text, leaves
 
 POINTS = 72.0 / 25.4  # in a millimetre
 FIRST, LAST = 32, 255
@@ -76,7 +76,7 @@ def _content(sheet: Sheet) -> bytes:
     for layer, pen in LAYERS.items():
         dashes = " ".join(f"{dash:g}" for dash in pen.dashes)
         out.append(f"{pen.width_mm:g} w [{dashes}] 0 d".encode())
-        for item in sheet.items:
+        for item in leaves(sheet.items):
             if isinstance(item, Text):
                 continue
             if item.layer == layer:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import cos, radians, sin
 
 import numpy as np
@@ -118,7 +118,57 @@ class Text:
         return x, y - below, x + self.length, y + self.height
 
 
-Item = Stroke | Arc | Area | Text
+Leaf = Stroke | Arc | Area | Text
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What a dimension measures, for files that know dimensions.
+
+    Attributes:
+        kind: "right" or "up" of an ordinate, "diameter", "radius" or "length".
+        points: Of an ordinate the origin, the feature and the end of its line; of a diameter two opposite points, of a
+            radius centre and arc, of a length its two ends; mm on the sheet.
+        value_mm: What it is of the part.
+        text: What is printed.
+    """
+
+    kind: str
+    points: tuple[Point, ...]
+    value_mm: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What belongs together: a dimension with its lines, or a symbol, into whose box nothing else may come.
+
+    Attributes:
+        name: "dimension", or of a symbol its kind and what it says, such as "position Ø0.05 A B" or "datum A".
+        items: What it is drawn with.
+        measure: Of a dimension what it measures.
+    """
+
+    name: str
+    items: tuple[Leaf, ...]
+    measure: Measure | None = None
+
+    @property
+    def box(self) -> Box:
+        """What it covers."""
+        return box_of(self.items)
+
+
+Item = Leaf | Mark
+
+
+def leaves(items: Iterable[Item]) -> Iterator[Leaf]:
+    """Gives what items are drawn with, marks taken apart."""
+    for item in items:
+        if isinstance(item, Mark):
+            yield from item.items
+        else:
+            yield item
 
 
 @dataclass
@@ -144,7 +194,12 @@ class Sheet:
     @property
     def texts(self) -> Iterator[Text]:
         """All texts."""
-        return (item for item in self.items if isinstance(item, Text))
+        return (item for item in leaves(self.items) if isinstance(item, Text))
+
+    @property
+    def symbols(self) -> Iterator[Mark]:
+        """All symbols."""
+        return (item for item in self.items if isinstance(item, Mark) and item.measure is None)
 
 
 @dataclass(frozen=True)
@@ -158,7 +213,14 @@ class Drawing:
 
 def moved(item: Item, by: Point) -> Item:
     """Gives an item shifted."""
+    if isinstance(item, Mark):
+        points = tuple((x + by[0], y + by[1]) for x, y in item.measure.points) if item.measure else ()
+        measure = item.measure and replace(item.measure, points=points)
+        return Mark(item.name, tuple(_leaf_moved(one, by) for one in item.items), measure)
+    return _leaf_moved(item, by)
 
+
+def _leaf_moved(item: Leaf, by: Point) -> Leaf:
     def shift(point: Point) -> Point:
         return point[0] + by[0], point[1] + by[1]
 
@@ -187,7 +249,7 @@ def in_a_row(drawing: Drawing) -> Sheet:
 def box_of(items: Iterable[Item]) -> Box:
     """Computes the box around items; of nothing an empty box at the origin."""
     corners: list[Point] = []
-    for item in items:
+    for item in leaves(items):
         if isinstance(item, Text):
             corners += [(item.box[0], item.box[1]), (item.box[2], item.box[3])]
         else:
@@ -206,7 +268,7 @@ def overlap(a: Box, b: Box, apart: float = 0.0) -> bool:
 def lines_of(items: Iterable[Item]) -> np.ndarray:
     """Gives the lines that items are drawn with, arcs by chords of 3 degrees, as (n, 2, 2) ends; texts have none."""
     found: list[np.ndarray] = []
-    for item in items:
+    for item in leaves(items):
         if isinstance(item, Text):
             continue
         points = np.array(item.points() if isinstance(item, Arc) else item.points, dtype=float)

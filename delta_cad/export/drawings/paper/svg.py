@@ -6,7 +6,7 @@ from math import cos, radians, sin
 from xml.sax.saxutils import escape
 
 from delta_cad.export.drawings.paper.lettering import FACE, em_mm
-from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Stroke, Text, in_a_row
+from delta_cad.export.drawings.paper.sheet import LAYERS, Arc, Area, Drawing, Leaf, Mark, Stroke, Text, in_a_row, leaves
 
 
 def svg_text(drawing: Drawing) -> str:
@@ -19,15 +19,14 @@ def svg_text(drawing: Drawing) -> str:
         f"<title>{escape(drawing.title)}</title>",
         '<rect width="100%" height="100%" fill="white"/>',
     ]
-    for layer, pen in LAYERS.items():
-        dashes = f' stroke-dasharray="{" ".join(f"{dash:g}" for dash in pen.dashes)}"' if pen.dashes else ""
-        out.append(
-            f'<g id="{layer}" fill="none" stroke="black" stroke-width="{pen.width_mm:g}" stroke-linecap="round" '
-            f'stroke-linejoin="round"{dashes}>'
-        )
-        out += [
-            _drawn(item, sheet.height) for item in sheet.items if not isinstance(item, Text) and item.layer == layer
-        ]
+    plain = [item for item in sheet.items if not isinstance(item, Mark) or item.measure]
+    for layer in LAYERS:
+        out += _layer(layer, list(leaves(plain)), sheet.height, f'id="{layer}"')
+    for symbol in sheet.symbols:  # each a group of its own, with what it says
+        out.append(f'<g class="symbol"><desc>{escape(symbol.name)}</desc>')
+        for layer in LAYERS:
+            if any(not isinstance(item, Text) and item.layer == layer for item in symbol.items):
+                out += _layer(layer, list(symbol.items), sheet.height)
         out.append("</g>")
     out.append(f'<g id="lettering" font-family="{FACE}, Arial, sans-serif" fill="black">')
     for text in sheet.texts:
@@ -38,6 +37,18 @@ def svg_text(drawing: Drawing) -> str:
             f'lengthAdjust="spacingAndGlyphs"{turn}>{escape(text.text)}</text>'
         )
     return "\n".join([*out, "</g>", "</svg>"]) + "\n"
+
+
+def _layer(layer: str, items: list[Leaf], height: float, name: str = "") -> list[str]:
+    """What lies on a layer, in a group with its pen."""
+    pen = LAYERS[layer]
+    dashes = f' stroke-dasharray="{" ".join(f"{dash:g}" for dash in pen.dashes)}"' if pen.dashes else ""
+    head = (
+        f'<g {name} fill="none" stroke="black" stroke-width="{pen.width_mm:g}" stroke-linecap="round" '
+        f'stroke-linejoin="round"{dashes}>'
+    ).replace("  ", " ")
+    drawn = [_drawn(item, height) for item in items if not isinstance(item, Text) and item.layer == layer]
+    return [head, *drawn, "</g>"]
 
 
 def _drawn(item: Stroke | Arc | Area, height: float) -> str:

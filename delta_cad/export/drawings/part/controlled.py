@@ -1,4 +1,4 @@
-"""Fits and tolerances of lengths that the machine's dimensions ask of single parts, beyond those of their holes."""
+"""What the machine's dimensions ask of single parts beyond their holes: fits, lengths, and what runs true to what."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances import LENGTH_MM
+from delta_cad.dimensions.capstan import PINION_TURNED_MM, RIM_TURNED_MM
+from delta_cad.dimensions.forearm import LINER_GLUE_MM
+from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
+from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, LINER_TURNED_MM, TRUE_MM, deviations_um
 
 SAME_MM = 1e-3
+SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
 CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
 
 
@@ -23,30 +27,66 @@ class Length:
 
 
 @dataclass(frozen=True)
+class Round:
+    """What is asked of a round face that is no bore.
+
+    Attributes:
+        diameter_mm: Nominal; of an outer thread its tap drill, which it is drawn a little thinner than.
+        fit: ISO 286 class, or "".
+        either_mm: By how much the diameter may be off, either way; 0: by its fit, or as the general tolerance has it.
+        thread: Such as "M6", or "".
+        surface_um: Roughness Ra; None: the general one.
+    """
+
+    diameter_mm: float
+    fit: str = ""
+    either_mm: float = 0.0
+    thread: str = ""
+    surface_um: float | None = None
+
+    @property
+    def deviations_mm(self) -> tuple[float, float] | None:
+        """Lower and upper deviation of the diameter; None: none of its own."""
+        if self.fit:
+            lower, upper = deviations_um(self.fit, self.diameter_mm)
+            return lower / 1000.0, upper / 1000.0
+        return (-self.either_mm, self.either_mm) if self.either_mm else None
+
+    def is_of(self, diameter_mm: float) -> bool:
+        """Decides whether a face of a diameter is what is meant."""
+        off = self.diameter_mm - diameter_mm
+        return 0.0 <= off < CORE_MM if self.thread else abs(off) < SAME_MM
+
+
+@dataclass(frozen=True)
 class Controlled:
     """What of a part is held closer than the general tolerance.
 
     Attributes:
         lengths: Toleranced lengths; coordinates along their axes count from their starts.
-        fits: Diameter of an outer face, mm, and its fit.
-        threads: Tap drill of an outer thread, mm, which it is drawn a little thinner than, and the thread.
+        depths: Toleranced depths of bores, which their callouts tell.
+        rounds: Of round faces that are no bores.
+        coaxial: Diameters of what is on one axis with the fitted one, mm, each with the width of its zone.
+        square: Diameters of bores that are square to the part's plane, mm, beside the widest fitted one.
+        seat: Axis and coordinate, mm, of the plane that it is put on, datum A; None: the largest across its bores.
+        shoulder_mm: Where a plane of a turned part stands square to its axis; None: none has to.
     """
 
     lengths: tuple[Length, ...] = ()
-    fits: tuple[tuple[float, str], ...] = ()
-    threads: tuple[tuple[float, str], ...] = ()
+    depths: tuple[Length, ...] = ()
+    rounds: tuple[Round, ...] = ()
+    coaxial: tuple[tuple[float, float], ...] = ()
+    square: tuple[float, ...] = ()
+    seat: tuple[int, float] | None = None
+    shoulder_mm: float | None = None
 
     def datum(self, axis: int) -> float | None:
         """Gives where coordinates along an axis count from, mm; None: not stated."""
         return next((length.start_mm for length in self.lengths if length.axis == axis), None)
 
-    def fit(self, diameter_mm: float) -> str:
-        """Gives the fit of an outer diameter, "" where none is asked."""
-        return next((fit for size, fit in self.fits if abs(size - diameter_mm) < SAME_MM), "")
-
-    def thread(self, diameter_mm: float) -> str:
-        """Gives the thread that an outer diameter stands for, "" where it is none."""
-        return next((thread for drill, thread in self.threads if 0.0 <= drill - diameter_mm < CORE_MM), "")
+    def round_of(self, diameter_mm: float) -> Round | None:
+        """Gives what is asked of an outer diameter; None: no more than of any."""
+        return next((one for one in self.rounds if one.is_of(diameter_mm)), None)
 
     def tolerance(self, axis: int, value_mm: float) -> float | None:
         """Gives the tolerance of the length from the datum to a coordinate, mm; None: the general one."""
@@ -56,16 +96,45 @@ class Controlled:
 
 def controlled(d: Dimensions) -> dict[str, Controlled]:
     """Gives by part number what is held closer than the general tolerance; parts that are not named have nothing."""
-    layers, stem = d.layers, d.platform.stem_thread
+    layers, stem, shaft, forearm = d.layers, d.platform.stem_thread, d.shaft, d.forearm
+    journal = Round(shaft.diameter_mm, "h6", surface_um=FITTED_RA_UM[6])
+    bar = Round(forearm.bar_diameter_mm, "h6", surface_um=FITTED_RA_UM[6])
+    seat, gauged = forearm.seat_diameter_mm, 2 * CLEARANCE_TOLERANCE_MM
+    liner, pin = 2 * forearm.liner_radius_mm, forearm.pin_diameter_mm
     found = {
-        "foot_block": Controlled((Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM),)),
-        "shoulder_shaft": Controlled(fits=((d.shaft.diameter_mm, "h6"),)),
-        "handle_stem": Controlled(threads=((catalogue.screw(stem).tap_drill_mm, stem),)),
-        "cross_bar": Controlled(_shoulders(d), ((d.forearm.bar_diameter_mm, "h6"),)),
+        "foot_block": Controlled(
+            (Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM),),
+            seat=(2, d.bracket.base_top_mm),
+        ),
+        "shoulder_shaft": Controlled(
+            rounds=(journal,),
+            coaxial=((shaft.magnet_bore_mm, COAXIAL_MM),) if d.sensed_at_shoulder else (),
+            shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm + SHOULDER_MM else None,
+        ),
+        "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
+        "cross_bar": Controlled(_shoulders(d), rounds=(bar, Round(pin, "h7")), coaxial=((pin, TRUE_MM),)),
+        "rod_cup": Controlled(rounds=(Round(liner + 2 * LINER_GLUE_MM, either_mm=LINER_TURNED_MM),)),
+        "cup_shell": Controlled(rounds=(Round(seat, either_mm=gauged), Round(liner, either_mm=LINER_TURNED_MM))),
     }
+    inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm
+    outside = layers.encoder_cheek_mm[1]  # the cheeks' inner faces lie on the foot block
+    found["motor_cheek"] = Controlled(square=(pilot,), seat=(1, inside))
+    found["encoder_cheek"] = Controlled(seat=(1, outside))
     if d.capstan is not None:
-        found["upper_arm"] = Controlled((Length(1, layers.bearings_mm[0][1], layers.arm_mm[1], LENGTH_MM),))
-        found["sector"] = Controlled((Length(1, layers.arm_mm[1], layers.bearings_mm[1][0], LENGTH_MM),))
+        c, (encoder, motor) = d.capstan, layers.bearings_mm
+        spring = d.preload.work_height_mm if d.preload is not None else 0.0
+        floor = encoder[0] - spring
+        found["motor_cheek"] = Controlled(
+            depths=(Length(1, inside, motor[1], LENGTH_MM),), square=(pilot,), seat=(1, inside)
+        )
+        found["encoder_cheek"] = Controlled(depths=(Length(1, outside, floor, LENGTH_MM),), seat=(1, outside))
+        found["upper_arm"] = Controlled((Length(1, encoder[1], layers.arm_mm[1], LENGTH_MM),))
+        rim = Round(2 * c.rim_radius_mm, either_mm=2 * RIM_TURNED_MM)
+        face = layers.arm_mm[1]
+        found["sector"] = Controlled((Length(1, face, motor[0], LENGTH_MM),), rounds=(rim,), seat=(1, face))
+        groove, crest = 2 * (c.run.pinion_mm - c.cable_diameter_mm / 2), 2 * c.pinion_radius_mm
+        turned = tuple(Round(diameter, either_mm=PINION_TURNED_MM) for diameter in (groove, crest))
+        found["pinion"] = Controlled(rounds=turned, coaxial=((groove, TRUE_MM),))
     return found
 
 

@@ -13,9 +13,10 @@ from math import degrees
 
 import numpy as np
 
-from delta_cad.export.drawings.part.controlled import Controlled
+from delta_cad.export.drawings.paper.lettering import SURFACE
+from delta_cad.export.drawings.part.controlled import Controlled, Round
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
-from delta_cad.export.drawings.part.holes import hole_groups, slots
+from delta_cad.export.drawings.part.holes import hole_groups, signed, slots
 from delta_cad.export.drawings.part.places import place_bores, place_faces, place_steps
 from delta_cad.export.drawings.part.record import SAME_MM, Features, Size
 from delta_cad.export.drawings.part.shape import (
@@ -32,6 +33,7 @@ from delta_cad.export.drawings.part.shape import (
     turning_axis,
     unit,
 )
+from delta_cad.export.drawings.part.zones import add_zones
 from delta_cad.solids.part import Part
 
 
@@ -64,6 +66,7 @@ def features_of(part: Part, faces: list[Face], controlled: Controlled) -> Featur
         place_steps(found, own)
     else:
         place_faces(found, own)
+    add_zones(found, part, controlled)
     return found
 
 
@@ -91,16 +94,26 @@ def _tell_rounds(found: Features, own: Iterable[Face], controlled: Controlled) -
     for (sign, radius), faces in sorted(groups.items(), key=lambda item: -item[0][1]):
         count = len({tuple(np.round(f.point - (f.point @ f.axis) * f.axis, 2)) for f in faces}) if sign != "SØ" else 1
         count = len(faces) if sign in ("R",) else count
-        value = 2 * radius if "Ø" in sign or sign == "cone " else radius
-        text = f"{sign}{round(value, 3):g}"
-        text = controlled.thread(value) or text if sign == "Ø" else text
-        if sign == "cone ":
-            text += "°"
-        if fit := controlled.fit(value) if sign == "Ø" else "":
-            text += f" {fit}"
+        value = 2 * faces[0].radius if "Ø" in sign else 2 * radius if sign == "cone " else faces[0].radius
+        held = controlled.round_of(2 * faces[0].radius) if sign in ("Ø", "SØ", "R") else None
+        text = f"{sign}{round(value, 3):g}" + ("°" if sign == "cone " else "")
+        if held is not None:
+            text = _held(text, held, is_radius=sign == "R")
         kind = {"SØ": "ball", "ring R": "ring"}.get(sign, "round")
-        key = f"{sign.strip()} {value:g}"
-        found.sizes.append(Size(key, f"{count}x {text}" if count > 1 and sign == "R" else text, faces, kind))
+        key = f"{sign.strip()} {round(value, 3):g}"
+        found.sizes.append(Size(key, f"{count}x {text}" if count > 1 and sign == "R" else text, faces, kind, held))
+
+
+def _held(text: str, held: Round, is_radius: bool) -> str:
+    """A diameter, or a radius, with what is asked of it."""
+    if held.thread:
+        return held.thread
+    if held.fit and held.deviations_mm:
+        lower, upper = (signed(one) for one in held.deviations_mm)
+        text += f" {held.fit} ({upper}/{lower})"
+    elif held.either_mm:
+        text += f" ±{held.either_mm / (2.0 if is_radius else 1.0):g}"
+    return text if held.surface_um is None else f"{text} {SURFACE}Ra {held.surface_um:g}"
 
 
 def _datum(found: Features, part: Part, controlled: Controlled) -> np.ndarray:

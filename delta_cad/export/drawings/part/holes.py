@@ -13,6 +13,7 @@ from math import pi
 
 import numpy as np
 
+from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.solids.part import Hole, Part
 
@@ -108,17 +109,18 @@ def recorded(callout: str, hole: Hole) -> str:
         return callout
     fit, deviations, surface, thread, through, depth = min(records, key=str)
     if deviations is not None:
-        lower, upper = (_signed(um / 1000.0) for um in deviations)
+        lower, upper = (signed(um / 1000.0) for um in deviations)
         if fit:
             callout = callout.replace(f" {fit}", f" {fit} ({upper}/{lower})", 1)
         elif "+" not in callout and (number := NUMBER.match(SHARE.sub(r"\2", callout).removeprefix("Ø"))):
-            callout = callout.replace(number[0], f"{number[0]} {upper}/{lower}", 1)
+            both = f"±{deviations[1] / 1000.0:g}" if deviations[0] == -deviations[1] else f"{upper}/{lower}"
+            callout = callout.replace(number[0], f"{number[0]} {both}", 1)
     if thread and not through and len(records) == 1 and "drilled" not in callout:
         callout += f", drilled {depth:g} deep"
-    return callout if surface is None else f"{callout}, Ra {surface:g}"
+    return callout if surface is None else f"{callout} {SURFACE}Ra {surface:g}"
 
 
-def _signed(value_mm: float) -> str:
+def signed(value_mm: float) -> str:
     """Writes a deviation with its sign, 0 without."""
     return f"{value_mm:+g}" if value_mm else "0"
 
@@ -242,9 +244,9 @@ def _on(bore: Bore, declared: Sequence[Hole]) -> list[Hole]:
 def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> str:
     """What is told of a declared hole on the axes of one group."""
     sharing = [g for g in groups.values() if any(abs(hole.diameter_mm - d) < SAME_MM for d in g[0].diameters)]
-    if len(sharing) == 1:
-        return _prefixed(hole.count, _named(hole.callout, hole.diameter_mm))
     shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
+    if len(sharing) == 1:
+        return _prefixed(hole.count, _named(_shared(shares) or hole.callout, hole.diameter_mm))
     own = [match[2] for match in shares if int(match[1]) == len(same)]
     if len(own) == 1 and len(shares) == len(sharing):
         return _prefixed(len(same), _named(own[0], hole.diameter_mm))
@@ -253,6 +255,14 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     depth = max(end - start for start, end in spans)
     sides = " from both sides" if len(spans) == 2 else ""
     return _prefixed(len(same), _named(f"{designation} x {depth:g} deep{sides}", hole.diameter_mm))
+
+
+def _shared(shares: list[re.Match[str]]) -> str:
+    """Equal bores of several uses in one: what they are, then how many are for what; "" where they are not equal."""
+    parts = [share[2].partition(", ") for share in shares]
+    if len(parts) < 2 or len({what for what, _, _ in parts}) > 1:
+        return ""
+    return ", ".join([parts[0][0], *(f"{share[1]}x {use}" for share, (_, _, use) in zip(shares, parts, strict=True))])
 
 
 def _named(callout: str, diameter: float) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from delta_cad.export.drawings.part.controlled import Round
 from delta_cad.export.drawings.part.faces import Face
 from delta_cad.export.drawings.part.holes import HoleGroup, Slots
 
@@ -42,12 +43,53 @@ class Size:
         text: What is told.
         faces: The faces that have it; [0] is shown.
         kind: "round", "ball", "ring" or "flat".
+        asked: What is asked of it; None: no more than of any.
     """
 
     key: str
     text: str
     faces: list[Face]
     kind: str
+    asked: Round | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Datum:
+    """What tolerances count from: a plane, or the axis of what is round.
+
+    Attributes:
+        letter: Its name.
+        faces: Its faces.
+    """
+
+    letter: str
+    faces: tuple[Face, ...]
+
+    @property
+    def key(self) -> str:
+        """Unique name."""
+        return f"datum {self.letter}"
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """A geometric tolerance.
+
+    Attributes:
+        kind: "position", "perpendicularity" or "coaxiality", ISO 1101.
+        value_mm: How wide its zone is.
+        is_round: Whether the zone is a cylinder about an axis.
+        faces: Of what is held in it, equal ones together.
+        datums: Letters of what it counts from, in their order.
+        key: Unique name.
+    """
+
+    kind: str
+    value_mm: float
+    is_round: bool
+    faces: tuple[Face, ...]
+    datums: tuple[str, ...]
+    key: str
 
 
 @dataclass(eq=False)
@@ -64,6 +106,8 @@ class Features:
         sizes: Diameters, radii.
         notes: Told in words, by key: chamfers, a pattern, curved faces.
         datum: (3,) coordinates that count as 0.
+        datums: What tolerances count from.
+        zones: Geometric tolerances.
     """
 
     faces: list[Face]
@@ -75,3 +119,5 @@ class Features:
     sizes: list[Size] = field(default_factory=list)
     notes: dict[str, str] = field(default_factory=dict)
     datum: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    datums: list[Datum] = field(default_factory=list)
+    zones: list[Zone] = field(default_factory=list)

@@ -10,24 +10,34 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import cos, hypot, radians, sin
+from math import hypot
 
 import numpy as np
 
-from delta_cad.export.drawings.paper.lettering import LINE, width_of, wrapped
-from delta_cad.export.drawings.paper.sheet import Arc, Box, Item, Point, Stroke, Text
+from delta_cad.export.drawings.paper.lettering import width_of
+from delta_cad.export.drawings.paper.sheet import Arc, Item, Leaf, Mark, Measure, Point, Stroke, Text
 from delta_cad.export.drawings.part.controlled import Controlled
-from delta_cad.export.drawings.part.faces import Face, is_across, is_along
-from delta_cad.export.drawings.part.holes import Bore, HoleGroup
-from delta_cad.export.drawings.part.record import SAME_MM, Features, Place
-from delta_cad.export.drawings.views.choice import View
-from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, higher, number, spread, tied, towards
+from delta_cad.export.drawings.part.faces import is_across, is_along
+from delta_cad.export.drawings.part.holes import HoleGroup
+from delta_cad.export.drawings.part.record import SAME_MM, Place
+from delta_cad.export.drawings.views.lines import (
+    BASE_MM,
+    PITCH_MM,
+    TRIANGLE_MM,
+    Flag,
+    Line,
+    asked_of,
+    length_of,
+    lines_of_group,
+    set_line,
+    triangle,
+)
+from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, free_text, number, spread, tied
+from delta_cad.export.drawings.views.pointing import FAR_MM, Pointing
 
-PITCH_MM = LETTER_MM * LINE
 CALLOUT_MM = 62.0  # longest line of a callout
 WIDE_MM = 70.0  # of a view from which on callouts of what lies in its left half stand over it
-NEAR_MM, FAR_MM = 2.0, 9.0  # from a view to where its extension lines bend, and to where the texts begin
-SLOPE_MM = 7.0  # by which a callout stands above the wall it points at, so that its leader does not run along it
+NEAR_MM = 2.0  # from a view to where its extension lines bend
 THREAD = re.compile(r"^(?:\d+x )?M(\d+(?:\.\d+)?)")
 
 
@@ -47,32 +57,39 @@ class Tagged:
 class Callout:
     """What is told at the end of a leader: about where it points, where its arrow ends, coming from a point; its lines.
 
-    `short` ones may stand over the view; of a turned part, those `at_end` are bored from an end.
+    `short` ones may stand over the view; of a turned part, those `at_end` are bored from an end. `measure` gives what
+    is measured for the arrow's tip; `outward` is the way out of a datum's plane, whose leader ends in a triangle.
     """
 
     anchor: Point
     tip: Callable[[Point], Point]
-    lines: list[str]
+    lines: list[Line]
     told: tuple[str, ...]
     short: bool = False
     at_end: bool = False
+    measure: Callable[[Point], Measure | None] = lambda _: None
+    outward: Point | None = None
+
+    def drawn(self, leader: tuple[Point, ...], texts: list[Item]) -> list[Item]:
+        """Gives its texts, and its leader to the tip that it ends in; as a dimension where it measures something."""
+        tip, last = leader[-1], leader[-2]
+        if self.outward is not None:
+            tip = tip[0] + TRIANGLE_MM[1] * self.outward[0], tip[1] + TRIANGLE_MM[1] * self.outward[1]
+            return [*texts, Stroke("dimension", (*leader[:-1], tip)), triangle(leader[-1], self.outward)]
+        line: list[Leaf] = [Stroke("dimension", leader), arrow(tip, last)]
+        own = [item for item in texts if isinstance(item, Text)]
+        measure = self.measure(tip)
+        if measure is None or not own:
+            return [*texts, *line]
+        others = [item for item in texts if not isinstance(item, Text)]
+        return [Mark("dimension", (*own, *line), measure), *others]
 
 
 @dataclass
-class Setting:
-    """What the texts of one view are set out with: `drawn` is the part's box, `room` is where the bands begin."""
+class Setting(Pointing):
+    """What the texts of one view are set out with."""
 
-    view: View
-    scale: float
-    features: Features
     controlled: Controlled
-    drawn: Box
-    room: Box
-
-    def at(self, point: np.ndarray) -> Point:
-        """Where a point of the part is on the block."""
-        u, v = self.view.frame(point)
-        return u * self.scale, v * self.scale
 
     def keys(self, group: HoleGroup) -> list[str]:
         """Names of a group's bores."""
@@ -174,17 +191,18 @@ class Setting:
             bend, rest = edge - NEAR_MM - 0.5, edge - FAR_MM
             path = [(start, want), (bend, want), (rest, at)]
             told = tuple(place.key for place in places)
+            low = rest - 1.0 - width_of(text, LETTER_MM)
             if k == 1:  # upwards: texts on the left, read from below
-                found.append(Stroke("dimension", tuple(path)))
-                left = rest - 1.0 - width_of(text, LETTER_MM)
-                found.append(Text((left, at - LETTER_MM / 2), LETTER_MM, text, told=told))
+                letters = Text((low, at - LETTER_MM / 2), LETTER_MM, text, told=told)
             else:
-                found.append(Stroke("dimension", tuple((y, x) for x, y in path)))
-                low = rest - 1.0 - width_of(text, LETTER_MM)
-                found.append(Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, told=told))
+                path = [(y, x) for x, y in path]
+                letters = Text((at + LETTER_MM / 2, low), LETTER_MM, text, upright=True, told=told)
+            drawn: list[Leaf] = [Stroke("dimension", tuple(path)), letters]
             if abs(value) < SAME_MM:
-                centre = (bend, want) if k == 1 else (want, bend)
-                found.append(Arc("dimension", centre, 0.8))
+                drawn.append(Arc("dimension", path[1], 0.8))
+            origin = (path[0][0], zero) if k == 1 else (zero, path[0][1])
+            measure = Measure("up" if k else "right", (origin, path[0], path[-1]), abs(value), text)
+            found.append(Mark("dimension", tuple(drawn), measure))
         return found
 
     def _level(self, point: np.ndarray, axis: np.ndarray, want: float) -> bool:
@@ -209,7 +227,7 @@ class Setting:
                 (over if one.short else beside[one.anchor[0] < centre - 1.0 and one.at_end]).append(one)
         else:
             over = [one for one in told if wide > WIDE_MM and one.anchor[0] < centre]
-            if sum(width_of(one.lines[0], LETTER_MM) for one in over) > 1.2 * wide:
+            if sum(length_of(one.lines[0]) for one in over) > 1.2 * wide:
                 over = [one for one in over if one.short]
             beside[False] = [one for one in told if one not in over]
         return [*self._aside_of(beside[False], 1.0), *self._aside_of(beside[True], -1.0), *self._over(over)]
@@ -219,15 +237,37 @@ class Setting:
         found = []
         most = CALLOUT_MM if self.features.turned or self.drawn[2] - self.drawn[0] < WIDE_MM else 45.0
         for group in groups:
-            lines = [part for line in group.callout for part in wrapped(line, LETTER_MM, most)]
+            lines = lines_of_group(group, self.features, most)
             bore = max(group.bores, key=lambda b: self.at(b.point)[0])
             at_end = not bore.through and is_along(bore.axis, self.features.main)
-            found.append(Callout(*self._to_bore(bore), lines, tuple(self.keys(group)), False, at_end))
+            measure = self.across_bore(bore)
+            found.append(Callout(*self.to_bore(bore), lines, tuple(self.keys(group)), False, at_end, measure))
         for size in self.view.sizes:
             face = max(size.faces, key=lambda f: self.at(f.centre)[0])
             from_side = size.kind == "flat" or (size.kind != "ball" and is_across(face.axis, self.view.towards))
             short = from_side or not self.features.turned
-            found.append(Callout(*self._to_face(face, size.kind), [size.text], (size.key,), short))
+            lines = [size.text, *asked_of(size.faces, self.features)]
+            measure = self.across_face(face, size.text, size.kind)
+            found.append(Callout(*self.to_face(face, size.kind), lines, (size.key,), short, measure=measure))
+        return [*found, *self._planes()]
+
+    def _planes(self) -> list[Callout]:
+        """Datums and tolerances of planes, at the edge as which each is seen."""
+        found = []
+        for face in self.view.planes:
+            u, v = self.view.frame.axes @ face.axis
+            places = self.edge(face)
+            lines: list[Line] = [
+                Flag(line.datum, line.beside, hung=line.beside is not None) if isinstance(line, Flag) else line
+                for line in asked_of([face], self.features)
+            ]
+            outward = (float(u), float(v)) if any(isinstance(line, Flag) for line in lines) else None
+
+            def tip(point: Point, places: Sequence[Point] = places) -> Point:
+                return min(places, key=lambda p: hypot(p[0] - point[0], p[1] - point[1]))
+
+            far = self.room[2] + FAR_MM, max(y for _, y in places)
+            found.append(Callout(tip(far), tip, lines, (), self.features.turned, outward=outward))
         return found
 
     def _aside_of(self, told: list[Callout], side: float) -> list[Item]:
@@ -238,95 +278,28 @@ class Setting:
         edge = (self.room[2] if side > 0.0 else self.room[0]) + side * (FAR_MM + 3.0)
         for one, middle in zip(told, heights, strict=True):
             top = middle + PITCH_MM * len(one.lines) / 2
+            texts: list[Item] = []
             for n, line in enumerate(one.lines):
-                base = top - PITCH_MM * (n + 1) + (PITCH_MM - LETTER_MM) / 2
-                left = edge if side > 0.0 else edge - width_of(line, LETTER_MM)
-                found.append(Text((left, base), LETTER_MM, line, told=one.told if n == 0 else ()))
+                left = edge if side > 0.0 else edge - length_of(line)
+                texts += set_line(line, (left, top - PITCH_MM * (n + 1) + BASE_MM), one.told if n == 0 else ())
             elbow, start = (edge - side * 3.0, middle), (edge - side * 0.8, middle)
-            tip = one.tip(elbow)
-            found += [Stroke("dimension", (start, elbow, tip)), arrow(tip, elbow)]
+            found += one.drawn((start, elbow, one.tip(elbow)), texts)
         return found
 
     def _over(self, told: list[Callout]) -> list[Item]:
         """Callouts side by side over the view."""
         told = sorted(told, key=lambda one: one.anchor[0])
-        widths = [max(width_of(line, LETTER_MM) for line in one.lines) + 4.0 for one in told]
+        widths = [max(map(length_of, one.lines)) + 4.0 for one in told]
         centres = spread([one.anchor[0] for one in told], widths)
         found: list[Item] = []
         for one, centre, width in zip(told, centres, widths, strict=True):
-            base = self.room[3] + FAR_MM
-            for n, line in enumerate(reversed(one.lines)):
-                at = centre - width / 2 + 2.0, base + n * PITCH_MM
-                found.append(Text(at, LETTER_MM, line, told=one.told if n == len(one.lines) - 1 else ()))
+            base, texts = self.room[3] + FAR_MM, list[Item]()
+            for n, line in enumerate(one.lines):
+                at = centre - width / 2 + 2.0, base + (len(one.lines) - 1 - n) * PITCH_MM
+                texts += set_line(line, at, one.told if n == 0 else ())
             start = centre, base - 1.0
-            tip = one.tip(start)
-            found += [Stroke("dimension", (start, tip)), arrow(tip, start)]
+            found += one.drawn((start, one.tip(start)), texts)
         return found
-
-    def _to_bore(self, bore: Bore) -> tuple[Point, Callable[[Point], Point]]:
-        """Where a bore is, and where an arrow from a point touches it."""
-        if self.view.end_on(bore):
-            centre, radius = self.at(bore.point), bore.widest / 2 * self.scale
-            return centre, lambda point: towards(centre, point, radius)
-        spans = bore.spans[bore.widest][-1]
-        middle = self.at(bore.point + (spans[0] + spans[1]) / 2 * bore.axis)
-        anchor, tip = higher(middle, self._aside(bore.axis, bore.widest / 2))
-        return (anchor[0], anchor[1] + SLOPE_MM), tip
-
-    def _to_face(self, face: Face, kind: str) -> tuple[Point, Callable[[Point], Point]]:
-        if kind == "flat":
-            at = self.at(face.centre if float(face.axis @ self.view.frame.axes[1]) >= 0.0 else self._mirrored(face))
-            return at, lambda _: at
-        if kind == "ball" or (kind == "round" and is_along(face.axis, self.view.towards)):
-            return self._to_arc(face)
-        if kind == "round":
-            middle = face.point + float((face.middle - face.point) @ face.axis) * face.axis
-            return higher(self.at(middle), self._aside(face.axis, self._radius(face, middle)))
-        at = self.at(face.centre)
-        return at, lambda _: at
-
-    def _radius(self, face: Face, middle: np.ndarray) -> float:
-        """Radius of a round face half way along it."""
-        across = face.corners - middle
-        across = across - np.outer(across @ face.axis, face.axis)
-        return face.radius if face.kind == "cylinder" else float(np.linalg.norm(across, axis=1).mean())
-
-    def _aside(self, axis: np.ndarray, radius: float) -> Point:
-        """From an axis to the outline of what is round about it, in the view."""
-        away = np.cross(axis, self.view.towards)
-        u, v = self.view.frame.axes @ (away / max(float(np.linalg.norm(away)), SAME_MM))
-        return float(u) * radius * self.scale, float(v) * radius * self.scale
-
-    def _mirrored(self, face: Face) -> np.ndarray:
-        """The middle of the flat opposite to a flat, on the other side of the part's axis."""
-        return face.centre - 2.0 * float(face.centre @ face.axis) * face.axis
-
-    def _to_arc(self, face: Face) -> tuple[Point, Callable[[Point], Point]]:
-        """To the point of an arc, or of a ball's outline, that is nearest to where the leader comes from."""
-        centre, radius = self.at(face.point), face.radius * self.scale
-        spans = [
-            (layer, item.start, item.end)
-            for layer in ("visible", "hidden")
-            for item in self.view.items
-            if isinstance(item, Arc)
-            and item.layer == layer
-            and abs(item.radius * self.scale - radius) < 0.01
-            and hypot(item.centre[0] * self.scale - centre[0], item.centre[1] * self.scale - centre[1]) < 0.01
-        ]
-        spans = [span for span in spans if span[0] == spans[0][0]]
-        angles = [a + (b - a) * k / 20 for _, a, b in spans for k in range(1, 20)]
-        points = [
-            (centre[0] + radius * cos(radians(angle)), centre[1] + radius * sin(radians(angle))) for angle in angles
-        ] or [self.at(p) for p in face.corners]
-
-        def tip(point: Point) -> Point:
-            whole = any(b - a > 360.0 - 1e-6 for _, a, b in spans)
-            if whole:
-                return towards(centre, point, radius)
-            return min(points, key=lambda p: hypot(p[0] - point[0], p[1] - point[1]))
-
-        far = self.room[2] + FAR_MM, max(p[1] for p in points) + SLOPE_MM
-        return tip(far), tip
 
     def tag(self, letter: str, group: HoleGroup, items: list[Item]) -> list[Tagged]:
         """Writes a tag beside each bore of a group, where it is free."""

@@ -86,7 +86,7 @@ def block_of(view: View, scale: float, features: Features, controlled: Controlle
     block = Block(view, items, drawn)
     if view.slot == "picture":
         return block
-    setting = Setting(view, scale, features, controlled, drawn, _with_room(drawn, cuts))
+    setting = Setting(view, scale, features, drawn, _with_room(drawn, cuts), controlled)
     block.items += setting.centre_lines()
     tagged = [g for g in view.groups if all(view.end_on(b) for b in g.bores)]
     count = sum(len(g.bores) for g in tagged)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.export.drawings.paper.sheet import Arc, Item, Point
-from delta_cad.export.drawings.part.faces import is_across, is_along
+from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import Bore, HoleGroup
 from delta_cad.export.drawings.part.places import auxiliary_directions
 from delta_cad.export.drawings.part.record import Features, Place, Size
@@ -42,6 +42,7 @@ class View:
         places: Coordinates told in it.
         sizes: Sizes told in it.
         groups: Holes told in it.
+        planes: Datum planes and planes with a tolerance that are told in it, each seen as an edge.
     """
 
     slot: str
@@ -53,6 +54,7 @@ class View:
     places: list[Place] = field(default_factory=list)
     sizes: list[Size] = field(default_factory=list)
     groups: list[HoleGroup] = field(default_factory=list)
+    planes: list[Face] = field(default_factory=list)
 
     @property
     def towards(self) -> np.ndarray:
@@ -233,6 +235,13 @@ def _share(views: list[View], features: Features) -> None:
         aside = [v for v in views if is_across(group.bores[0].axis, v.towards)]
         along = [v for v in aside if any(is_along(group.bores[0].axis, a) for a in v.frame.axes)]
         (best or along or aside or views)[0].groups.append(group)
+
+    asked = [*(datum.faces[0] for datum in features.datums), *(zone.faces[0] for zone in features.zones)]
+    for face in {id(face): face for face in asked if face.kind == "plane"}.values():
+        able = [view for view in views if any(is_along(face.axis, axis) for axis in view.frame.axes)]
+        if not able:
+            raise ViewError(f"a plane of {face.area:.1f} mm^2 that is a datum is seen as an edge in no view")
+        (next((view for view in able if view.slot != "turned"), able[0])).planes.append(face)
 
 
 def _arc_seen(view: View, size: Size) -> bool:

@@ -66,6 +66,11 @@ def thread(deep: float) -> Bore:
     return replace(tapped(along_z(0.0, (20, 20), (40, 0)), "M4", 8.0), depth_mm=deep)
 
 
+def thread_at(x: float) -> Bore:
+    """M4 x 8 so far from a side: its outer diameter is 2 mm nearer."""
+    return tapped(along_z(0.0, (x, 20), (40, 0)), "M4", 8.0)
+
+
 KEPT_AND_BROKEN: dict[str, tuple[Callable[[], Part], Callable[[], Part]]] = {
     "dfm corners": (lambda: pocketed(1.5, 6.0), lambda: pocketed(0.0, 6.0)),
     "dfm corner radii": (lambda: pocketed(1.5, 14.9), lambda: pocketed(1.5, 15.1)),
@@ -73,6 +78,7 @@ KEPT_AND_BROKEN: dict[str, tuple[Callable[[], Part], Callable[[], Part]]] = {
         lambda: bored(along_z(6.0, (20, 20), (0, 40)), along_z(6.0, (26.6, 20), (0, 40))),
         lambda: bored(along_z(6.0, (20, 20), (0, 40)), along_z(6.0, (26.4, 20), (0, 40))),
     ),
+    "dfm thread walls": (lambda: bored(thread_at(2.81)), lambda: bored(thread_at(2.79))),
     "dfm bore depth": (
         lambda: bored(blind(along_z(3.0, (20, 20), (40, 10.1)), 118.0)),
         lambda: bored(blind(along_z(3.0, (20, 20), (40, 9.9)), 118.0)),

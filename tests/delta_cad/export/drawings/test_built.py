@@ -7,7 +7,6 @@ import json
 import re
 from collections import Counter, defaultdict
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pypdfium2
 import pytest
@@ -20,17 +19,12 @@ from delta_cad.export.drawings.drawn import write_drawings
 from delta_cad.export.drawings.title import Titles
 from delta_cad.export.mass_properties import mass_report
 from tests.committed import Built
-
-SVG = "{http://www.w3.org/2000/svg}"
+from tests.delta_cad.export.drawings.reading import dxf_texts, svg_texts
 
 
 @pytest.fixture(scope="module")
 def folder(built: Built) -> Path:
     return built.folder / "drawings"
-
-
-def svg_texts(path: Path) -> list[str]:
-    return [element.text or "" for element in ElementTree.parse(path).getroot().iter(f"{SVG}text")]
 
 
 def test_every_made_part_has_its_files_and_the_check_holds(built: Built, folder: Path, best_assembly: Assembly) -> None:
@@ -65,8 +59,8 @@ def test_what_the_machine_needs_stands_on_the_drawings(folder: Path, best_dimens
     wanted = {
         "foot_block": [f"{d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]:.3f} ±0.02"],
         "upper_arm": [f"{d.arm.length_mm:g}", f"{d.layers.arm_mm[1] - d.layers.bearings_mm[0][1]:.3f} ±0.02"],
-        "cross_bar": ["48.569 ±0.02", "Ø8 h6"],
-        "shoulder_shaft": ["Ø8 h6", f"{d.shaft.y_mm[1] - d.shaft.y_mm[0]:g}", "8 across flats"],
+        "cross_bar": ["48.569 ±0.02", "Ø8 h6 (0/-0.009)", "Ra 0.8"],
+        "shoulder_shaft": ["Ø8 h6 (0/-0.009)", "Ra 0.8", f"{d.shaft.y_mm[1] - d.shaft.y_mm[0]:g}", "8 across flats"],
         "platform": [f"{d.platform.radius_mm:g}"],
         "base_plate": [f"Ø{2 * d.base.radius_mm:g}", f"{d.base.thickness_mm:g}"],
         "handle_stem": ["M6"],
@@ -86,12 +80,25 @@ def test_the_three_files_say_the_same_and_the_dxf_is_sound(number: str, folder: 
     texts = svg_texts(folder / f"{number}.svg")
     document = readfile(folder / f"{number}.dxf")
     assert document.audit().errors == []
-    assert [entity.dxf.text for entity in document.modelspace().query("TEXT")] == texts
+    assert dxf_texts((folder / f"{number}.dxf").read_text(encoding="utf-8")) == texts
     with pypdfium2.PdfDocument(folder / f"{number}.pdf") as read:
         words = " ".join(page.get_textpage().get_text_range() for page in read).split()
         size = [round(side * 25.4 / 72.0) for side in read[0].get_size()]
     assert size in ([297, 210], [420, 297])
     assert Counter(words) == Counter(" ".join(texts).split())
+
+
+def test_a_reader_that_shares_no_code_opens_every_dxf(folder: Path) -> None:
+    """GDAL, in C++: it draws a dimension by its block, so that each text is one of its own."""
+    from pyogrio.raw import read
+
+    for path in sorted(folder.glob("*.dxf")):
+        meta, _, shapes, values = read(path)
+        columns = dict(zip(meta["fields"], values, strict=True))
+        said = Counter(text.replace("⌀", "Ø") for text in columns["Text"] if isinstance(text, str))
+        assert said == Counter(svg_texts(path.with_suffix(".svg"))), path.name
+        assert len(shapes) > 100
+        assert {"visible", "dimension", "text", "frame"} <= set(columns["Layer"]), path.name
 
 
 def test_every_item_stands_in_the_list_and_has_a_balloon(built: Built, folder: Path) -> None:

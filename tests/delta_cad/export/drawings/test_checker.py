@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from delta_cad.export.drawings.checker import drawing_faults, sheet_faults
-from delta_cad.export.drawings.paper.sheet import Drawing, Item, Sheet, Stroke, Text
+from delta_cad.export.drawings.paper.sheet import Drawing, Item, Leaf, Mark, Sheet, Stroke, Text, leaves
 from delta_cad.export.drawings.part.record import Features
 from tests.delta_cad.export.drawings.sample import drawn, plate, texts
 
@@ -23,15 +23,19 @@ def spoiled(drawing: Drawing, spoil: Callable[[list[Item]], list[Item]]) -> Draw
     return replace(drawing, sheets=(replace(first, items=spoil(list(first.items))), *drawing.sheets[1:]))
 
 
+def _is_told(leaf: Leaf, text: str) -> bool:
+    return isinstance(leaf, Text) and leaf.text == text and bool(leaf.told)
+
+
 def edited(drawing: Drawing, old: str, new: str | None) -> Drawing:
     """A drawing with the first of a text's occurrences changed, or taken away."""
     assert old in texts(drawing)
 
     def spoil(items: list[Item]) -> list[Item]:
-        k = next(k for k, item in enumerate(items) if isinstance(item, Text) and item.text == old and item.told)
-        text = items[k]
-        assert isinstance(text, Text)
-        return items[:k] + ([replace(text, text=new)] if new is not None else []) + items[k + 1 :]
+        k = next(k for k, item in enumerate(items) if any(_is_told(leaf, old) for leaf in leaves([item])))
+        own = [leaf for leaf in leaves([items[k]]) if not _is_told(leaf, old)]
+        (text,) = (leaf for leaf in leaves([items[k]]) if isinstance(leaf, Text) and _is_told(leaf, old))
+        return [*items[:k], *own, *([replace(text, text=new)] if new is not None else []), *items[k + 1 :]]
 
     return spoiled(drawing, spoil)
 
@@ -100,3 +104,24 @@ def test_an_end_that_nothing_tells_is_found(sound: tuple[Drawing, Features]) -> 
 def test_frames_that_overlap_are_found() -> None:
     sheet = Sheet(297.0, 210.0, [], {"a": (30, 30, 60, 60), "b": (59, 59, 80, 80), "c": (60, 30, 70, 59)})
     assert sheet_faults(sheet) == ["a and b overlap"]
+
+
+def symbol(x: float, y: float, name: str = "datum A") -> Mark:
+    """A box of 4 mm with a letter in it."""
+    box = Stroke("dimension", ((x, y), (x + 4, y), (x + 4, y + 4), (x, y + 4)), closed=True)
+    return Mark(name, (box, Text((x + 1, y + 1), 2.0, "A")))
+
+
+@pytest.mark.parametrize(
+    ("items", "told"),
+    [
+        ([symbol(100, 100), Text((103, 101), 2.5, "def")], ["symbol datum A and 'def' overlap"]),
+        ([symbol(100, 100), Text((93.8, 102), 2.5, "over")], ["symbol datum A and 'over' overlap"]),
+        ([symbol(100, 100), symbol(103.9, 100, "datum B")], ["symbol datum A and symbol datum B overlap"]),
+        ([symbol(100, 100), Stroke("visible", ((90, 103.5), (120, 103.5)))], ["symbol datum A lies over an edge"]),
+        ([symbol(18, 100)], ["'A' is outside of the frame", "symbol datum A is outside of the frame"]),
+        ([symbol(100, 100), symbol(104, 100), symbol(100, 104), Stroke("dimension", ((90, 102), (120, 102)))], []),
+    ],
+)
+def test_a_symbol_stands_clear_of_texts_edges_and_others(items: list[Item], told: list[str]) -> None:
+    assert sheet_faults(Sheet(297.0, 210.0, items)) == told

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import hypot
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,31 +12,15 @@ import pytest
 
 from delta_cad.export.drawings.paper.dxf import dxf_text
 from delta_cad.export.drawings.paper.pdf import pdf_bytes
-from delta_cad.export.drawings.paper.sheet import Drawing
+from delta_cad.export.drawings.paper.sheet import Drawing, Text
 from delta_cad.export.drawings.paper.svg import svg_text
+from tests.delta_cad.export.drawings.reading import SVG, dxf_texts, entities, styles
 from tests.delta_cad.export.drawings.sample import drawn, texts
-
-SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture(scope="module")
 def drawing() -> Drawing:
     return drawn()[0]
-
-
-def groups(text: str) -> list[list[tuple[int, str]]]:
-    """The entities of a DXF by its plain lines: group codes and values, without any reader."""
-    lines = text.splitlines()
-    pairs = [(int(code), value) for code, value in zip(lines[::2], lines[1::2], strict=True)]
-    start = pairs.index((2, "ENTITIES"))
-    found: list[list[tuple[int, str]]] = []
-    for code, value in pairs[start + 1 :]:
-        if (code, value) == (0, "ENDSEC"):
-            return found
-        if code == 0:
-            found.append([])
-        found[-1].append((code, value))
-    return found
 
 
 def test_the_pdf_has_its_true_size_and_its_texts(drawing: Drawing) -> None:
@@ -81,10 +67,8 @@ def test_the_dxf_passes_its_audit_and_reads_as_lines_of_text(drawing: Drawing, t
     document = readfile(tmp_path / "plate.dxf")
     assert document.audit().errors == []
     assert document.header["$INSUNITS"] == 4  # millimetres
-    entities = groups(text)
-    told = [dict(entity)[1] for entity in entities if entity[0] == (0, "TEXT")]
-    assert told == texts(drawing)
-    circles = [dict(entity) for entity in entities if entity[0] == (0, "CIRCLE") and (8, "visible") in entity]
+    assert dxf_texts(text) == texts(drawing)
+    circles = [dict(entity) for entity in entities(text) if entity[0] == (0, "CIRCLE") and (8, "visible") in entity]
     scale = next(text.text for text in drawing.sheets[0].texts if text.text in ("1:1", "2:1", "5:1"))
     radii = {round(float(circle[40]) / float(scale[0]), 3) for circle in circles}
     assert {4.0, 1.65, 2.75, 5.0} <= radii
@@ -94,5 +78,32 @@ def test_sheets_stand_side_by_side_in_files_that_hold_one(drawing: Drawing) -> N
     two = Drawing("two", "two", drawing.sheets * 2)
     width = drawing.sheets[0].width
     assert ElementTree.fromstring(svg_text(two)).get("width") == f"{2 * width:g}mm"
-    first, second = (len(groups(dxf_text(one))) for one in (drawing, two))
+    first, second = (len(entities(dxf_text(one))) for one in (drawing, two))
     assert second == 2 * first
+
+
+def test_dimensions_of_the_dxf_measure_what_is_printed(drawing: Drawing) -> None:
+    """Each by its own points and its style's scale, as a reader that knows DIMENSION measures it again."""
+    text = dxf_text(drawing)
+    scales, kinds = styles(text), []
+    for entity in entities(text):
+        if entity[0][1] != "DIMENSION":
+            continue
+        own = dict(entity)
+        kinds.append(int(own[70]) & 7)
+        first, last = {6: (10, 13), 3: (10, 15), 4: (10, 15), 0: (13, 14)}[kinds[-1]]
+        dx, dy = (float(own[last + step]) - float(own[first + step]) for step in (0, 10))
+        length = abs(dx if int(own[70]) & 64 else dy) if kinds[-1] == 6 else hypot(dx, dy)
+        measured = length * scales[own[3]]
+        assert measured == pytest.approx(float(own[42]), abs=1e-4)
+        if kinds[-1] == 6:
+            assert abs(float(own[1].split(" ")[0])) == pytest.approx(measured, abs=6e-4)
+    features = drawn()[1]
+    assert kinds.count(6) >= len({round(place.value, 3) for place in features.places})
+    assert kinds.count(3) == len(features.groups)  # each group of holes by the diameter of one
+
+
+def test_a_letter_without_a_code_is_written_by_its_number(drawing: Drawing) -> None:
+    sheet = replace(drawing.sheets[0], items=[Text((50.0, 50.0), 2.5, "5 µm Ø8 ±1°")])
+    text = dxf_text(replace(drawing, sheets=(sheet,)))
+    assert "5 \\U+00B5m %%c8 %%p1%%d" in text

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.export.drawings.part.controlled import Controlled, controlled
+from delta_cad.export.drawings.paper.lettering import SURFACE
+from delta_cad.export.drawings.part.controlled import Controlled, Round, controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettered
@@ -64,6 +65,15 @@ def test_equal_diameters_are_told_apart_by_what_is_bored() -> None:
     assert any("x 6 deep from both sides" in line for g in hole_groups(shared, faces_of(solid)) for line in g.callout)
 
 
+def test_equal_bores_of_two_uses_are_told_in_one() -> None:
+    """As in a base plate whose passage for cables is as wide as its lightening."""
+    body = cq.Workplane().box(60, 40, 8).faces(">Z").workplane()
+    (solid,) = body.pushPoints([(-20, 0), (0, 5), (20, 0)]).hole(8.0).val().Solids()  # type: ignore[union-attr]
+    part = Part("block", "", solid, METAL, True, (Hole(8.0, 3, "1x 8 through, cables; 2x 8 through, lightening"),))
+    (group,) = hole_groups(part, faces_of(solid))
+    assert group.callout == ("3x Ø8 through, 1x cables, 2x lightening",)
+
+
 def test_a_bore_that_is_declared_and_not_there_is_refused() -> None:
     part = replace(plate(), holes=(Hole(8.0, 2, "8 H7 through"),))
     with pytest.raises(HoleError, match="plate: 1 bores of 8 mm, 2 are declared"):
@@ -74,11 +84,11 @@ def test_a_stepped_shaft_is_a_turned_part_told_by_its_steps() -> None:
     shaft = cq.Workplane("YZ").circle(5).extrude(12).faces(">X").workplane().circle(4).extrude(20)
     shaft = shaft.faces(">X").chamfer(0.5)
     (solid,) = shaft.val().Solids()  # type: ignore[union-attr]
-    found = features(Part("shaft", "", solid, METAL, True), Controlled(fits=((8.0, "h6"),)))
+    found = features(Part("shaft", "", solid, METAL, True), Controlled(rounds=(Round(8.0, "h6", surface_um=0.8),)))
     assert found.turned
     assert np.allclose(found.main, (1, 0, 0))
     assert along(found, 0) == {0, 12, 32}
-    assert {size.text for size in found.sizes} == {"Ø10", "Ø8 h6"}
+    assert {size.text for size in found.sizes} == {"Ø10", f"Ø8 h6 (0/-0.009) {SURFACE}Ra 0.8"}
     assert found.notes == {"chamfer 0.5": "0.5 x 45°"}
 
 
@@ -116,7 +126,8 @@ def test_of_three_equal_arms_one_is_told() -> None:
 
 def test_controlled_lengths_are_the_machine_s_own(best_dimensions: Dimensions) -> None:
     held, layers = controlled(best_dimensions), best_dimensions.layers
-    assert held["shoulder_shaft"].fit(8.0) == "h6"
+    assert [one.fit for one in held["shoulder_shaft"].rounds if one.is_of(8.0)] == ["h6"]
+    assert held["shoulder_shaft"].round_of(8.002) is None
     assert held["foot_block"].tolerance(1, layers.motor_cheek_mm[0]) == 0.02
     assert held["foot_block"].tolerance(0, layers.motor_cheek_mm[0]) is None
     (length,) = held["cross_bar"].lengths
@@ -125,3 +136,14 @@ def test_controlled_lengths_are_the_machine_s_own(best_dimensions: Dimensions) -
 
 def test_signs_of_a_drawing() -> None:
     assert lettered("5 +-0.02 at 8.6 deg to the degree") == "5 ±0.02 at 8.6° to the degree"
+
+
+def test_diameters_are_told_to_a_micrometre_and_with_their_tolerance() -> None:
+    """A radius is not rounded before it is doubled: 2 x 3.0074 is 6.015 to a micrometre, not 6.014."""
+    solid = cq.Solid.makeCylinder(3.0074, 9, cq.Vector(0, 0, 0), cq.Vector(1, 0, 0))
+    found = features(Part("pin", "", solid, METAL, True), Controlled(rounds=(Round(6.0148, either_mm=0.01),)))
+    assert [size.text for size in found.sizes] == ["Ø6.015 ±0.01"]
+    rim = cq.Workplane().circle(10).extrude(4).cut(cq.Workplane().box(40, 20, 40).translate((0, -10, 0)))
+    (solid,) = rim.val().Solids()  # type: ignore[union-attr]
+    found = features(Part("rim", "", solid, METAL, True), Controlled(rounds=(Round(20.0, either_mm=0.1),)))
+    assert "R10 ±0.05" in [size.text for size in found.sizes]  # half of what the diameter may be off

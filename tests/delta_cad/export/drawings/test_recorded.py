@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.export.drawings.paper.lettering import SURFACE
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.holes import hole_groups, recorded
 from delta_cad.solids.boring import along_z, blind, fitted, group, tapped, within
@@ -17,9 +18,10 @@ PLAIN = along_z(8.0, (0.0, 0.0), (0.0, 10.0))
     ("callout", "bore", "told"),
     [
         ("Ø8 through", PLAIN, "Ø8 through"),
-        ("2x Ø8 H7 through", fitted(PLAIN, "H7"), "2x Ø8 H7 (+0.015/0) through, Ra 1.6"),
-        ("Ø8 G7 x 4", fitted(blind(PLAIN), "G7"), "Ø8 G7 (+0.02/+0.005) x 4, Ra 1.6"),
+        ("2x Ø8 H7 through", fitted(PLAIN, "H7"), f"2x Ø8 H7 (+0.015/0) through {SURFACE}Ra 1.6"),
+        ("Ø8 G7 x 4", fitted(blind(PLAIN), "G7"), f"Ø8 G7 (+0.02/+0.005) x 4 {SURFACE}Ra 1.6"),
         ("Ø8 through, bonded", within(PLAIN, 0.0, 20.0), "Ø8 +0.02/0 through, bonded"),
+        ("Ø8 x 4, eroded", within(blind(PLAIN), -20.0, 20.0), "Ø8 ±0.02 x 4, eroded"),
         ("Ø8 +0.02 through", within(PLAIN, 0.0, 20.0), "Ø8 +0.02 through"),
         ("M4 x 6", tapped(PLAIN, "M4", 6.0), "M4 x 6, drilled 8.5 deep"),
         ("M4 x 6, drilled 8.5 deep", tapped(PLAIN, "M4", 6.0), "M4 x 6, drilled 8.5 deep"),

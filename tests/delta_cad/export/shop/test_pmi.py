@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,20 +11,26 @@ from typing import Any
 import pytest
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.drawings.part.controlled import Controlled, controlled
 from delta_cad.export.shop.pmi import GENERAL, toleranced
 from delta_cad.export.step import write_part_step
 from delta_cad.solids.part import Part
 
 Entities = dict[int, str]
-# part -> fits as (letter, grade) and their deviations in mm, threads, places of bores, by hand from the drawing
-DRAWN: dict[str, tuple[dict[tuple[str, str], int], int, int]] = {
-    "upper_arm": ({("H", "7"): 3}, 0, 3),  # shoulder, two dowels; cross-bar has its own deviations
-    "encoder_cheek": ({("H", "6"): 1, ("H", "7"): 2}, 4, 2),
-    "foot_block": ({("H", "7"): 6}, 4, 5),
-    "sector": ({("G", "7"): 1, ("H", "7"): 2}, 0, 2),
-    "pinion": ({("H", "7"): 1}, 2, 0),
-    "platform": ({}, 1, 2),
-    "cross_bar": ({}, 0, 0),
+# part -> fits as (letter, what, grade), threads, places, squares, coaxialities and datums, by hand from the drawing
+DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]] = {
+    "upper_arm": ({("H", "hole", "7"): 3}, 0, 2, 1, 0, "AB"),  # shoulder, dowels; the bar's bore has its own deviations
+    "motor_cheek": ({("H", "hole", "7"): 5}, 0, 3, 2, 0, "ABC"),  # seat, pilot, stop pin, dowels
+    "encoder_cheek": ({("H", "hole", "6"): 1, ("H", "hole", "7"): 2}, 4, 1, 1, 0, "AB"),
+    "foot_block": ({("H", "hole", "7"): 6}, 4, 2, 0, 0, "AB"),
+    "sector": ({("G", "hole", "7"): 1, ("H", "hole", "7"): 2}, 0, 1, 1, 0, "AB"),
+    "pinion": ({("H", "hole", "7"): 1}, 2, 0, 0, 1, "A"),
+    "platform": ({}, 1, 1, 0, 0, "A"),
+    "shoulder_shaft": ({("h", "shaft", "6"): 1}, 1, 0, 1, 1, "A"),
+    "cross_bar": ({("h", "shaft", "6"): 1, ("h", "shaft", "7"): 1}, 0, 0, 0, 1, "A"),
+    "cup_shell": ({}, 0, 0, 0, 0, ""),
+    "handle_stem": ({}, 1, 0, 0, 0, ""),
 }
 
 
@@ -56,11 +63,18 @@ def measures(found: Entities, texts: list[str]) -> list[float]:
 
 
 @pytest.fixture(scope="module")
-def files(best_assembly: Assembly, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def held(best_dimensions: Dimensions) -> dict[str, Controlled]:
+    return defaultdict(Controlled, controlled(best_dimensions))
+
+
+@pytest.fixture(scope="module")
+def files(
+    best_assembly: Assembly, held: dict[str, Controlled], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("pmi")
     parts = {part.number: part for part in best_assembly.parts}
     for number in DRAWN:
-        write_part_step(parts[number], folder / f"{number}.step")
+        write_part_step(parts[number], folder / f"{number}.step", held=held[number])
     return {number: folder / f"{number}.step" for number in DRAWN}
 
 
@@ -69,24 +83,32 @@ def the_part(assembly: Assembly, number: str) -> Part:
 
 
 @pytest.mark.parametrize("number", DRAWN)
-def test_the_text_says_what_the_drawing_asks(number: str, files: dict[str, Path], best_assembly: Assembly) -> None:
-    fits, threads, places = DRAWN[number]
-    found, part = entities(files[number]), the_part(best_assembly, number)
+def test_the_text_says_what_the_drawing_asks(
+    number: str, files: dict[str, Path], best_assembly: Assembly, held: dict[str, Controlled]
+) -> None:
+    fits, threads, places, squares, coaxialities, datums = DRAWN[number]
+    found, part, asked = entities(files[number]), the_part(best_assembly, number), held[number]
     said = [tuple(strings(text)) for text in of_kind(found, "LIMITS_AND_FITS")]
-    assert {fit: said.count((fit[0], "hole", fit[1], "")) for fit in fits} == fits
+    assert {fit: said.count((*fit, "")) for fit in fits} == fits
     assert len(said) == sum(fits.values())
-    own = sum(b.deviations_um is not None and not b.fit for hole in part.holes for b in hole.bores)
-    assert len(of_kind(found, "DIMENSIONAL_SIZE")) == len(said) + threads + own == len(toleranced(part))
+    rounds = [one for one in asked.rounds if number != "sector"]
+    lengths = [length.tolerance_mm for length in (*asked.lengths, *asked.depths)]
+    assert len(of_kind(found, "DIMENSIONAL_SIZE")) == len(toleranced(part)) + len(asked.rounds)
+    assert len(of_kind(found, "DIMENSIONAL_LOCATION")) == len(lengths)
     limits = of_kind(found, "TOLERANCE_VALUE")
-    expected = sorted(um / 1000 for bore in toleranced(part) for um in bore.deviations_um or ())
-    assert sorted(measures(found, limits)) == pytest.approx(expected, abs=1e-12)
-    assert len(of_kind(found, "POSITION_TOLERANCE")) == places
-    assert len(of_kind(found, "PERPENDICULARITY_TOLERANCE")) == (1 if fits or own else 0)
+    expected = [um / 1000 for bore in toleranced(part) for um in bore.deviations_um or ()]
+    expected += [mm for one in rounds for mm in one.deviations_mm or ()] + [
+        sign * t for t in lengths for sign in (-1, 1)
+    ]
+    expected += [-0.05, 0.05] if number == "sector" else []  # of its rim's radius
+    assert sorted(measures(found, limits)) == pytest.approx(sorted(expected), abs=1e-12)
+    counts = [len(of_kind(found, f"{kind}_TOLERANCE")) for kind in ("POSITION", "PERPENDICULARITY", "COAXIALITY")]
+    assert counts == [places, squares, coaxialities]
     assert "RUNOUT" not in files[number].read_text()
     named = {int(n) for text in found.values() for n in re.findall(r"#(\d+)", re.sub(r"'[^']*'", "", text))}
     assert named <= found.keys()  # nothing refers to what was taken out
     letters = {strings(text)[-1] for text in of_kind(found, "DATUM")}
-    assert letters == ({"A", "B"} if places else {"A"} if fits else set())
+    assert letters == set(datums)
     told = [text for one in of_kind(found, "DESCRIPTIVE_REPRESENTATION_ITEM") for text in [strings(one)] if text]
     assert sum(text[0] == "thread" for text in told) == threads
     notes = {text[0]: text[1] for text in told}
@@ -120,7 +142,9 @@ def read(path: Path) -> Any:
 
 
 @pytest.mark.parametrize("number", ["encoder_cheek", "upper_arm"])
-def test_a_reader_gets_values_and_deviations_back(number: str, files: dict[str, Path], best_assembly: Assembly) -> None:
+def test_a_reader_gets_values_and_deviations_back(
+    number: str, files: dict[str, Path], best_assembly: Assembly, held: dict[str, Controlled]
+) -> None:
     from OCP.TDF import TDF_LabelSequence
     from OCP.XCAFDoc import XCAFDoc_Dimension, XCAFDoc_GeomTolerance
 
@@ -138,18 +162,20 @@ def test_a_reader_gets_values_and_deviations_back(number: str, files: dict[str, 
         (round(b.diameter_mm, 6), *(round(abs(um) / 1000, 6) for um in b.deviations_um or ()))
         for b in toleranced(the_part(best_assembly, number))
     ]
+    lengths = [*held[number].lengths, *held[number].depths]
+    asked += [(round(abs(one.end_mm - one.start_mm), 6), one.tolerance_mm, one.tolerance_mm) for one in lengths]
     assert sorted(got) == sorted(asked)
     values = []
     for k in range(1, zones.Length() + 1):
         values.append(round(XCAFDoc_GeomTolerance.Set_s(zones.Value(k)).GetObject().GetValue(), 6))
-    assert sorted(values) == [0.02] + [0.05] * DRAWN[number][2]
+    assert sorted(values) == [0.02] * DRAWN[number][3] + [0.05] * DRAWN[number][2]
 
 
 def test_files_are_the_same_bytes_and_other_schemas_and_bought_parts_have_none(
-    best_assembly: Assembly, files: dict[str, Path], tmp_path: Path
+    best_assembly: Assembly, files: dict[str, Path], held: dict[str, Controlled], tmp_path: Path
 ) -> None:
     arm = the_part(best_assembly, "upper_arm")
-    write_part_step(arm, tmp_path / "again.step")
+    write_part_step(arm, tmp_path / "again.step", held=held["upper_arm"])
     assert (tmp_path / "again.step").read_bytes() == files["upper_arm"].read_bytes()
     write_part_step(arm, tmp_path / "old.step", "AP214")
     write_part_step(replace(arm, make=False), tmp_path / "bought.step")

@@ -1,0 +1,137 @@
+"""Datums and geometric tolerances of a part, as its function asks for them.
+
+A plate: its seat, or its largest plane across the widest fitted bore, is A, that bore is square to it and B; of the
+others the widest single one has its place from both and is C, the rest have theirs from all. Where the widest are a
+pattern it has its place from A. A turned part: the axis of what is fitted is A, what has to be on that axis or square
+to it has its zone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from delta_cad.dimensions.tolerances import PLACE_MM, SQUARE_MM
+from delta_cad.export.drawings.part.controlled import Controlled
+from delta_cad.export.drawings.part.faces import Face, is_along
+from delta_cad.export.drawings.part.holes import HoleGroup
+from delta_cad.export.drawings.part.record import SAME_MM, Datum, Features, Zone
+from delta_cad.solids.part import Bore, Part
+
+DATUM_SHARE = 0.5  # of the largest plane's area, from which on one that a bore opens in is the datum
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """Bores of one group and diameter that are made to deviations of their own."""
+
+    record: Bore
+    faces: tuple[Face, ...]
+    count: int
+
+
+def add_zones(found: Features, part: Part, held: Controlled) -> None:
+    """Adds datums and geometric tolerances to what a part's drawing has to tell."""
+    fitted = _fitted(found, part)
+    if found.turned:
+        _turned(found, fitted, held)
+    elif fitted:
+        _plate(found, fitted, held)
+
+
+def _plate(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
+    if held.seat is not None:  # what is bored into the seat comes first
+        across = held.seat[0]
+        fitted = sorted(fitted, key=lambda one: abs(one.record.direction[across]) < 1.0 - 1e-9)
+    first, *others = fitted
+    base = _plane(found, first, held.seat)
+    if base is None:
+        return
+    found.datums.append(Datum("A", (base,)))
+    if first.count == 1:
+        _add(found, "perpendicularity", SQUARE_MM, first.faces, "A")
+        found.datums.append(Datum("B", first.faces))
+    else:
+        _add(found, "position", PLACE_MM, first.faces, "A")
+        if others:
+            found.datums.append(Datum("B", first.faces))
+    for one in others:
+        letters = "".join(datum.letter for datum in found.datums)
+        if any(abs(one.record.diameter_mm - diameter) < SAME_MM for diameter in held.square):
+            _add(found, "perpendicularity", SQUARE_MM, one.faces, "A")
+        _add(found, "position", PLACE_MM, one.faces, letters)
+        if one.count == 1 and letters == "AB" and first.count == 1 and one is not others[-1]:
+            found.datums.append(Datum("C", one.faces))
+
+
+def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
+    faces = next((one.faces for one in fitted if one.record.fit), ())
+    if not faces:
+        faces = next((tuple(size.faces) for size in found.sizes if size.asked is not None and size.asked.fit), ())
+    if not faces or not (held.coaxial or held.shoulder_mm is not None):
+        return
+    found.datums.append(Datum("A", faces))
+    for diameter, zone in held.coaxial:
+        round_ = [f for f in found.faces if f.kind == "cylinder" and is_along(f.axis, found.main)]
+        same = tuple(f for f in round_ if abs(2 * f.radius - diameter) < SAME_MM)
+        if same:
+            _add(found, "coaxiality", zone, same, "A")
+    for face in found.faces:
+        at = held.shoulder_mm
+        if at is not None and face.kind == "plane" and abs(float(face.point @ found.main) - at) < SAME_MM:
+            _add(found, "perpendicularity", SQUARE_MM, (face,), "A", is_round=False)
+            return
+
+
+def _add(
+    found: Features, kind: str, value: float, faces: Sequence[Face], letters: str, *, is_round: bool = True
+) -> None:
+    key = f"zone {len(found.zones) + 1}"
+    found.zones.append(Zone(kind, value, is_round, tuple(faces), tuple(letters), key))
+
+
+def _fitted(found: Features, part: Part) -> list[_Fitted]:
+    """Fitted bores by group and diameter: those of a class before others, the widest first.
+
+    A bore that may be wider by more than its place may be off is not fitted: it is only never too narrow.
+    """
+    bores = [(b, b.deviations_um) for hole in part.holes for b in hole.bores]
+    records = [b for b, um in bores if um is not None and um[1] - um[0] <= 1000.0 * PLACE_MM]
+    fitted: list[_Fitted] = []
+    for group in found.groups:
+        for diameter in group.diameters:
+            record = next((r for r in records if _is_of(r, group, diameter)), None)
+            if record is not None:
+                walls = [f for b in group.bores for f in b.faces if abs(2 * f.radius - diameter) < SAME_MM]
+                fitted.append(_Fitted(record, tuple(walls), len(group.bores)))
+    return sorted(fitted, key=lambda one: (not one.record.fit, -one.record.diameter_mm, one.count))
+
+
+def _is_of(record: Bore, group: HoleGroup, diameter: float) -> bool:
+    if abs(record.diameter_mm - diameter) > SAME_MM:
+        return False
+    start, way = np.array(record.start_mm), np.array(record.direction)
+    return any(
+        is_along(bore.axis, way) and float(np.linalg.norm(np.cross(start - bore.point, way))) < SAME_MM
+        for bore in group.bores
+    )
+
+
+def _plane(found: Features, first: _Fitted, seat: tuple[int, float] | None) -> Face | None:
+    """The seat, or the largest plane across a bore, that it opens in where this is large, too.
+
+    Of bores that are not along one another it is the largest across the way that most of the part is seen from.
+    """
+    way = np.array(first.record.direction)
+    if not all(is_along(face.axis, way) for face in first.faces):
+        way = found.main
+    square = [face for face in found.faces if face.kind == "plane" and is_along(face.axis, way)]
+    if seat is not None:
+        square = [face for face in square if abs(float(face.point[seat[0]]) - seat[1]) < SAME_MM]
+    if not square:
+        return None
+    largest = max(square, key=lambda face: round(face.area, 6))
+    opens = [face for face in square if float(face.axis @ way) < 0.0 and face.area > DATUM_SHARE * largest.area]
+    return largest if first.record.through or not opens else max(opens, key=lambda face: round(face.area, 6))

@@ -1,0 +1,75 @@
+"""What a shop asks: each file and field that the page names is in the build, and says what the page says."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pypdfium2
+import pytest
+
+from tests.committed import ROOT, Built
+from tests.delta_cad.export.drawings.reading import svg_symbols
+
+PAGE = ROOT / "docs" / "how-to" / "shop.md"
+ROW = re.compile(r"^\| (?P<question>[^|]+) \| `(?P<file>[^`]+)` \| `(?P<told>[^`]+)` \|$")
+LEAST = 20
+
+
+def rows() -> list[tuple[str, str, str]]:
+    """Question, file and what stands there, of each row of the page's table."""
+    lines = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("|")][2:]
+    found = [ROW.match(line) for line in lines]
+    assert all(found), [line for line, match in zip(lines, found, strict=True) if match is None]
+    return [(match["question"], match["file"], match["told"]) for match in found if match is not None]
+
+
+def keys(value: Any) -> set[str]:
+    """All keys and texts of a JSON value."""
+    if isinstance(value, dict):
+        return set(value) | {key for one in value.values() for key in keys(one)}
+    if isinstance(value, list):
+        return {key for one in value for key in keys(one)}
+    return {value} if isinstance(value, str) else set()
+
+
+def says(path: Path, told: str) -> bool:
+    """Whether a file says something, read as its kind is."""
+    if path.suffix == ".pdf":
+        with pypdfium2.PdfDocument(path) as read:
+            words = " ".join(" ".join(page.get_textpage().get_text_range() for page in read).split())
+        return told in words
+    if path.suffix == ".svg":
+        return told in svg_symbols(path)
+    if path.suffix == ".csv":
+        with path.open(encoding="utf-8", newline="") as file:
+            table = list(csv.DictReader(file))
+        return any(row.get(told) for row in table)
+    if path.suffix == ".json":
+        return told in keys(json.loads(path.read_text(encoding="utf-8")))
+    return told in path.read_text(encoding="utf-8")
+
+
+def test_each_answer_stands_where_the_page_says(built: Built) -> None:
+    asked = rows()
+    assert len(asked) >= LEAST
+    assert len({question for question, _, _ in asked}) == len(asked)
+    missing = [(file, told) for _, file, told in asked if not says(built.folder / file, told)]
+    assert missing == []
+
+
+@pytest.mark.parametrize(
+    ("file", "told"),
+    [
+        ("drawings/pinion.pdf", "right-hand helical groove"),
+        ("drawings/motor_cheek.svg", "position Ø0.04 A B C"),
+        ("holes.csv", "colour"),
+        ("checks.json", "dfm colours"),
+        ("parts/pinion.step", "POSITION_TOLERANCE"),
+    ],
+)
+def test_what_does_not_stand_there_is_noticed(built: Built, file: str, told: str) -> None:
+    assert not says(built.folder / file, told)
