@@ -17,6 +17,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
 from delta_cad.checks.contact.access import check_access
+from delta_cad.checks.contact.spread import missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.dfm.setups import setups
@@ -191,7 +192,7 @@ def check_machine(
 
 
 def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
-    """Runs the checks of a machine that take a second: of the mechanism's ranges, of masses, loads and outline."""
+    """Runs the checks of a machine that take seconds: of ranges, of masses, loads and outline, of room for keys."""
     d, assembly, bodies = machine.dimensions, machine.assembly, machine.masses["bodies"]
     limits = check_limits(d, machine.masses)
     results = check_ranges(assembly.placement.geometry, limits)
@@ -199,18 +200,28 @@ def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
         return results
     results.append(_holding(assembly, d, bodies, limits))
     results += check_structure(structure_report(d, bodies), d.design.requirements.stiffness_min_N_mm)
-    return results + check_envelope(assembly, limits, machine.meshes)[0]
+    results += check_envelope(assembly, limits, machine.meshes)[0]
+    return [*results, _spread(machine, limits)]
+
+
+def _spread(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
+    missing = missing_spread_mm(machine.assembly, limits, machine.meshes)
+    detail = "what the base radius lacks for keys to reach the screws that stand still"
+    return CheckResult("chains apart", missing == 0.0, missing, 0.0, "mm", detail=detail)
 
 
 def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[CheckResult]:
-    """Runs the checks of a machine that look at what moves, outline and clearance, and how keys get there.
+    """Runs the checks of a machine that look at what moves: first keys' access, then outline and clearance.
 
     What fails is told as soon as it is known, not where it is worst of all positions.
     """
+    limits = check_limits(machine.dimensions, machine.masses)
+    reached = check_access(machine.assembly, limits, machine.meshes)
+    if not all_passed(reached):
+        return reached
     with Beside(swept.__name__) as sweeper:
-        sweep, limits = Sweep(sweeper, thorough=False), check_limits(machine.dimensions, machine.masses)
+        sweep = Sweep(sweeper, thorough=False)
         sweep.begin(machine.assembly, limits, machine.meshes, progress)
-        reached = check_access(machine.assembly, limits, machine.meshes)  # while the sweep runs
         return [*reached, *sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
 
 

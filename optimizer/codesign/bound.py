@@ -158,6 +158,7 @@ class Family:
         lessons = Lessons(
             replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
             known.least_mm if known else self._least,
+            known.apart_mm if known else (),
             (self._overhead[0], self._overhead[1]),
             mass_share=1.0,
             friction_share=1.0,

@@ -44,7 +44,8 @@ ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
 RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
-REACHED, REACHED_STEP_MM = ("tool access", "parts come off"), 1.0  # of chains in the way of one another
+REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
+REACHED_STEP_MM = 1.0  # of chains in the way of one another
 PULLED = "motor shaft"  # part that refusals name, and check: "structure motor shaft, peak"
 ELBOW = ("upper_arm", "cross_bar")  # what an arm has at its elbow
 UNKNOWN_MM = 0.5  # that a length is taken to be short by where a check gives no figure
@@ -198,8 +199,11 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name in REACHED:
-            least = candidate.lengths_mm[VARIABLES.index("base_radius")] + REACHED_STEP_MM
-            lessons = lessons.raised("base_radius", least, why)
+            radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
+            lessons = lessons.apart(radius + REACHED_STEP_MM, candidate.choice.width_mm, why)
+        elif result.name == "chains apart":
+            radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
+            lessons = lessons.apart(radius + short, candidate.choice.width_mm, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
             if _folded(result.worst_pair or ()):

@@ -97,7 +97,7 @@ def posed(
         "platform_radius": wrist_radius_min_mm(
             ball / 2 + CUP_MM, choice.width_mm, task.clearance_min_mm + CUPS_APART_MM
         ),
-        "base_radius": choice.base_radius_mm,
+        "base_radius": max(choice.base_radius_mm, lessons.least_radius_mm(choice.width_mm)),
     }
     for name in VARIABLES:
         low, high = getattr(brief.bounds_mm, name) or WIDE_MM[name]

@@ -16,6 +16,7 @@ COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it t
 KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
+NARROWER, WIDER = 0.6, 1.2  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
 TORQUE_SPARE_N_M = 4e-4  # a thousandth of a joint's torque
 
 
@@ -77,6 +78,8 @@ class Lessons:
     Attributes:
         weighed: Of the last machine that was made solid.
         least_mm: Length (as `[bounds_mm]` names it) -> the least that hardware lets pass.
+        apart_mm: (parallelogram's width, the least base radius beside it) each: below it chains are in the way of one
+            another. Beside another width the radius is taken to be less, by `NARROWER` and `WIDER`, than it may be.
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
@@ -93,6 +96,7 @@ class Lessons:
 
     weighed: Weighed
     least_mm: Mapping[str, float] = field(default_factory=dict)
+    apart_mm: tuple[tuple[float, float], ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
@@ -109,6 +113,15 @@ class Lessons:
         """The least of a length, mm; 0 where nothing is known."""
         return self.least_mm.get(length, 0.0)
 
+    def least_radius_mm(self, width_mm: float) -> float:
+        """The least base radius beside a parallelogram's width."""
+        known = (r + (NARROWER if width_mm < w else WIDER) * (w - width_mm) for w, r in self.apart_mm)
+        return max((self.least("base_radius"), *known))
+
+    def apart(self, base_radius_mm: float, width_mm: float, why: str) -> Lessons:
+        """The same with chains that are at least so far apart."""
+        return self.taught(why, apart_mm=(*self.apart_mm, (width_mm, base_radius_mm)))
+
     @property
     def held_torque_N_m(self) -> float:
         """What of a joint's torque is not for the force."""
@@ -122,6 +135,7 @@ class Lessons:
         """The same with outline and masses, and the room left for them, of another."""
         names = (
             "weighed",
+            "apart_mm",
             "overhead_mm",
             "mass_share",
             "friction_share",

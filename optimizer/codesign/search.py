@@ -41,9 +41,11 @@ if TYPE_CHECKING:
 TRIES = 16  # closed forms and weights of one choice, until they agree
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 RATIO_COUNT = 3  # ratios that are estimated first
-HOPE = 0.05  # share by which refined hardware may exceed its estimate
+HOPE = 0.05  # share by which hardware may exceed its estimate when it is refined
 RATIO_STEP, RATIO_TOLERANCE = 0.15, 0.02  # share of the ratio by which it is changed, and at which that ends
 WIDTH_STEP_MM, WIDTH_TOLERANCE_MM = 6.0, 1.0  # the same of a parallelogram's width
+REFINED = 2  # times at most that hardware is refined with what solids told
+WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 GAIN = 5e-4  # share below which a change is none
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 SWEEPS = 10  # machines of one choice that are made
@@ -119,16 +121,24 @@ class Search:
             if self.stop() or (best is not None and self.dearer * (score + HOPE * abs(score)) <= best[0].score):
                 break
             refined = self.refined(choice)
+            for _ in range(REFINED):
+                if refined is not None and self._worse(refined):
+                    refined = self.refined(refined.choice, RATIO_STEP / 2.0, WIDTH_STEP_MM / 2.0)
             if refined is None or (best is not None and self.dearer * refined.score <= best[0].score):
                 continue
             best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
         return best
 
+    def _worse(self, refined: Candidate) -> bool:
+        """Whether what solids tell of hardware makes it so much worse that another ratio or width may be better."""
+        least = refined.score - WORSE * abs(refined.score)
+        return not self.stop() and self.settled(refined.choice, refined.lengths_mm, beats=least) is None
+
     def ranked(self) -> list[tuple[float, Choice]]:
         """The hardware worth building, the likeliest first: of the best estimates, what their parts leave."""
         found: list[tuple[float, Choice]] = []
         for score, choice in sorted(self._rough(), key=lambda one: -one[0])[:RANKED]:
-            if self.stop():
+            if self.stop() or (found and score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
             self.report(f"what the parts of {choice.motor} leave")
             if (settled := self.settled(choice, weighing=False)) is not None:
@@ -238,8 +248,14 @@ class Search:
             ratio=choice.ratio,
         )
 
-    def refined(self, choice: Choice) -> Candidate | None:
-        """Improves ratio and width of a choice, one after the other, as far as closed forms tell."""
+    def refined(self, choice: Choice, step: float = RATIO_STEP, wide: float = WIDTH_STEP_MM) -> Candidate | None:
+        """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
+
+        Args:
+            choice: Hardware.
+            step: Share of the ratio by which it is changed first.
+            wide: The same of the width, mm.
+        """
         low, high = self._ratios(choice.drive)
         others = [choice.with_(ratio=ratio) for ratio in self._first_ratios(choice.drive) if ratio != choice.ratio]
         others.sort(key=lambda one: abs(np.log(one.ratio / choice.ratio)))
@@ -248,7 +264,6 @@ class Search:
             best = best or (None if self.stop() else self.settled(one))
         if best is None:
             return None
-        step, wide = RATIO_STEP, WIDTH_STEP_MM
         free = self.brief.limits.parallelogram_width_mm is None
         while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():
             now = best.choice
@@ -351,6 +366,8 @@ class Search:
             if found is None:
                 self.tried.stuck[" ".join(key)] = "no lengths meet the limits with its torque and masses"
                 return None
+            if beats is not None and found.score <= beats:
+                return None
             start = lengths = found.lengths_mm
             try:
                 design = design_for(self.brief, choice, lengths, lessons)
@@ -374,6 +391,7 @@ class Search:
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
+            self.report(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: its masses")
             try:
                 weighed, results, rubbing = self._weighed(design)
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
@@ -402,6 +420,9 @@ class Search:
             except StuckError as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
+            if lessons.apart_mm != built.apart_mm:  # of use to other widths, whatever comes of this one
+                built = replace(built, apart_mm=lessons.apart_mm)
+                self.lessons[key] = built
         self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
         return None
 

@@ -53,6 +53,8 @@ def drive_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
                 ),
             )
         )
+    if d.capstan is not None:
+        steps.append(_anchor(d.capstan, i))
     steps.append(_encoder_cheek(d, names, i, block))
     if d.capstan is not None:
         steps += [_shaft(d, i, block), _cable(d.capstan, names, i), _tension(d, d.capstan, names, i)]
@@ -129,26 +131,37 @@ def shaft_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:
     return Unit(f"shaft {i}", "shaft", "Shoulder shaft with its magnet", (step,))
 
 
+def _anchor(c: CapstanDimensions, i: int) -> Step:
+    slack, tolerance = c.bench_mm
+    return Step(
+        "Cable in its anchor",
+        (
+            f"On the bench, crimp both sleeves on the cable, {slack:.1f} mm +-{tolerance:g} mm between their backs, "
+            "and pull each by 50 N: it must not move.",
+            "Lay the first sleeve behind the anchor's wall at the sector's inner end, the cable through its slot and "
+            "round the nose, and let the rest hang: the encoder's cheek will cover the anchor.",
+        ),
+        (Bring((f"crimp_sleeve_{i}_0",), IN, f"upper_arm_{i}"),),
+        tools=("crimping tool", "spring balance 50 N"),
+    )
+
+
 def _cable(c: CapstanDimensions, names: tuple[str, ...], i: int) -> Step:
-    name, (slack, tolerance) = f"capstan_cable_{i}", c.bench_mm
+    name = f"capstan_cable_{i}"
     pieces = ("inner_end", "inner", "strand_inner", "turns", "strand_outer", "outer", "outer_end")
     return Step(
         "Cable",
         (
-            f"On the bench, crimp both sleeves on the cable, {slack:.1f} mm +-{tolerance:g} mm between their backs, "
-            "and pull each by 50 N: it must not move.",
-            "Lay the first sleeve behind the anchor's wall at the sector's inner end, the cable through its slot, "
-            "round the nose and on to the rim.",
+            "Lay the cable from the anchor's nose on to the rim.",
             f"Go from the rim to the pinion and lay {c.run.turns:g} turns into its groove, from the inner end towards "
             "the outer one, no turn over another.",
             "Go back to the rim, lay the cable along its other half, and the second sleeve into the carriage.",
         ),
         (
-            Bring((f"crimp_sleeve_{i}_0",), IN, f"upper_arm_{i}"),
             Bring((f"crimp_sleeve_{i}_1",), OVER, f"tension_carriage_{i}"),
             Bring(tuple(f"{name}_{piece}" for piece in pieces), is_laid=True),
         ),
-        tools=("crimping tool", "tweezers with smooth jaws", "spring balance 50 N"),
+        tools=("tweezers with smooth jaws",),
         checks=("Either strand leaves the groove where it is nearest to its own half of the rim; none crosses.",),
         unseen=_before_cable(names, i),
     )

@@ -10,14 +10,12 @@ from delta_cad.assembly.order.drive import drive_unit, encoder_cheek_unit, shaft
 from delta_cad.assembly.order.panel import mounting_steps, panel_steps
 from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
 from delta_cad.assembly.order.rods import pair_step, platform_unit, rod_unit
-from delta_cad.assembly.order.shoulder import arm_unit, cheek_unit, pinion_unit, sector_unit
+from delta_cad.assembly.order.shoulder import arm_unit, cheek_unit, named, pinion_unit, sector_unit
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.brackets import base_pin_mm
 from delta_cad.solids.part import Occurrence
-
-OVER_MM = 0.5  # by which a drive clears its own pins before it goes down
 
 
 def order(d: Dimensions, occurrences: Sequence[Occurrence]) -> tuple[Unit, ...]:
@@ -49,37 +47,38 @@ def _supplied(unit: Unit, known: set[str]) -> Unit:
 
 
 def _machine(d: Dimensions, names: tuple[str, ...]) -> Unit:
-    pins = tuple(name for name in names if name.startswith("base_dowel_"))
     feet = tuple(name for name in names if name.startswith("foot_") and name.removeprefix("foot_").isdigit())
     foot_screws = tuple(name for name in names if name.startswith("foot_screw_"))
     down, up = (Leg((0.0, 0.0, -1.0)),), (Leg((0.0, 0.0, 1.0)),)
-    sunk, filled = base_pin_mm(d)
-    over = (Leg((-1.0, 0.0, 0.0)), Leg((0.0, 0.0, -1.0), filled - sunk + OVER_MM))
+    inwards = (Leg((-1.0, 0.0, 0.0)),)
+    under = d.base.thickness_mm - base_pin_mm(d)[0]
     own_screws = d.foot.stud_length_mm is None
     steps = [
         Step(
-            "Pins in the base plate",
-            ("Press the pins into the plate from above until they stand flush with the bottom of their bores.",),
-            (Bring(("base_plate",)), *(Bring((pin,), (Leg((0.0, 0.0, -1.0)),)) for pin in pins)),
-            tools=("arbor press or vice with soft jaws",),
-            checks=("Every pin stands upright and equally high.",),
+            "Base plate",
+            ("Lay the plate on two blocks, high enough to reach under it, its counterbores below.",),
+            (Bring(("base_plate",)),),
+            checks=("Its upper side is clean and without burrs.",),
         )
     ]
     for i in CHAINS:
-        screws = tuple(name for name in names if name.startswith(f"base_screw_{i}_"))
+        screws, pins = named(names, f"base_screw_{i}_"), named(names, f"base_dowel_{i}_")
         steps.append(
             Step(
                 f"Drive {i} on the plate",
                 (
-                    "Bring the drive in from outside along its own radius, its foot block just over the pins, then let "
-                    "it down: its neighbour's head reaches over it, so that it cannot come down from above.",
-                    "Screw it down from below.",
+                    "Slide the drive in on the plate from outside, along its own radius: its neighbour's head reaches "
+                    "over it, so that it cannot come down from above.",
+                    f"Tap both pins through the plate into the foot block from below, until they stand {under:.1f} mm "
+                    "deep in the plate, and screw it down from below.",
                 ),
                 (
-                    Bring((), over, f"foot_block_{i}", (f"drive {i}",)),
+                    Bring((), inwards, f"foot_block_{i}", (f"drive {i}",)),
+                    *(Bring((pin,), up) for pin in pins),
                     *(Bring((screw,), (Leg((0.0, 0.0, -1.0)),)) for screw in screws),
                 ),
                 screws,
+                tools=("drift 3 mm and a light hammer", "feeler gauge 0.05 mm"),
                 checks=("No light is seen under the foot block.",),
             )
         )

@@ -11,7 +11,7 @@ free where nothing of any body is met.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,6 +48,49 @@ class _Socket:
     head_mm: float
 
 
+@dataclass(frozen=True)
+class Around:
+    """What stands around a screw, as long as its scene is asked for no other position.
+
+    Attributes:
+        place: (index) -> an object of the collision library, where it is at that position.
+        centres_mm: (n, 3) of balls that hold them.
+        radii_mm: (n) of these balls.
+        deviation_mm: (n) by which a mesh may lie within its solid.
+    """
+
+    place: Callable[[int], Any]
+    centres_mm: np.ndarray
+    radii_mm: np.ndarray
+    deviation_mm: np.ndarray
+
+    def free(self, radius_mm: float, start_mm: np.ndarray, ends_mm: np.ndarray) -> np.ndarray:
+        """Whether round tools of one length from a point (3) to others (n, 3) meet nothing, (n)."""
+        import fcl
+
+        along = ends_mm - start_mm
+        length = float(np.linalg.norm(along[0]))
+        along = along / length
+        on_line = np.clip((self.centres_mm - start_mm) @ along.T, 0.0, length)  # (objects, tools)
+        apart = np.linalg.norm(start_mm + on_line[..., None] * along - self.centres_mm[:, None], axis=-1)
+        near = apart <= (self.radii_mm + radius_mm + self.deviation_mm)[:, None]
+        found = np.ones(len(ends_mm), dtype=bool)
+        placed: dict[int, Any] = {}
+        for n in np.flatnonzero(near.any(axis=0)):
+            aside = np.cross(along[n], np.eye(3)[np.argmin(np.abs(along[n]))])
+            aside /= np.linalg.norm(aside)
+            turn = np.stack([aside, np.cross(along[n], aside), along[n]], axis=1)
+            frame = fcl.Transform(turn, (start_mm + ends_mm[n]) / 2.0)
+            for k in np.flatnonzero(near[:, n]):
+                tool = fcl.CollisionObject(fcl.Cylinder(radius_mm + self.deviation_mm[k], length), frame)
+                if int(k) not in placed:
+                    placed[int(k)] = self.place(int(k))
+                if fcl.collide(tool, placed[int(k)]):
+                    found[n] = False
+                    break
+        return found
+
+
 class Scene:
     """The machine at positions of its handle, to be asked what a tool or a moved part meets there.
 
@@ -72,28 +115,21 @@ class Scene:
         self._deviation = np.array([meshes[o.part.number].deviation_mm for o in self.occurrences])
         self._balls = np.array(balls)
 
-    def is_met(self, pose: int, radius_mm: float, ends_mm: np.ndarray, beside: int, standing: bool = False) -> bool:
-        """Whether a round tool between two points (2, 3) meets any occurrence but one, or any that stands still."""
-        import fcl
-
-        a, b = ends_mm
-        along = (b - a) / np.linalg.norm(b - a)
-        frame = self.frames[pose]
-        centres = (frame[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + frame[:, :3, 3]
-        on_line = a + np.clip((centres - a) @ along, 0.0, np.linalg.norm(b - a))[:, None] * along
-        near = np.linalg.norm(centres - on_line, axis=1) <= self._balls[:, 3] + radius_mm + self._deviation.max()
+    def around(self, pose: int, centre_mm: np.ndarray, reach_mm: float, beside: int, standing: bool) -> Around:
+        """What a tool may meet within a reach of a point: any occurrence but one, or any that stands still."""
+        centres = self._centres(pose)
+        near = np.linalg.norm(centres - centre_mm, axis=1) <= self._balls[:, 3] + reach_mm
         near[beside] = False
         if standing:
             near &= self.stands
-        aside = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
-        aside /= np.linalg.norm(aside)
-        turn = np.stack([aside, np.cross(along, aside), along], axis=1)
-        for k in np.flatnonzero(near):
-            tool = fcl.Cylinder(radius_mm + self._deviation[k], float(np.linalg.norm(b - a)))
-            shape = fcl.CollisionObject(tool, fcl.Transform(turn, (a + b) / 2.0))
-            if fcl.collide(shape, self._placed(pose, int(k))):
-                return True
-        return False
+        found = np.flatnonzero(near)
+        return Around(
+            lambda n: self._placed(pose, int(found[n])), centres[found], self._balls[found, 3], self._deviation[found]
+        )
+
+    def _centres(self, pose: int) -> np.ndarray:
+        frame = self.frames[pose]
+        return (frame[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + frame[:, :3, 3]
 
     def met_by(self, pose: int, k: int, frame: np.ndarray, beside: Collection[str]) -> list[int]:
         """Indices of the occurrences whose meshes that of one meets in another frame (4, 4), those beside left out."""
@@ -102,9 +138,7 @@ class Scene:
         moved = self._objects[k]
         moved.setTransform(_transform(frame))
         centre = frame[:3, :3] @ self._balls[k, :3] + frame[:3, 3]
-        others = self.frames[pose]
-        centres = (others[:, :3, :3] @ self._balls[:, :3, None])[..., 0] + others[:, :3, 3]
-        near = np.linalg.norm(centres - centre, axis=1) <= self._balls[:, 3] + self._balls[k, 3]
+        near = np.linalg.norm(self._centres(pose) - centre, axis=1) <= self._balls[:, 3] + self._balls[k, 3]
         found = (int(j) for j in np.flatnonzero(near) if j != k and self.occurrences[j].name not in beside)
         return [j for j in found if fcl.collide(moved, self._placed(pose, j))]
 
@@ -205,29 +239,30 @@ def _swing_at(
     frame, radius = scene.frames[pose, k], CORNERS * socket.flats_mm / 2.0
     x, y, z = frame[:3, :3].T
     mouth = frame[:3, 3] + socket.mouth_mm * z
-    if scene.is_met(pose, radius, np.stack([mouth + OFF_MM * z, mouth + inside_mm * z]), k, standing):
-        return 0.0
-    if scene.is_met(pose, socket.head_mm, np.stack([mouth + OFF_MM * z, mouth + way_mm * z]), k, standing):
-        return 0.0
+    around = scene.around(pose, mouth, float(np.hypot(max(inside_mm, way_mm), handle_mm)) + socket.head_mm, k, standing)
+    for width, end in (radius, inside_mm), (socket.head_mm, way_mm):
+        if not around.free(width, mouth + OFF_MM * z, (mouth + end * z)[None]).all():
+            return 0.0
     bends = mouth + (inside_mm - socket.depth_mm) * z, mouth + inside_mm * z
     swing = 0.0
     for count in (DIRECTIONS, FINE_DIRECTIONS):
         angles = np.arange(count) * 2.0 * np.pi / count
         out = handle_mm * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
-        free = [not any(scene.is_met(pose, radius, np.stack([b, b + one]), k, standing) for b in bends) for one in out]
+        free = np.ones(count, dtype=bool)
+        for bend in bends:
+            free[free] = around.free(radius, bend, bend + out[free]) if free.any() else True
         swing = _longest_run(free) * 2.0 * np.pi / count
         if not SWING_RAD - 4.0 * np.pi / DIRECTIONS < swing < SWING_RAD:  # a free run is up to two steps longer
             break
     return swing
 
 
-def _longest_run(free: list[bool]) -> int:
-    """Steps between the directions of the longest run that is free, round the circle."""
-    if all(free):
+def _longest_run(free: np.ndarray) -> int:
+    """Steps between the directions (n, bool) of the longest run that is free, round the circle."""
+    if free.all():
         return len(free)
-    first = free.index(False)
     longest = run = 0
-    for one in free[first:] + free[:first]:
+    for one in np.roll(free, -int(free.argmin())):
         run = run + 1 if one else 0
         longest = max(longest, run)
     return max(longest - 1, 0)

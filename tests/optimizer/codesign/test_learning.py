@@ -27,7 +27,7 @@ from optimizer.codesign.learning import (
     too_soft,
     with_outline,
 )
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.lessons import NARROWER, WIDER, Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -196,5 +196,11 @@ def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
 
 
 def test_chains_in_the_way_of_a_key_are_set_apart() -> None:
-    lessons = from_checks(candidate(), KNOWN, [failed("tool access", 0.0, 60.0, "deg", "motor_screw_0_2")])
-    assert lessons.least("base_radius") == LENGTHS[2] + 1.0
+    one = candidate()
+    width = one.choice.width_mm
+    for check, value, unit, more in (("tool access", 0.0, "deg", 1.0), ("chains apart", 2.5, "mm", 2.5)):
+        limit = 60.0 if unit == "deg" else 0.0
+        lessons = from_checks(one, KNOWN, [failed(check, value, limit, unit, "motor_screw_0_2")])
+        assert lessons.least_radius_mm(width) == pytest.approx(LENGTHS[2] + more)
+        assert lessons.least_radius_mm(width + 6.0) == pytest.approx(LENGTHS[2] + more - 6.0 * WIDER)
+        assert lessons.least_radius_mm(width - 6.0) == pytest.approx(LENGTHS[2] + more + 6.0 * NARROWER)
