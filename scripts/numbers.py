@@ -1,4 +1,4 @@
-"""Every number that the commands print for best.json and joystick.toml, as one JSON file; and two such files compared.
+"""Every number that the commands print for best.json and examples/synthesized.toml, as one JSON file; and two such files compared.
 
     python scripts/numbers.py take before.json     # in the folder of a checkout
     python scripts/numbers.py compare before.json after.json
@@ -39,12 +39,12 @@ def runs(room: Path) -> Iterator[tuple[str, list[str]]]:
     yield "build", command("delta_cad", "build", *design, "--out", out, "--json")
     for method in ("ga", "sqp", "ga+sqp", "proven"):
         file = str(room / f"{method}.json")
-        words = ["joystick.toml", "--method", method, "--seed", "1", "--out", file, "--json"]
+        words = ["examples/synthesized.toml", "--method", method, "--seed", "1", "--out", file, "--json"]
         yield f"synthesize {method}", command("optimizer", "synthesize", *words)
     certify = [*design, "--mass-properties", masses, "--out", certificate, "--json"]
     yield "certify", command("optimizer", "certify", *certify)
     yield "verify", command("optimizer", "verify", certificate, *design, "--mass-properties", masses, "--json")
-    yield "front", command("optimizer", "front", "joystick.toml", "--points", "5", "--out", out, "--json")
+    yield "front", command("optimizer", "front", "examples/synthesized.toml", "--points", "5", "--out", out, "--json")
     yield "reproduce", command("optimizer", "reproduce", "--out", out, "--json")
     held = ["--mass-properties", masses, "--json"]
     yield "gravity", command("haptics", "gravity", *design, "--at", "10,20,90", *held)

@@ -21,7 +21,7 @@ from tests.committed import BEST, ROOT
 
 KILLS = 20  # of each command
 LIMIT_S = 900.0  # of a run that is not killed: several times what a busy machine takes
-TASK = ROOT / "joystick.toml"
+TASK = ROOT / "examples/synthesized.toml"
 GRID = """
 base = "joystick.toml"
 name = "grid"

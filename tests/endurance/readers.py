@@ -161,7 +161,7 @@ def readers(folder: Path) -> list[Reader]:
     Args:
         folder: Where valid files may be written.
     """
-    design, task = load_design(BEST), tomllib.loads((ROOT / "joystick.toml").read_text())
+    design, task = load_design(BEST), tomllib.loads((ROOT / "examples/synthesized.toml").read_text())
     brief = tomllib.loads(preset_text("dashboard")) | {"hardware": {"motor": ["maxon-re30-310007"], "drive": "capstan"}}
     brief["bounds_mm"] = {"base_radius": ["3 cm", 40], "half_side": [0, "100 mm"]}
     grid = {"name": "g", "seeds": [0, 1], "axes": {"requirements.joint_torque_N_m": [0.4, 0.8]}, "base": task}

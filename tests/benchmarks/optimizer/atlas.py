@@ -73,6 +73,6 @@ def _timed(grid: Grid, workers: int) -> tuple[list[float], float, list[dict[str,
 
 
 def _grid() -> Grid:
-    base = tomllib.loads((ROOT / "joystick.toml").read_text())
+    base = tomllib.loads((ROOT / "examples/synthesized.toml").read_text())
     base["bounds_mm"]["upper_arm_length"] = [82, 90]
     return grid_from_dict({"base": base, "axes": AXES, "steps": [1, 2]})

@@ -35,10 +35,10 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     from optimizer.front.proof import proved
     from optimizer.problem.requirements import load_requirements
 
-    given = load_requirements(ROOT / "joystick.toml")
+    given = load_requirements(ROOT / "examples/synthesized.toml")
     say(f"front command, {POINTS} points, with the fronts beside it, proofs, seeds and pictures")
     with TemporaryDirectory() as out:
-        arguments = ("-m", "optimizer", "front", str(ROOT / "joystick.toml"), "--points", str(POINTS), "--out", out)
+        arguments = ("-m", "optimizer", "front", str(ROOT / "examples/synthesized.toml"), "--points", str(POINTS), "--out", out)
         command = succeeded(python(*arguments, "--json"))
         facts = json.loads(command.stdout)
         pictures = len(list(Path(out).glob("*-front/*.png")))

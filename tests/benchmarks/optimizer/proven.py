@@ -33,12 +33,12 @@ print(time.process_time() - start)
 
 def three_variables() -> dict[str, Problem]:
     """Steps of [RCIM2018] with L_B, r and H free, by name."""
-    joystick = load_requirements(ROOT / "joystick.toml")
+    joystick = load_requirements(ROOT / "examples/synthesized.toml")
     return {
         "table 6, step 1": step_problem(task((40, 170)), 1),
         "table 10, step 2": step_problem(task((1, 130), (30, 50), (40, 60), (35, 100)), 2),
         "table 11, step 3": step_problem(task((1, 130), (30, 50), (40, 150), half_side_mm=35.0), 3),
-        "joystick.toml, step 2": step_problem(joystick, 2),
+        "synthesized.toml, step 2": step_problem(joystick, 2),
     }
 
 

@@ -1,4 +1,4 @@
-"""GA, SQP and GA+SQP over 30 seeds on the published bounds and on joystick.toml, against the proven optimum."""
+"""GA, SQP and GA+SQP over 30 seeds on the published bounds and on synthesized.toml, against the proven optimum."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ def tasks() -> list[tuple[str, int, Requirements]]:
         if name not in ("table 3", "table 5") and step < 3:
             given["bottom_height"] = (40, 60)
         found.append((name, step, task(**given, half_side_mm=PUBLISHED_SIDE if step == 3 else None)))
-    joystick = load_requirements(ROOT / "joystick.toml")
+    joystick = load_requirements(ROOT / "examples/synthesized.toml")
     fixed = joystick.model_copy(update={"step_3": joystick.step_3.model_copy(update={"half_side_mm": JOYSTICK_SIDE})})
-    return found + [("joystick.toml", step, fixed) for step in (1, 2, 3)]
+    return found + [("synthesized.toml", step, fixed) for step in (1, 2, 3)]
 
 
 def run(say: Callable[[str], None]) -> list[Figure]:

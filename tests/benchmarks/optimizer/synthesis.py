@@ -40,12 +40,12 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     Raises:
         RuntimeError: Something did not do its work, so that there is nothing to compare.
     """
-    joystick = load_requirements(ROOT / "joystick.toml")
+    joystick = load_requirements(ROOT / "examples/synthesized.toml")
     say(f"three steps, {ROUNDS} rounds")
     times = interleaved({"": Run(joystick).results}, ROUNDS, process_time)[""]
     return [
         *_against_numpy(say),
-        of_repeats(SUBJECT, "three steps GA+SQP, joystick.toml, warm", times, "s", 10.0),
+        of_repeats(SUBJECT, "three steps GA+SQP, synthesized.toml, warm", times, "s", 10.0),
         *_peers(say),
         *_memory(say),
         *_growth(say),
@@ -116,11 +116,11 @@ def _memory(say: Callable[[str], None]) -> list[Figure]:
     say("peak memory")
     with TemporaryDirectory() as folder:
         out = str(Path(folder) / "best.json")
-        child = succeeded(python("-m", "optimizer", "synthesize", "joystick.toml", "--out", out))
+        child = succeeded(python("-m", "optimizer", "synthesize", "examples/synthesized.toml", "--out", out))
     peak, wall = child.largest_bytes / 1e6, child.wall_s
     return [
         Figure(
-            SUBJECT, "peak memory of `optimizer synthesize`", peak, "MB", 400.0, note="joystick.toml, whole process"
+            SUBJECT, "peak memory of `optimizer synthesize`", peak, "MB", 400.0, note="synthesized.toml, whole process"
         ),
         Figure(SUBJECT, "`optimizer synthesize`, from start to end", wall, "s", note="the same; compiled before"),
     ]

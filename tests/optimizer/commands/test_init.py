@@ -39,7 +39,7 @@ def test_a_preset_is_a_brief(preset: str, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_presets_ask_what_they_are_named_after() -> None:
     tasks = {preset: tomllib.loads(preset_text(preset))["requirements"] for preset in PRESETS}
-    joystick = tomllib.loads((ROOT / "joystick.toml").read_text(encoding="utf-8"))
+    joystick = tomllib.loads((ROOT / "examples/synthesized.toml").read_text(encoding="utf-8"))
     for field in ("envelope_width_mm", "envelope_depth_mm", "force_N", "peak_force_N"):
         assert tasks["dashboard"][field] == joystick["requirements"][field]
     feel = tomllib.loads(preset_text("dashboard"))["feel"]
@@ -144,7 +144,7 @@ def test_commands_tell_all_that_is_wrong_with_requirements(
 ) -> None:
     base = tmp_path / "r.toml"
     base.write_text(
-        (ROOT / "joystick.toml").read_text(encoding="utf-8").replace("force_N = 3.0", 'force_N = "3 kg"')
+        (ROOT / "examples/synthesized.toml").read_text(encoding="utf-8").replace("force_N = 3.0", 'force_N = "3 kg"')
         + "belt = 1\n",
         encoding="utf-8",
     )

@@ -33,7 +33,7 @@ from optimizer.problem.validation import MOST_TOLD
 from tests.committed import ROOT
 from tests.optimizer.messages import holds
 
-FIRST = [ROOT / "joystick.toml", ROOT / "tests/references/joystick.toml"]
+FIRST = [ROOT / "examples/synthesized.toml", ROOT / "tests/references/joystick.toml"]
 OUTLINE = {"envelope_width_mm": 270, "envelope_depth_mm": 220}
 CUBE = {"cube_side_mm": 75}
 ROPE = "id,diameter_mm,breaking_load_N\nmine,0.5,150\n"

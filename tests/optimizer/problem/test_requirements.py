@@ -25,7 +25,7 @@ from tests.optimizer.messages import holds, refuses
 from tests.optimizer.tasks import INERTIA
 
 JOYSTICK = Path(__file__).parents[2] / "references" / "joystick.toml"
-COMMITTED = Path(__file__).parents[3] / "joystick.toml"
+COMMITTED = Path(__file__).parents[3] / "examples" / "synthesized.toml"
 MISSING = object()
 
 

@@ -20,12 +20,12 @@ from optimizer.synthesis.output import design_of, presentable
 from optimizer.synthesis.three_step import Run
 
 ROOT = Path(__file__).parents[3]
-BEST = ROOT / "best.json"
+BEST = ROOT / "examples/synthesized.json"
 
 
 @pytest.fixture(scope="module")
 def given() -> Requirements:
-    return load_requirements(ROOT / "joystick.toml")
+    return load_requirements(ROOT / "examples/synthesized.toml")
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requi
     assert told["requirements_sha256"] == requirements_hash(given)
     assert (
         told["command"]
-        == f"python -m optimizer synthesize joystick.toml --method {told['method']} --seed {told['seed']}"
+        == f"python -m optimizer synthesize examples/synthesized.toml --method {told['method']} --seed {told['seed']}"
     )
     again = design_of(given, solved, "sqp", 1, "again.json")
     assert again.mechanism == design.mechanism  # to the last digit: both are whole micrometres
