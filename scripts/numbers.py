@@ -1,4 +1,4 @@
-"""Every number that the commands print for best.json and examples/synthesized.toml, as one JSON file; and two such files compared.
+"""Every number that the commands print for best.json and the synthesized example, as JSON; and two such files compared.
 
     python scripts/numbers.py take before.json     # in the folder of a checkout
     python scripts/numbers.py compare before.json after.json

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -13,7 +14,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
 from delta_cad.design import Design, load_design
 from delta_cad.dimensions import Dimensions, dimensions
-from tests.committed import BEST, ROOT, Built, Shared
+from tests.committed import BEST, COMMITTED, ROOT, Built, Shared
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -85,12 +86,24 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
 
 
 @pytest.fixture(scope="session")
-def built(shared: Shared, best: Design) -> Built:
-    """`python -m delta_cad build` on the committed design, run once even when several workers want it."""
+def built(shared: Shared) -> Built:
+    """`python -m delta_cad build` on the machine that the tests know, run once even when several workers want it."""
+    return _built(shared, BEST)
+
+
+@pytest.fixture(scope="session")
+def committed(shared: Shared) -> Built:
+    """The same of `best.json`."""
+    return _built(shared, COMMITTED)
+
+
+def _built(shared: Shared, design: Path) -> Built:
+    name = load_design(design).name
+    out = shared.folder / f"built-{name}"
 
     def build() -> tuple[int, str, str]:
-        words = ["build", "--design", str(BEST), "--out", str(shared.folder / "built"), "--json"]
+        words = ["build", "--design", str(design), "--out", str(out), "--json"]
         run = subprocess.run([sys.executable, "-m", "delta_cad", *words], capture_output=True, text=True)
         return run.returncode, run.stdout, run.stderr
 
-    return Built(*shared.once("built", build), shared.folder / "built" / best.name)
+    return Built(*shared.once(f"built-{name}", build), out / name)

@@ -16,8 +16,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.checks import CheckLimits, Sweep, run_checks, swept
 from delta_cad.checks.clearance.clearance import with_exact
-from delta_cad.checks.contact.access import check_access
-from delta_cad.checks.contact.spread import missing_spread_mm
+from delta_cad.checks.contact.access import check_access, missing_spread_mm
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.dfm.makes import check_makes
 from delta_cad.checks.dfm.setups import setups

@@ -36,7 +36,7 @@ SPARE_MM = 0.2  # of the outline beyond eq. (1), likewise
 RATIOS = 3  # intervals of the ratio to begin with
 STARTS = 1  # of SQP in one interval
 OUTLINE_SHARE = 1.5  # of R + L_A in the shorter side of an outline, eq. (1)
-NARROW = 1.004  # factor between the ends of an interval
+NARROW = 1.002  # factor between the ends of an interval
 CORES = 2
 ARM = VARIABLES.index("upper_arm_length")
 
@@ -110,6 +110,8 @@ class Family:
         self._least = {
             length: min(one.least(length) for one in lessons.values()) for length in ("base_radius", "platform_radius")
         }
+        width = machine.choice.width_mm
+        self._apart = min(lessons.values(), key=lambda one: one.least_radius_mm(width)).apart_mm
         self._proved: dict[tuple[object, ...], float] = {}
         self._balls = tuple(LIGHT * force for force in own.ball_friction_N)
 
@@ -158,7 +160,7 @@ class Family:
         lessons = Lessons(
             replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
             known.least_mm if known else self._least,
-            known.apart_mm if known else (),
+            known.apart_mm if known else self._apart,
             (self._overhead[0], self._overhead[1]),
             mass_share=1.0,
             friction_share=1.0,

@@ -33,7 +33,7 @@ PROOF = "proof of "
 PROOF_BOXES = 60_000  # ten times what a design takes that keeps its limits by a thousandth
 PEAK_SPARE = 1.02  # of the torque stated for the peak force, over what lengths and weight ask
 CABLE_SPARE = 1.05  # of the torque that the cable is tensioned for, over the lasting one, where no peak is asked
-BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 6.0, "ball_diameter_mm": 6.0}  # the least: loads may ask more
+BASE_ENTRIES: Mapping[str, Any] = {"arm_thickness_mm": 5.0, "ball_diameter_mm": 6.0}  # the least: loads may ask more
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it t
 KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
-NARROWER, WIDER = 0.6, 1.2  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
+NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
 TORQUE_SPARE_N_M = 4e-4  # a thousandth of a joint's torque
 
 

@@ -123,7 +123,7 @@ class Search:
             refined = self.refined(choice)
             for _ in range(REFINED):
                 if refined is not None and self._worse(refined):
-                    refined = self.refined(refined.choice, RATIO_STEP / 2.0, WIDTH_STEP_MM / 2.0)
+                    refined = self.refined(refined.choice, again=True)
             if refined is None or (best is not None and self.dearer * refined.score <= best[0].score):
                 continue
             best = self.built(refined.choice, -np.inf if best is None else best[0].score) or best
@@ -248,20 +248,20 @@ class Search:
             ratio=choice.ratio,
         )
 
-    def refined(self, choice: Choice, step: float = RATIO_STEP, wide: float = WIDTH_STEP_MM) -> Candidate | None:
+    def refined(self, choice: Choice, again: bool = False) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell.
 
         Args:
             choice: Hardware.
-            step: Share of the ratio by which it is changed first.
-            wide: The same of the width, mm.
+            again: Whether it was refined already, and solids told something new: nearer choices are looked at.
         """
+        step, wide = (RATIO_STEP / 2.0, WIDTH_STEP_MM / 2.0) if again else (RATIO_STEP, WIDTH_STEP_MM)
         low, high = self._ratios(choice.drive)
         others = [choice.with_(ratio=ratio) for ratio in self._first_ratios(choice.drive) if ratio != choice.ratio]
         others.sort(key=lambda one: abs(np.log(one.ratio / choice.ratio)))
         best = None
         for one in (choice, *others):  # parts of another size may do where these do not
-            best = best or (None if self.stop() else self.settled(one))
+            best = best or (None if self.stop() else self.settled(one, weighing=not again))
         if best is None:
             return None
         free = self.brief.limits.parallelogram_width_mm is None

@@ -30,8 +30,8 @@ def test_figures_and_picture_are_of_the_design_that_stands_there(design: Path) -
     assert picture.stat().st_size < 150_000
 
 
-def test_the_committed_machine_has_the_figures_of_its_build(built: Built) -> None:
-    assert_same(gallery.figures(ROOT / "best.json", built.folder), MACHINES[0])
+def test_the_committed_machine_has_the_figures_of_its_build(committed: Built) -> None:
+    assert_same(gallery.figures(ROOT / "best.json", committed.folder), MACHINES[0])
 
 
 @pytest.mark.slow

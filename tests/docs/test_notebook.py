@@ -47,11 +47,11 @@ def test_it_is_committed_without_results(notebook: Any) -> None:
 
 @pytest.mark.filterwarnings("ignore")  # of the kernel's libraries, which are not ours
 def test_it_inspects_proves_and_renders_a_wall(
-    notebook: Any, built: Built, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    notebook: Any, committed: Built, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    checkout(tmp_path, built.folder)
+    checkout(tmp_path, committed.folder)
     told = executed(light(notebook), tmp_path, monkeypatch)
-    assert "cube side 2 L              86.330 mm" in told["cell 0"]
+    assert "cube side 2 L              82.522 mm" in told["cell 0"]
     assert "kappa proved" in told["cell 2"]
     assert "kappa refuted (" in told["cell 2"]
     depth = float(told["cell 3"].split()[0])
@@ -61,7 +61,7 @@ def test_it_inspects_proves_and_renders_a_wall(
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_its_last_cell_makes_the_solids(
-    notebook: Any, built: Built, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    notebook: Any, committed: Built, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    checkout(tmp_path, built.folder)
+    checkout(tmp_path, committed.folder)
     assert executed(notebook, tmp_path, monkeypatch)["cell 4"].endswith("failed: []\n")

@@ -22,8 +22,8 @@ def name(page: Path) -> str:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, built: Built, monkeypatch: pytest.MonkeyPatch) -> Path:
-    checkout(tmp_path, built.folder)
+def folder(tmp_path: Path, committed: Built, monkeypatch: pytest.MonkeyPatch) -> Path:
+    checkout(tmp_path, committed.folder)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -56,7 +56,7 @@ def test_what_a_page_shows_and_no_command_prints_is_found(folder: Path) -> None:
     broken = folder / "docs" / "broken.md"
     assert "FAILS kappa at" in text
     begin = text.index("<!-- exit 1 -->")
-    broken.write_text(text[begin : text.index("## Prove it")].replace("2.27, <= 2", "2.28, <= 2"), encoding="utf-8")
+    broken.write_text(text[begin : text.index("## Prove it")].replace("2.2695, <= 2", "2.28, <= 2"), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tests.docs.pages.ROOT", folder)
         found = run(broken, folder, slow=False)

@@ -53,11 +53,11 @@ def says(path: Path, told: str) -> bool:
     return told in path.read_text(encoding="utf-8")
 
 
-def test_each_answer_stands_where_the_page_says(built: Built) -> None:
+def test_each_answer_stands_where_the_page_says(committed: Built) -> None:
     asked = rows()
     assert len(asked) >= LEAST
     assert len({question for question, _, _ in asked}) == len(asked)
-    missing = [(file, told) for _, file, told in asked if not says(built.folder / file, told)]
+    missing = [(file, told) for _, file, told in asked if not says(committed.folder / file, told)]
     assert missing == []
 
 
@@ -71,5 +71,5 @@ def test_each_answer_stands_where_the_page_says(built: Built) -> None:
         ("parts/pinion.step", "POSITION_TOLERANCE"),
     ],
 )
-def test_what_does_not_stand_there_is_noticed(built: Built, file: str, told: str) -> None:
-    assert not says(built.folder / file, told)
+def test_what_does_not_stand_there_is_noticed(committed: Built, file: str, told: str) -> None:
+    assert not says(committed.folder / file, told)

@@ -11,6 +11,7 @@ free where nothing of any body is met.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
@@ -26,12 +27,16 @@ from delta_cad.checks.contact.placing import Key, located, relative_key
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions.keys import CORNERS, CUT, KEYS_MM, LONG_MM
+from delta_cad.mechanism.placement import chain_frame
 from delta_cad.solids.part import Occurrence, Part, Reach, Removal
 
 SWING_RAD = np.radians(60.0)  # of the handle, to a hexagon's next corner
 DIRECTIONS, FINE_DIRECTIONS = 36, 144  # of the handle: every 10 degrees; 2.5 where those leave it open
 HEIGHTS = 321  # of the platform on the cube's middle axis: 0.4 degrees of an arm, 2 of its pinion
 SAME_MM = 0.05  # of a socket as it is drawn and of its key
+MOST_MM, TOLERANCE_MM = 16.0, 0.25  # of a base radius that keys lack: how far is looked, and how closely
+SPREAD_STEP = 64  # of the handle's heights one in so many, then
+CHAIN = re.compile(r"_(\d)(?:_|$)")  # in an occurrence's name
 OFF_MM = 0.1  # a tool begins so far before the face that it stands on
 STEP_MM = 4.0  # of a part that is drawn out: a tenth of what it is drawn through
 NOISE_MM3 = 0.05  # common volume that the kernel may see between faces that slide upon one another
@@ -170,6 +175,41 @@ def check_access(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> lis
     known: dict[Key, bool] = {}
     stuck = [(what, removal) for removal in assembly.removals if (what := _stuck(removal, scene, known))]
     return [_told_swings(swings), _told_stuck(stuck, len(assembly.removals))]
+
+
+def missing_spread_mm(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> float:
+    """Computes what the base radius lacks for keys to reach all screws that stand still.
+
+    Each chain goes outwards as it is, the platform stays: a longer base radius, as far as keys see it.
+
+    Args:
+        assembly: The machine.
+        limits: Its cube.
+        meshes: Of its parts.
+
+    Returns:
+        Millimetres: 0 where nothing is in the way, `MOST_MM` where that much more or something else is needed.
+    """
+    scene, library = Scene(assembly, meshes, up_and_down(limits)[::SPREAD_STEP]), FeatureLibrary()
+    still = [one for one in assembly.reached if one.screw in scene.index and scene.stands[scene.index[one.screw]]]
+    held = [one for one in still if key_swing(one, scene, library) < SWING_RAD]
+    out = np.zeros((len(scene.occurrences), 3))
+    for k, occurrence in enumerate(scene.occurrences):
+        if (chain := CHAIN.search(occurrence.name)) is not None:
+            out[k] = chain_frame(int(chain[1]))[:3, 0]
+    home = scene.frames.copy()
+
+    def free(more_mm: float) -> bool:
+        scene.frames[..., :3, 3] = home[..., :3, 3] + more_mm * out
+        return all(key_swing(one, scene, library) >= SWING_RAD for one in held)
+
+    low, high = 0.0, MOST_MM
+    if not held or not free(high):
+        return low if not held else high
+    while high - low > TOLERANCE_MM:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if free(middle) else (middle, high)
+    return high
 
 
 def up_and_down(limits: CheckLimits) -> np.ndarray:

@@ -38,7 +38,8 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     given = load_requirements(ROOT / "examples/synthesized.toml")
     say(f"front command, {POINTS} points, with the fronts beside it, proofs, seeds and pictures")
     with TemporaryDirectory() as out:
-        arguments = ("-m", "optimizer", "front", str(ROOT / "examples/synthesized.toml"), "--points", str(POINTS), "--out", out)
+        task = str(ROOT / "examples/synthesized.toml")
+        arguments = ("-m", "optimizer", "front", task, "--points", str(POINTS), "--out", out)
         command = succeeded(python(*arguments, "--json"))
         facts = json.loads(command.stdout)
         pictures = len(list(Path(out).glob("*-front/*.png")))

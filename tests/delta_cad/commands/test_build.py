@@ -221,7 +221,9 @@ def test_a_geometry_error_at_any_step_ends_with_3_and_leaves_the_old_build(
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
     told = capsys.readouterr()
     assert told.out == ""
-    assert told.err == "best.json: sector: slot and bores cannot be built (shoulder angle range): kernel says no\n"
+    assert (
+        told.err == "synthesized.json: sector: slot and bores cannot be built (shoulder angle range): kernel says no\n"
+    )
     assert contents(tmp_path) == good
     assert [p.name for p in tmp_path.iterdir()] == [best.name]
 
@@ -236,7 +238,7 @@ def test_a_process_beside_that_ends_early_ends_with_3(
 
     monkeypatch.setattr(pipeline, "check_machine", ended)
     assert main(["build", "--design", str(BEST), "--out", str(tmp_path)]) == 3
-    assert capsys.readouterr().err == "best.json: swept: Killed\n"
+    assert capsys.readouterr().err == "synthesized.json: swept: Killed\n"
     assert list(tmp_path.iterdir()) == []
 
 

@@ -305,7 +305,7 @@ def test_a_part_that_cannot_be_made_ends_with_3(
     monkeypatch.setattr(build, "_built", failing)
     monkeypatch.setattr(check, "_checked", failing)
     line = refused(capsys, [command, "--design", str(BEST), "--out", str(tmp_path / "out")], code=3)
-    assert line == "best.json: stop_pin, length: none in stock\n"
+    assert line == "synthesized.json: stop_pin, length: none in stock\n"
 
 
 @pytest.mark.parametrize("command", ["build", "check"])

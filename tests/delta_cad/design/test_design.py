@@ -27,7 +27,7 @@ from delta_cad.design import (
 from delta_cad.mechanism import DeltaGeometry
 from tests.designs import REFUSED, UNTIMED, changed, designs, minimal, named
 
-BEST = Path(__file__).parents[3] / "best.json"
+BEST = Path(__file__).parents[3] / "examples" / "synthesized.json"
 PUBLISHED = Path(__file__).parents[2] / "references" / "published-optimum.json"
 
 

@@ -15,7 +15,7 @@ from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict, design_to_dict, load_design
 from delta_cad.drive.report import CAPSTAN_EFFICIENCY, SLACK_N, drive_torque
 
-BEST = load_design(Path(__file__).parents[3] / "best.json")
+BEST = load_design(Path(__file__).parents[3] / "examples" / "synthesized.json")
 
 
 def design(torque: float = 0.8, peak: float | None = None, **hardware: Any) -> Design:

@@ -93,7 +93,7 @@ def test_assumptions_name_what_was_taken(subject: Subject) -> None:
 
 def test_the_command_names_a_file_that_a_person_can_save(subject: Subject) -> None:
     found = provenance(subject, {"python": "3.11"})
-    assert found["command"] == "python -m delta_cad build --design dashboard-joystick.json"
+    assert found["command"] == "python -m delta_cad build --design synthesized.json"
     assert found["input_sha256"] == design_hash(subject.design)
     assert "steps" not in found["lengths"]
     assert found["lengths"]["seed"] == 1

@@ -19,7 +19,7 @@ STUDY_JOINT_N_mm = 500.0  # joints as the study took them; in our design a decla
 
 @cache
 def design() -> Design:
-    return load_design(ROOT / "best.json")
+    return load_design(ROOT / "examples" / "synthesized.json")
 
 
 @cache

@@ -57,7 +57,7 @@ def test_table_and_file(
     assert "largest stable wall, N/mm" in told.out
     assert told.err == ""
     (file,) = (tmp_path / "new").iterdir()
-    assert file.name == "dashboard-joystick-stiffness.json"
+    assert file.name == "synthesized-stiffness.json"
     facts = json.loads(file.read_text())
     assert facts["axes"]["x"]["simulated_N_per_mm"]["protocol"] == pytest.approx(4.3)
     assert facts["default_wall_oscillates_with"] == []

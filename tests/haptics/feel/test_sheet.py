@@ -309,9 +309,9 @@ def test_files_and_table(
     assert quick
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 0
     told = capsys.readouterr()
-    assert told.out.startswith("dashboard-joystick: what it will feel like")
+    assert told.out.startswith("synthesized: what it will feel like")
     (folder,) = tmp_path.iterdir()
-    assert folder.name == "dashboard-joystick-feel"
+    assert folder.name == "synthesized-feel"
     assert {file.name for file in folder.iterdir()} == {"feel.md", "feel.json", *(f"{name}.png" for name in DRAWN)}
     for name in DRAWN:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
@@ -328,16 +328,16 @@ def test_a_run_that_fails_leaves_the_folder_before(
     masses: Path, tmp_path: Path, quick: dict[str, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert quick
-    (tmp_path / "dashboard-joystick-feel").mkdir()
-    (tmp_path / "dashboard-joystick-feel" / "feel.md").write_text("before")
+    (tmp_path / "synthesized-feel").mkdir()
+    (tmp_path / "synthesized-feel" / "feel.md").write_text("before")
 
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("haptics.scenes.pictures.style.save", full)
     assert call("feel", "--design", BEST, "--mass-properties", masses, "--out", tmp_path) == 2
-    assert [path.name for path in tmp_path.iterdir()] == ["dashboard-joystick-feel"]
-    assert (tmp_path / "dashboard-joystick-feel" / "feel.md").read_text() == "before"
+    assert [path.name for path in tmp_path.iterdir()] == ["synthesized-feel"]
+    assert (tmp_path / "synthesized-feel" / "feel.md").read_text() == "before"
 
 
 @pytest.mark.slow

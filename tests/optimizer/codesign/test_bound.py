@@ -110,7 +110,7 @@ def test_an_interval_is_halved_across_what_is_wider() -> None:
     direct = Interval("m", "direct", (1.0, 1.0), (50.0, 200.0))
     assert [part.arms_mm for part in direct.halves()] == [(50.0, 100.0), (100.0, 200.0)]
     assert not direct.narrow
-    assert replace(direct, arms_mm=(100.0, 100.3)).narrow
+    assert replace(direct, arms_mm=(100.0, 100.15)).narrow
 
 
 def test_what_is_stopped_tells_what_is_proved() -> None:

@@ -31,22 +31,25 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert call("certify", "--design", BEST, "--out", out) == 0
     told, err = capsys.readouterr()
     assert err == ""
-    assert told.startswith("dashboard-joystick: proved at every point of the cube of ")
+    assert told.startswith("synthesized: proved at every point of the cube of ")
     assert "gravity is NOT taken off the torque: give --mass-properties" in told
     assert [f.name for f in out.parent.iterdir()] == ["certificate.json"]
     assert call("verify", out, "--design", BEST, "--without-gravity") == 0
     told, err = capsys.readouterr()
     assert err == ""
-    proved = "reach, assembly_mode, torque, kappa, lean, shoulder, couple_index"  # all that best.json asks
+    proved = "reach, assembly_mode, torque, kappa, lean, shoulder, couple_index"  # all that synthesized.json asks
     assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
-    assert "covers all that best.json asks" in told
+    assert "covers all that synthesized.json asks" in told
     torque = load_design(BEST).requirements.joint_torque_N_m
     limits = f"every elbow arm >= 0 mm; assembly mode, det S / L_B^3 > 0; torque <= {torque:g} N m for 3 N"
     assert f"{limits} in any direction; kappa <= 2.27" in told
     assert "GRAVITY is NOT taken off the torque, as asked" in told.splitlines()[0]
     assert call("verify", out, "--design", BEST, "--json") == 1
     told, err = capsys.readouterr()
-    assert "best.json states requirements.gravity_m_s2 = [0, 0, -9.81], and nothing of the torque is left for it" in err
+    assert (
+        "synthesized.json states requirements.gravity_m_s2 = [0, 0, -9.81], and nothing of the torque is left for it"
+        in err
+    )
     assert (json.loads(told)["holds"], json.loads(told)["gravity_counted_in"]) == (False, False)
     assert call("verify", out) == 0
     assert "GRAVITY is NOT taken off the torque, NOTHING GIVEN TO COMPARE THAT WITH" in capsys.readouterr().out

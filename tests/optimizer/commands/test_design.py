@@ -26,7 +26,7 @@ from optimizer.commands import design as command
 from tests.committed import BEST, Built
 
 BRIEF = """
-name = "dashboard-joystick"
+name = "synthesized"
 [requirements]
 envelope_width_mm = 270
 envelope_depth_mm = 220
@@ -126,7 +126,7 @@ def test_stopped_by_hand_the_best_machine_stays(
     assert call(file, "--out", tmp_path / "out") == 130
     said = capsys.readouterr()
     assert "the best machine so far stands in" in said.err
-    assert (tmp_path / "out/dashboard-joystick/design.json").exists()
+    assert (tmp_path / "out/synthesized/design.json").exists()
 
 
 def test_stopped_before_a_machine_there_is_none(
@@ -140,7 +140,7 @@ def test_stopped_before_a_machine_there_is_none(
     said = capsys.readouterr().err
     assert "no machine was finished" in said
     assert "--resume" in said
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["dashboard-joystick.design.jsonl"]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["synthesized.design.jsonl"]
 
 
 def test_what_cannot_be_is_told_with_every_reason(
@@ -194,7 +194,7 @@ def test_of_what_cannot_be_the_limits_are_told_and_the_nearest_machine_is_built(
     said = capsys.readouterr()
     told = json.loads(said.out)
     assert told["contradiction"] == ["requirements.force_N = 2 instead of 3"]
-    assert told["nearest"]["folder"] == str(tmp_path / "out/dashboard-joystick-nearest")
+    assert told["nearest"]["folder"] == str(tmp_path / "out/synthesized-nearest")
     assert "the nearest machine stands in" in said.err
     assert asked == [2.0, pytest.approx(2.0 / 1.12)]
     assert not list((tmp_path / "out").glob("*.jsonl"))
@@ -206,13 +206,13 @@ def test_an_interrupted_run_goes_on_from_its_journal(
 ) -> None:
     finds(monkeypatch, interrupt)
     assert call(file, "--out", tmp_path / "out") == 130
-    kept = (tmp_path / "out/dashboard-joystick/design.md").read_text(encoding="utf-8")
+    kept = (tmp_path / "out/synthesized/design.md").read_text(encoding="utf-8")
     capsys.readouterr()
     finds(monkeypatch)
     monkeypatch.setattr(pipeline, "build", lambda *_: pytest.fail("it stands already"))
     assert call(file, "--out", tmp_path / "out", "--resume", "--json") == 0
     assert json.loads(capsys.readouterr().out)["cube_side_mm"] == pytest.approx(86.33, abs=0.01)
-    assert (tmp_path / "out/dashboard-joystick/design.md").read_text(encoding="utf-8") == kept
+    assert (tmp_path / "out/synthesized/design.md").read_text(encoding="utf-8") == kept
     assert not list((tmp_path / "out").glob("*.jsonl"))
 
 

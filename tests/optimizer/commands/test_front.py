@@ -25,7 +25,7 @@ from optimizer.search.result import Result
 from tests.optimizer.front_tasks import JOYSTICK, joystick
 from tests.terminal import said
 
-BEST = JOYSTICK.parents[2] / "best.json"
+BEST = JOYSTICK.parents[2] / "examples" / "synthesized.json"
 FILES = {"front.csv", "front.json", "front.md"} | {
     f"{name}.{end}" for name in ("front", "trade", "workspace", "maps", "convergence") for end in ("png", "svg")
 }

@@ -123,6 +123,6 @@ def test_a_table_of_another_shape_is_refused_wherever_it_comes_from() -> None:
 
 def test_design_from_dict_reads_own_parts_from_a_folder(tmp_path: Path) -> None:
     (tmp_path / "cable.csv").write_text(ROPE, encoding="utf-8")
-    data = load_design(ROOT / "best.json").model_dump(mode="json", by_alias=True, exclude_none=True)
+    data = load_design(ROOT / "examples" / "synthesized.json").model_dump(mode="json", by_alias=True, exclude_none=True)
     data["hardware"]["cable"] = "mine"
     assert design_from_dict(data, own_parts=tmp_path).hardware.cable == "mine"

@@ -48,7 +48,7 @@ def test_the_committed_design_is_what_synthesize_writes_from_the_committed_requi
     assert told["requirements_sha256"] == requirements_hash(given)
     assert (
         told["command"]
-        == f"python -m optimizer synthesize examples/synthesized.toml --method {told['method']} --seed {told['seed']}"
+        == f"python -m optimizer synthesize synthesized.toml --method {told['method']} --seed {told['seed']}"
     )
     again = design_of(given, solved, "sqp", 1, "again.json")
     assert again.mechanism == design.mechanism  # to the last digit: both are whole micrometres

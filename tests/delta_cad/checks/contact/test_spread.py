@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
-from delta_cad.checks.contact.spread import MOST_MM, TOLERANCE_MM, missing_spread_mm
+from delta_cad.checks.contact.access import MOST_MM, TOLERANCE_MM, missing_spread_mm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.dimensions import Dimensions
 from delta_cad.solids.bought.fasteners import make_cap_screw
