@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -45,7 +46,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="mass_properties.json of a build: the torque is proved with the weight of what moves; "
-        "effective_mass_max_kg needs it, too",
+        "effective_mass_max_kg needs it, too; default: out/NAME/mass_properties.json, where that is of this design",
     )
     gravity.add_argument("--gravity-torque", type=float, metavar="N_m", help="taken off every joint's torque instead")
     what = command.add_mutually_exclusive_group()
@@ -88,11 +89,12 @@ def run(given: argparse.Namespace) -> int:
 
     try:
         design = load_design(given.design, given.catalogue)
-        _require_masses(given.design.name, design, given.mass_properties)
         if given.tolerance == PARTS:
             given.tolerance = _of_parts(design)
         _require_tolerance(design, given.tolerance)
         require_room(given.out)
+        if given.mass_properties is None and given.gravity_torque is None:
+            given.mass_properties = _masses_of_build(design)
         share = share_of(design, given.mass_properties, given.gravity_torque)
         inertia = None if given.mass_properties is None else _known_inertia(design, given.mass_properties)
         return _certify(given, design, share, inertia)
@@ -102,14 +104,33 @@ def run(given: argparse.Namespace) -> int:
         return refuse(f"{given.design.name}: {error}", BAD_INPUT)
 
 
-def _require_masses(file: str, design: Design, masses: Path | None) -> None:
-    """Names the field that needs masses which are not given."""
+def _masses_of_build(design: Design) -> Path | None:
+    """Finds the masses of the design's build in this folder, and says so; None where there is none, or of another."""
+    from delta_cad.drive.masses import MassError, load_masses
+
+    path = Path("out") / design.name / "mass_properties.json"
+    try:
+        load_masses(path, design)
+    except MassError:
+        return None
+    print(f"--mass-properties {path}: taken, as none was given", file=sys.stderr, flush=True)
+    return path
+
+
+def _provable(file: str, design: Design, inertia: HandleInertia | None) -> Design:
+    """The design without the limit that needs masses, where none are known, and says so."""
     mass = design.requirements.effective_mass_max_kg
-    if mass is not None and masses is None:
-        raise _UnprovableError(
-            f"{file}: requirements.effective_mass_max_kg = {mass:g}: needs the masses of what moves: "
-            "give --mass-properties, the mass_properties.json of a build"
-        )
+    if mass is None or inertia is not None:
+        return design
+    print(
+        f"{file}: requirements.effective_mass_max_kg = {mass:g} is left out, it needs the masses of what moves: give "
+        "--mass-properties, the mass_properties.json of a build; `verify` asks for them",
+        file=sys.stderr,
+        flush=True,
+    )
+    return design.model_copy(
+        update={"requirements": design.requirements.model_copy(update={"effective_mass_max_kg": None})}
+    )
 
 
 def _of_parts(design: Design) -> float:
@@ -207,13 +228,13 @@ def _certify(
         tolerance_sentence,
     )
 
-    geometry, cube = design.geometry, cube_of(design)
-    limits = limits_of(design, share, inertia)
+    geometry, cube, provable = design.geometry, cube_of(design), _provable(given.design.name, design, inertia)
+    limits = limits_of(provable, share, inertia)
     with Line() as line:
         progress = _Clock(line, given.proof_minutes)
         line.show("searching the cube")
         try:
-            worst = worst_figures(geometry, cube, values_of(design, inertia, share))
+            worst = worst_figures(geometry, cube, values_of(provable, inertia, share))
         except UnreachableError:
             worst = []
         line.show("loading the prover; it is compiled once on a machine, in some 20 s")
@@ -234,7 +255,9 @@ def _certify(
             written = written if written.verdict == "proved" else certificate
         largest = None
         if given.tolerance is not None and certificate.verdict == "proved":
-            written, largest = _within(given, design, inertia, certificate, progress("all machines within a tolerance"))
+            written, largest = _within(
+                given, design, provable, inertia, certificate, progress("all machines within a tolerance")
+            )
     rows = report_rows(certificate, proved_bounds)
     try:
         write_certificate(written, given.out)
@@ -275,6 +298,7 @@ def _certify(
 def _within(
     given: argparse.Namespace,
     design: Design,
+    provable: Design,
     inertia: HandleInertia | None,
     drawn: Certificate,
     progress: Progress,
@@ -294,7 +318,7 @@ def _within(
         gravity = share(tolerance)
         return certify(
             design,
-            limits_of(design, gravity, inertia),
+            limits_of(provable, gravity, inertia),
             gravity=gravity,
             tolerance=tolerance,
             max_boxes=given.max_boxes,
@@ -304,7 +328,7 @@ def _within(
     asked = None if given.tolerance == MAX else given.tolerance / MM_PER_M
     written = None if asked is None else within(asked, progress)  # what is asked comes before what is told beside it
     largest = search_tolerance(
-        design.geometry, cube_of(design), lambda about: limits_of(design, share(about), inertia), asked, progress
+        design.geometry, cube_of(design), lambda about: limits_of(provable, share(about), inertia), asked, progress
     )
 
     def tell(boxes: int, part: float) -> None:  # and end nothing: the search has just proved it, in a second or two

@@ -125,7 +125,7 @@ def two_at_once(folder: Path) -> list[str]:
         if run.returncode != 0:
             found.append(f"exit code {run.returncode}: {told.decode(errors='replace')[-300:]!r}")
     names = [path.name for path in folder.iterdir()]
-    if names != ["dashboard-joystick"]:
+    if names != ["synthesized"]:
         return [*found, f"left behind: {names}"]
     both = digest(folder / names[0])
     found += ended([*BUILD, str(folder)], codes=(0,))

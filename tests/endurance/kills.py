@@ -53,7 +53,7 @@ COMMANDS = (
     Killed(
         "build",
         lambda out: ["-m", "delta_cad", "build", "--design", str(BEST), "--out", str(out)],
-        ("dashboard-joystick",),
+        ("synthesized",),
         (".part",),
     ),
     Killed(
@@ -69,7 +69,7 @@ COMMANDS = (
         lambda out: [
             "-m", "optimizer", "front", str(TASK), "--points", "4", "--seeds", "1", "--out", str(out), "--resume",
         ],
-        ("dashboard-joystick-front",),
+        ("synthesized-front",),
     ),
     Killed(
         "atlas",

@@ -90,7 +90,7 @@ def test_the_design_of_the_folder_is_taken_and_named(
     monkeypatch.chdir(tmp_path)
     assert ended(delta_cad.main, ["inspect", "--json"]) == 2
     assert capsys.readouterr().err.startswith("python -m delta_cad inspect: --design FILE is needed, as no best.json")
-    shutil.copy(BEST, tmp_path)
+    shutil.copy(BEST, tmp_path / "best.json")
     assert delta_cad.main(["inspect", "--json"]) == 0
     told = capsys.readouterr()
     assert told.err == "--design best.json: taken, as none was given\n"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import load_design
+from delta_cad.design import design_hash, load_design
 from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.certify.certificate import cube_of
@@ -64,21 +64,37 @@ def test_effective_mass_is_proved_or_refuted_and_replayed(tmp_path: Path, capsys
     assert re.search(r"effective_mass is refuted at \(.*, confirmed$", capsys.readouterr().err.strip())
 
 
-def test_an_effective_mass_without_masses_is_refused_with_field_and_option(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_an_effective_mass_without_masses_is_left_out_and_missed_by_verify(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = changed(tmp_path, effective_mass_max_kg=0.4)
+    monkeypatch.chdir(tmp_path)  # where no build stands
+    path, out = changed(tmp_path, effective_mass_max_kg=0.4), tmp_path / "c.json"
     for more in ((), ("--gravity-torque", "0.1")):
-        assert call("certify", "--design", path, "--out", tmp_path / "c.json", *more) == 2
+        assert call("certify", "--design", path, "--out", out, *more) in (0, 1)
         told, err = capsys.readouterr()
-        assert told == ""
-        assert err.startswith("design.json: requirements.effective_mass_max_kg = 0.4: needs the masses of what moves")
-        assert "--mass-properties" in err
-        assert err.count("\n") == 1
-    file = masses(tmp_path, load_design(path))  # enough for gravity, but without moments of inertia
-    assert call("certify", "--design", path, "--out", tmp_path / "c.json", "--mass-properties", file) == 2
-    assert "mass_properties.json: bodies.upper_arm_0.inertia_kg_m2: must" in capsys.readouterr().err
-    assert not (tmp_path / "c.json").exists()
+        assert "design.json: requirements.effective_mass_max_kg = 0.4 is left out, it needs the masses" in err
+        assert "effective mass" not in told
+        assert call("verify", out, "--design", path, *more) == 1
+        assert "effective_mass: design" in capsys.readouterr().err
+
+
+def test_the_masses_of_the_build_are_taken_where_it_stands_in_this_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = changed(tmp_path, effective_mass_max_kg=10.0)
+    design = load_design(path)
+    place = tmp_path / "out" / design.name
+    place.mkdir(parents=True)
+    made = json.loads(masses(tmp_path, design, turning=2e-6).read_text()) | {"input_sha256": design_hash(design)}
+    (place / "mass_properties.json").write_text(json.dumps(made))
+    assert call("certify", "--design", path, "--out", tmp_path / "c.json") in (0, 1)
+    told, err = capsys.readouterr()
+    assert f"--mass-properties out/{design.name}/mass_properties.json: taken, as none was given" in err
+    assert "effective mass" in told
+    other = changed(tmp_path, effective_mass_max_kg=9.0)  # of which that build is none
+    assert call("certify", "--design", other, "--out", tmp_path / "c.json") in (0, 1)
+    assert "taken" not in capsys.readouterr().err
 
 
 def test_known_masses_make_a_row_and_a_tight_limit_though_nothing_asks_for_it(
