@@ -19,6 +19,7 @@ from delta_cad.common.console import (
     INTERRUPTED,
     NOT_MET,
     Line,
+    Request,
     catalogue_option,
     natural,
     refuse,
@@ -162,6 +163,7 @@ def _search(
     def made(design: Design) -> Outcome:
         stated = with_provenance(design, brief, _again(given), given.seed)
         facts: dict[str, Any] = {}
+        stopped: list[bool] = []  # by hand while the bound was sought: the machine is written first
 
         def beside(folder: Path, outcome: Outcome) -> None:
             standing = search.standing
@@ -176,7 +178,12 @@ def _search(
             bound = None
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
                 family = Family(brief, standing, search.lessons)
-                bound = bounded(family, standing.side_mm, lambda: monotonic() > over, line.show)
+                try:
+                    with Request() as asked:
+                        bound = bounded(family, standing.side_mm, lambda: asked() or monotonic() > over, line.show)
+                        stopped.append(asked())
+                except KeyboardInterrupt:
+                    stopped.append(True)
             facts.update(facts_of(brief, outcome, tried, bound))
             cost = costs(brief, standing, known)
             text = report(facts, outcome.results, tried, known.why, brief.notes, cost, bound)
@@ -200,6 +207,8 @@ def _search(
 
         outcome = journal.once("built", design_hash(stated), compute, kept, read)
         told.update(facts)
+        if any(stopped):
+            raise KeyboardInterrupt
         return outcome
 
     search = Search(

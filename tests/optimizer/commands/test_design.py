@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import pytest
@@ -16,6 +19,7 @@ from delta_cad.design import Design, design_hash, load_design
 from optimizer.certify.certificate import verify
 from optimizer.certify.file import read_certificate
 from optimizer.codesign import nearest
+from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lessons import Lessons, reference
@@ -127,6 +131,27 @@ def test_stopped_by_hand_the_best_machine_stays(
     said = capsys.readouterr()
     assert "the best machine so far stands in" in said.err
     assert (tmp_path / "out/synthesized/design.json").exists()
+
+
+@pytest.mark.usefixtures("paper_build")
+@pytest.mark.parametrize("listens", [True, False])
+def test_stopped_while_the_bound_is_sought_the_machine_is_written(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, listens: bool
+) -> None:
+    def bounded(family: Family, side_mm: float, stop: Callable[[], bool], *_: object) -> Bound:
+        os.kill(os.getpid(), signal.SIGINT)
+        while not (listens and stop()):
+            sleep(0.01)
+        return Bound(2.0 * side_mm, 1.0, 1, family.described())
+
+    finds(monkeypatch)
+    monkeypatch.setattr("optimizer.codesign.bound.bounded", bounded)
+    monkeypatch.setattr(command, "BOUND_S", 60.0)
+    assert call(file, "--out", tmp_path / "out") == 130
+    assert "the best machine so far stands in" in capsys.readouterr().err
+    folder = tmp_path / "out/synthesized"
+    assert (folder / "design.json").exists()
+    assert ("No machine of this family" in (folder / "design.md").read_text(encoding="utf-8")) is listens
 
 
 def test_stopped_before_a_machine_there_is_none(
