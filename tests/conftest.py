@@ -1,4 +1,4 @@
-"""The committed design, its dimensions and solids, and one real build of it, each made once and shared."""
+"""The machine that the tests know, its dimensions and solids, builds of it and of `best.json`, made once and shared."""
 
 from __future__ import annotations
 
