@@ -111,7 +111,7 @@ class Family:
             length: min(one.least(length) for one in lessons.values()) for length in ("base_radius", "platform_radius")
         }
         width = machine.choice.width_mm
-        self._apart = min(lessons.values(), key=lambda one: one.least_radius_mm(width)).apart_mm
+        self._crowded = min(lessons.values(), key=lambda one: one.least_radius_mm(width)).crowded
         self._proved: dict[tuple[object, ...], float] = {}
         self._balls = tuple(LIGHT * force for force in own.ball_friction_N)
 
@@ -160,7 +160,7 @@ class Family:
         lessons = Lessons(
             replace(weighed, gravity_torque_N_m=LIGHT * weighed.gravity_torque_N_m),
             known.least_mm if known else self._least,
-            known.apart_mm if known else self._apart,
+            known.crowded if known else self._crowded,
             (self._overhead[0], self._overhead[1]),
             mass_share=1.0,
             friction_share=1.0,

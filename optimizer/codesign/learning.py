@@ -199,11 +199,9 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name in REACHED:
-            radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
-            lessons = lessons.apart(radius + REACHED_STEP_MM, candidate.choice.width_mm, why)
+            lessons = _chains_apart(candidate, lessons, REACHED_STEP_MM, why)
         elif result.name == "chains apart":
-            radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
-            lessons = lessons.apart(radius + short, candidate.choice.width_mm, why)
+            lessons = _chains_apart(candidate, lessons, short, why)
         elif result.name.startswith(("clearance", "running gap")) or result.name == "overlap on one link":
             again = 2.0 ** min(sum(line.startswith(f"{result.name}:") for line in lessons.why), DOUBLINGS)
             if _folded(result.worst_pair or ()):
@@ -217,6 +215,12 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
     if failed and lessons == before:
         raise StuckError("; ".join(f"{r.name} {r.detail or r.value}" for r in failed))
     return lessons
+
+
+def _chains_apart(candidate: Candidate, lessons: Lessons, short_mm: float, why: str) -> Lessons:
+    """Asks for chains that are farther apart, by what the base radius of a candidate lacks."""
+    radius = candidate.lengths_mm[VARIABLES.index("base_radius")]
+    return lessons.apart(candidate.choice.width_mm, radius, short_mm, why)
 
 
 def _share(check: str) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
@@ -17,6 +17,8 @@ KAPPA = 2.5  # largest condition number where none is asked: of a handle that fe
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
 NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
+FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
+LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
 TORQUE_SPARE_N_M = 4e-4  # a thousandth of a joint's torque
 
 
@@ -71,6 +73,22 @@ def reference() -> Weighed:
     return Weighed(masses, gravity_torque_N_m=0.036, upper_arm_mm=91.0, forearm_mm=143.0, ratio=4.8)
 
 
+class Crowded(NamedTuple):
+    """A machine whose chains were in the way of one another.
+
+    Attributes:
+        width_mm: Its parallelograms'.
+        radius_mm: Its base radius.
+        short_mm: What that lacked.
+        least_mm: Base radius that is asked for since.
+    """
+
+    width_mm: float
+    radius_mm: float
+    short_mm: float
+    least_mm: float
+
+
 @dataclass(frozen=True)
 class Lessons:
     """Bounds for the lengths of the next candidate.
@@ -78,8 +96,7 @@ class Lessons:
     Attributes:
         weighed: Of the last machine that was made solid.
         least_mm: Length (as `[bounds_mm]` names it) -> the least that hardware lets pass.
-        apart_mm: (parallelogram's width, the least base radius beside it) each: below it chains are in the way of one
-            another. Beside another width the radius is taken to be less, by `NARROWER` and `WIDER`, than it may be.
+        crowded: Machines whose chains were in the way of one another.
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
         couple_index_min: Least couple index to ask for.
         kappa_max: Largest condition number to ask for.
@@ -96,7 +113,7 @@ class Lessons:
 
     weighed: Weighed
     least_mm: Mapping[str, float] = field(default_factory=dict)
-    apart_mm: tuple[tuple[float, float], ...] = ()
+    crowded: tuple[Crowded, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
     kappa_max: float = KAPPA
@@ -114,13 +131,32 @@ class Lessons:
         return self.least_mm.get(length, 0.0)
 
     def least_radius_mm(self, width_mm: float) -> float:
-        """The least base radius beside a parallelogram's width."""
-        known = (r + (NARROWER if width_mm < w else WIDER) * (w - width_mm) for w, r in self.apart_mm)
+        """The least base radius beside a parallelogram's width: less, by `NARROWER` and `WIDER`, than it may be."""
+        known = (
+            one.least_mm + (NARROWER if width_mm < one.width_mm else WIDER) * (one.width_mm - width_mm)
+            for one in self.crowded
+        )
         return max((self.least("base_radius"), *known))
 
-    def apart(self, base_radius_mm: float, width_mm: float, why: str) -> Lessons:
-        """The same with chains that are at least so far apart."""
-        return self.taught(why, apart_mm=(*self.apart_mm, (width_mm, base_radius_mm)))
+    def apart(self, width_mm: float, base_radius_mm: float, short_mm: float, why: str) -> Lessons:
+        """The same with chains that are farther apart.
+
+        What they need grows with the base radius, as the other lengths follow it: where another machine of the same
+        width told what it needs, the radius is gone to at which the line through both needs no more.
+
+        Args:
+            width_mm: A parallelogram's width.
+            base_radius_mm: Of a machine whose chains are in the way of one another.
+            short_mm: What its base radius lacks.
+            why: What told so.
+        """
+        more = short_mm
+        before = next((one for one in reversed(self.crowded) if one.width_mm == width_mm), None)
+        if before is not None and base_radius_mm > before.radius_mm and min(short_mm, before.short_mm) >= LACKED_MM:
+            slope = 1.0 + (short_mm - before.short_mm) / (base_radius_mm - before.radius_mm)
+            more = max(more, short_mm / max(1.0 - slope, 1.0 / FARTHEST))
+        told = Crowded(width_mm, base_radius_mm, short_mm, base_radius_mm + more)
+        return self.taught(why, crowded=(*self.crowded, told))
 
     @property
     def held_torque_N_m(self) -> float:
@@ -135,7 +171,7 @@ class Lessons:
         """The same with outline and masses, and the room left for them, of another."""
         names = (
             "weighed",
-            "apart_mm",
+            "crowded",
             "overhead_mm",
             "mass_share",
             "friction_share",

@@ -420,8 +420,8 @@ class Search:
             except StuckError as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            if lessons.apart_mm != built.apart_mm:  # of use to other widths, whatever comes of this one
-                built = replace(built, apart_mm=lessons.apart_mm)
+            if lessons.crowded != built.crowded:  # of use to other widths, whatever comes of this one
+                built = replace(built, crowded=lessons.crowded)
                 self.lessons[key] = built
         self.tried.stuck[" ".join(key)] = "closed forms and weights did not come to agree"
         return None

@@ -27,7 +27,7 @@ from optimizer.codesign.learning import (
     too_soft,
     with_outline,
 )
-from optimizer.codesign.lessons import NARROWER, WIDER, Lessons, reference
+from optimizer.codesign.lessons import FARTHEST, NARROWER, WIDER, Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -204,3 +204,15 @@ def test_chains_in_the_way_of_a_key_are_set_apart() -> None:
         assert lessons.least_radius_mm(width) == pytest.approx(LENGTHS[2] + more)
         assert lessons.least_radius_mm(width + 6.0) == pytest.approx(LENGTHS[2] + more - 6.0 * WIDER)
         assert lessons.least_radius_mm(width - 6.0) == pytest.approx(LENGTHS[2] + more + 6.0 * NARROWER)
+
+
+@pytest.mark.parametrize(
+    ("short_mm", "more_mm"),
+    [((6.0, 2.0), 4.0), ((2.0, 2.0), 2.0 * FARTHEST), ((0.3, 0.5), 0.5)],
+    ids=["where the line through both ends", "it has no end", "too little to measure"],
+)
+def test_what_keys_lack_again_is_extrapolated(short_mm: tuple[float, float], more_mm: float) -> None:
+    first = KNOWN.apart(54.0, 31.0, short_mm[0], "")
+    assert first.least_radius_mm(54.0) == pytest.approx(31.0 + short_mm[0])
+    # 8 mm more met 4 mm of it: the 2 mm that are left take 4
+    assert first.apart(54.0, 39.0, short_mm[1], "").least_radius_mm(54.0) == pytest.approx(39.0 + more_mm)
