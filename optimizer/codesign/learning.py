@@ -100,7 +100,8 @@ def from_reasons(
         elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):
             over = list(lessons.overhead_mm)
             shorter = reason.value < max(brief.outline_mm or (0.0, 0.0)) or entry == ENVELOPE[1]
-            over[shorter] += bound - reason.value + SPARE_MM
+            # an outline that is free is posed in whole millimetres: by less it may stay as it is
+            over[shorter] += bound - reason.value + SPARE_MM if brief.outline_mm else math.ceil(bound - reason.value)
             lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
         elif field == "requirements.elbow_angle_min_deg" and isinstance(bound, float):
             lessons = lessons.taught(str(reason), elbow_angle_deg=math.ceil(bound * SIZE_STEP) / SIZE_STEP)

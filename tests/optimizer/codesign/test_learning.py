@@ -135,6 +135,13 @@ def test_an_outline_refused_in_closed_form_leaves_more_room_and_asks_for_no_more
     assert lessons.couple_index_min == KNOWN.couple_index_min
 
 
+def test_an_outline_that_is_free_grows_by_whole_millimetres() -> None:
+    free = brief_from_dict({"name": "b", "requirements": {"cube_side_mm": 60.0}})
+    out = Reason("assembly", "envelope", "elbows reach so far", "requirements.envelope_depth_mm", 243.0, 243.01)
+    _, lessons = from_reasons(free, CHOICE, KNOWN, [out])
+    assert lessons.overhead_mm[1] == KNOWN.overhead_mm[1] + 1.0
+
+
 def test_each_failed_check_moves_what_it_is_about() -> None:
     def learnt(*results: CheckResult) -> Lessons:
         return from_checks(candidate(), KNOWN, results)
