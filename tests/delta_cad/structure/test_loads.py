@@ -14,7 +14,7 @@ from delta_cad.mechanism import DeltaGeometry, jacobian
 from delta_cad.mechanism.inverse import elbow_positions, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.structure.compliance import compliance
-from delta_cad.structure.holds import Holds, holds, screw_N, stack_N_mm, stud_stress_1_mm2
+from delta_cad.structure.holds import Holds, holds, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.loads import borne, largest, loads, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
@@ -138,6 +138,7 @@ WEAK = {
     "cross-bar bond": {"bar_N_mm2": 0.1},
     "motor shaft": {"motor_N": 5.0},
     "motor screw": {"motor_screw_N": 1.0},
+    "pinion's set screws": {"pinion_N": 5.0},
     "cable": {"cable_N": 15.0},
     "cable's slip": {"turns": 0.3},
     "sector dowel": {"sector_N": 5.0},
@@ -223,6 +224,17 @@ def test_a_stud_bends_most_where_it_is_thinnest_for_its_lever() -> None:
 def test_a_screw_clamps_as_its_stress_area_says() -> None:
     # M3: stress area 5.03 mm^2 (ISO 898-1)
     assert screw_N("M3") == pytest.approx(0.7 * 450.0 * 5.03, rel=2e-3)
+
+
+def test_a_pinions_set_screws_hold_what_their_torque_presses() -> None:
+    """By hand, M3 x 0.5 at 0.4 N m: 400 / (0.0795 + 0.14 (0.577 x 2.675 + 1.25)) N each, on a shaft of 6 mm."""
+    pressed = 400.0 / (0.0795 + 0.14 * (0.577 * 2.675 + 1.25))
+    assert set_screws_N_mm(committed()) == pytest.approx(2 * 0.12 * pressed * 3.0, rel=1e-3)
+    capstan, limits = committed().capstan, holds(committed())
+    assert capstan is not None
+    assert limits.pinion_N == pytest.approx(set_screws_N_mm(committed()) / (38.7 / 4.8), rel=1e-6)
+    stall = committed().motor.peak_torque_N_m * 1e3
+    assert set_screws_N_mm(committed()) > stall  # whatever the motor does, its pinion stays
 
 
 def with_joint(d: Dimensions, **changes: float) -> Dimensions:
