@@ -182,7 +182,7 @@ def _borne(d: Dimensions) -> list[Reason]:
             continue
         given = borne(table, what, positions, force, np.zeros(3))
         for load in loads(table, limits, positions, given):
-            if load.holds or (load.least and field == "peak_force_N"):  # life is of what lasts
+            if load.holds or (load.least and field == "peak_force_N"):  # of what lasts, see `structure_report`
                 continue
             bears = force * _share_borne(table, limits, positions, given, load)
             half = float(given.cable.max()) / 2.0
