@@ -188,6 +188,33 @@ def test_a_folder_without_parts_is_refused(tmp_path: Path) -> None:
         catalogue.own_parts(tmp_path / "none")
 
 
+@pytest.mark.parametrize(
+    ("name", "column", "factor"),
+    [
+        *(("bearing", column, 1e3) for column in ("housing_shoulder_max_mm", "mass_g", "static_load_N")),
+        *(("bearing", column, 1e-3) for column in ("width_mm", "shaft_shoulder_min_mm", "mass_g", "dynamic_load_N")),
+        *(("encoder", column, 1e3) for column in ("board_thickness_mm", "hole_diameter_mm", "air_gap_max_mm")),
+        *(("encoder", column, 1e-3) for column in ("hole_spacing_length_mm", "hole_spacing_width_mm", "mass_g")),
+        *(("encoder", column, 1e-3) for column in ("chip_height_mm", "counts_per_turn")),
+        *(("knob", column, 1e3) for column in ("diameter_mm", "height_mm", "foot_diameter_mm", "thread_depth_mm")),
+        *(("knob", column, 1e-3) for column in ("height_mm", "thread_depth_mm", "mass_g")),
+        *(("foot", column, 1e-3) for column in ("diameter_mm", "height_mm", "mass_g")),
+        *(("magnet", "thickness_mm", factor) for factor in (1e3, 1e-3)),
+    ],
+)
+def test_a_number_in_another_unit_is_refused(name: str, column: str, factor: float, tmp_path: Path) -> None:
+    """Metres for mm, kg for g, kN for N, turns for counts, either way round."""
+    family = CHOSEN[name]
+    row = next(iter(family.rows.values()))
+    cells = {one: cell(getattr(row, one)) for one in family.columns if one not in optional_columns(family.record)}
+    if name == "foot":
+        cells["hole_diameter_mm"] = "4.5"
+    value = getattr(row, column) * factor
+    cells |= {"id": "mine", column: str(int(value) if column == "counts_per_turn" else value)}
+    with pytest.raises(CatalogueError, match=rf"{name}\.csv line 2: .*{column}|{name}\.csv line 2: mass_g over"):
+        catalogue.own_parts(written(tmp_path, **{name: cells}))
+
+
 # What a design makes of them
 
 
