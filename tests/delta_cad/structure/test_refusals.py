@@ -152,6 +152,16 @@ def test_a_larger_sector_names_the_ratio_at_which_its_pinion_passes_the_motors_s
     assert not {"pinion, beside the motor's screws", "motor shaft, load"} & set(left)
 
 
+def test_a_force_too_large_for_the_springs_of_a_width_names_the_one_that_they_hold() -> None:
+    """The width that would do may leave no room for the balls of a small platform: then the force is the way out."""
+    reason = told(requirements__peak_force_N=14.0)["rod_spring, length"]
+    assert reason.field == "mechanism.parallelogram_width_mm"
+    held = float(reason.message.partition("peak_force_N at most ")[2].removesuffix(" N"))
+    for force, refused in ((0.99 * held, False), (1.01 * held, True)):
+        found = told(requirements__peak_force_N=force)
+        assert ("rod_spring, length" in found) is refused
+
+
 def test_every_reason_is_told_at_once() -> None:
     """Six faults of one design, of plates, balls, widths, motor and drive."""
     found = refusals(
