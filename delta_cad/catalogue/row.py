@@ -56,3 +56,9 @@ class CatalogueRow:
     def fault(self) -> str:
         """Says what cannot be true of the row, or nothing; each family adds what holds between its fields."""
         return ""
+
+
+def outside(name: str, value: float, bounds: tuple[float, float], unit: str) -> str:
+    """Says that a figure is not within what can be true, bounds included, or nothing."""
+    low, high = bounds
+    return "" if low <= value <= high else f"{name} = {value:g}: must be {low:g} to {high:g} {unit}"

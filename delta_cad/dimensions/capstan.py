@@ -24,6 +24,7 @@ COLLAR_PLAY_MM = 0.5  # radius by which the collar is free in the motor's pilot 
 PAST_HEADS_MM = 0.2  # from the pinion to the heads of the motor's screws, which are drawn out past it
 COLLAR_OFF_HEADS_MM = 1.1  # and from the heads of the motor's screws
 SET_SCREW = "M3"
+SET_TORQUE_N_m = 0.4  # of a stainless M3 set screw with a cup point, half of a hardened one's; from memory: check
 COLLAR_MM = 3.0 + 2 * THREAD_WALL_MM  # length of the collar: its set screws in the middle
 NOSE_RADIUS_MM = 5.0  # under the cable at the rim's inner end, where it lies still and is bent once
 NOSE_TURN_RAD = radians(90.0)  # the cable then runs inwards along the sector's end
@@ -314,16 +315,16 @@ def capstan_dimensions(
     """
     d, pitch = cable.diameter_mm, run.sector_mm
     bore = motor.shaft_diameter_mm
-    wall = run.pinion_mm - d / 2 - bore / 2
+    wall, thinnest = run.pinion_mm - d / 2 - bore / 2, thinnest_pinion_mm(motor, d)
     require(
         wall >= PINION_WALL_MM,
         "pinion",
         "wall",
         f"{wall:.2f} mm over the shaft of {bore:g} mm; at least {PINION_WALL_MM:g} mm: "
-        f"hardware.capstan_ratio must be <= {pitch / (bore / 2 + PINION_WALL_MM + d / 2):.2f}",
+        f"hardware.capstan_ratio must be <= {pitch / thinnest:.2f}",
         "hardware.capstan_ratio",
         ratio,
-        pitch / (bore / 2 + PINION_WALL_MM + d / 2),
+        pitch / thinnest,
     )
     crest, collar = crest_mm(run.pinion_mm, d), collar_mm(run.pinion_mm, d, motor)
     require(
@@ -337,8 +338,7 @@ def capstan_dimensions(
         motor.id,
         bore + 2 * (COLLAR_WALL_MM + COLLAR_PLAY_MM),
     )
-    head = catalogue.screw(motor.mount_thread).head_diameter_mm
-    widest = motor.mount_circle_mm / 2 - head / 2 - PAST_HEADS_MM - crest + run.pinion_mm
+    widest = widest_pinion_mm(motor, d)
     require(
         run.pinion_mm <= widest,
         "pinion",
@@ -417,6 +417,17 @@ def capstan_dimensions(
         slot_angles_rad=(reach[0] + play, reach[1] - play),
         keep_out_radius_mm=hypot(*lug),
     )
+
+
+def thinnest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
+    """Gives the least pitch radius of a pinion, whose groove leaves a wall over the motor's shaft, mm."""
+    return motor.shaft_diameter_mm / 2 + PINION_WALL_MM + cable_mm / 2
+
+
+def widest_pinion_mm(motor: catalogue.Motor, cable_mm: float) -> float:
+    """Gives the largest pitch radius of a pinion, past which the motor's screws are drawn out, mm."""
+    head = catalogue.screw(motor.mount_thread).head_diameter_mm
+    return (motor.mount_circle_mm - head) / 2 - PAST_HEADS_MM - crest_mm(0.0, cable_mm)
 
 
 def collar_radius_mm(motor: catalogue.Motor) -> float:

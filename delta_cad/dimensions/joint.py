@@ -192,11 +192,17 @@ def chosen_spring(between_eyes_mm: float, eye_mm: float, force_N: float = 0.0) -
         ends = ends or [width]
         nearest = min(ends, key=lambda end: abs(end - width))
         bound = f"at least {nearest:.1f}" if nearest > width else f"at most {nearest:.1f}"
+        reached = [row for row in rows.values() if row.free_length_mm <= between_eyes_mm]
+        pulls = [
+            row.force_N(between_eyes_mm) for row in reached if between_eyes_mm <= row.length_max_mm - SPRING_LEAN_MM
+        ]
+        held = max((pull for pull in pulls if PRELOAD_N[0] <= pull < low), default=0.0) / PRELOAD_PER_N
+        less = f", or force_N and peak_force_N at most {held:.3g} N" if held > 0.0 else ""
         require(
             False,
             "rod_spring",
             "length",
-            f"parallelogram_width_mm = {width:g} must be {bound} mm for a spring of {low:g} to {high:g} N",
+            f"parallelogram_width_mm = {width:g} must be {bound} mm for a spring of {low:g} to {high:g} N{less}",
             "mechanism.parallelogram_width_mm",
             width,
             nearest,

@@ -12,7 +12,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
-from delta_cad.dimensions.capstan import WEB_MM
+from delta_cad.dimensions.capstan import SET_SCREW, WEB_MM, SET_TORQUE_N_m
 from delta_cad.dimensions.forearm import BOND_N_MM2, END_MATERIAL, TUBE_ADHESIVE, ForearmDimensions
 from delta_cad.dimensions.joint import CUP_MATERIAL, SPRING_SHARE
 from delta_cad.dimensions.tolerances import preload_range_N
@@ -55,6 +55,7 @@ class Holds:
         pretension_N: Of the cable.
         cable_N: What the cable may bear.
         turns: Turns of the cable on the pinion.
+        pinion_N: Difference between the strands that the pinion's set screws hold on the motor's shaft.
         stud_1_mm2: Largest bending stress in a stud for 1 N of a rod square to it.
         stud_N_mm2: Proof stress of the stud.
         forearm: The rods, for their ends and ball joints.
@@ -97,6 +98,7 @@ class Holds:
     pretension_N: float | None
     cable_N: float | None
     turns: float | None
+    pinion_N: float | None
     stud_1_mm2: float
     stud_N_mm2: float
     forearm: ForearmDimensions
@@ -151,6 +153,21 @@ def tightening_N_m(size: str) -> float:
     under_head = (row.head_diameter_mm + row.clearance_hole_mm) / 4.0
     lever = 0.159 * row.pitch_mm + SCREW_FRICTION * (0.577 * flank + under_head)
     return screw_N(size) * lever / MM_PER_M
+
+
+def set_screws_N_mm(d: Dimensions) -> float:
+    """Computes the torque that a pinion's set screws hold on the motor's shaft by the friction of their tips, N mm.
+
+    A tip's ring is as wide as the hole that its thread is cut into, which is more than it is: safe. So is to leave out
+    its bite and the friction of the bore opposite.
+
+    Source:
+        VDI 2230, as in `tightening_N_m`, the tip in place of the head.
+    """
+    row = catalogue.set_screw(SET_SCREW)
+    flank, tip = row.diameter_mm - 0.6495 * row.pitch_mm, row.tap_drill_mm / 2.0
+    force = SET_TORQUE_N_m * MM_PER_M / (0.159 * row.pitch_mm + SCREW_FRICTION * (0.577 * flank + tip))
+    return len(d.set_screws_rad) * FACE_FRICTION * force * d.motor.shaft_diameter_mm / 2.0
 
 
 def clamp_N_mm(size: str, width_mm: float) -> float:
@@ -213,6 +230,7 @@ def holds(d: Dimensions) -> Holds:
         pretension_N=report.cable_pretension_N,
         cable_N=None if capstan is None else d.cable.breaking_load_N / ROPE_FACTOR,
         turns=None if capstan is None else capstan.run.wrap_rad / tau,
+        pinion_N=None if capstan is None else set_screws_N_mm(d) / capstan.run.pinion_mm,
         stud_1_mm2=stud_stress_1_mm2(f),
         stud_N_mm2=stud * 1e-6,
         forearm=f,

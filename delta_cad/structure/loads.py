@@ -186,6 +186,7 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
         or h.cable_N is None
         or h.sector_mm is None
         or h.turns is None
+        or h.pinion_N is None
     ):
         across = given.radial[..., 0]
         add("motor shaft", across, h.motor_N, "N", "the arm's whole load; of its row, else RE 30's 28 N by the area")
@@ -206,6 +207,8 @@ def loads(table: StructureTable, limits: Holds, p_mm: np.ndarray, given: Borne) 
         tilt = across * h.motor_mm / (h.motor_screws * h.motor_edge_mm)
         how = "tilt over the motor's edge by the strands, and slip by its torque; clamping force, VDI 2230"
         add("motor screw", tilt + given.cable * h.motor_slip, h.motor_screw_N, "N", how)
+        grip = "difference of the strands; friction of both tips on the shaft by the torque that the manual states"
+        add("pinion's set screws", given.cable, h.pinion_N, "N", grip)
         tension = h.pretension_N + given.cable / 2.0
         add("cable", tension, h.cable_N, "N", f"pretension and half the difference; breaking load over {ROPE_FACTOR}")
         add("cable's slack strand", given.cable / 2.0, h.pretension_N, "N", "half the difference; the pretension")

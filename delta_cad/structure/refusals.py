@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from math import cos
+from math import cos, tanh
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,10 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.design.record import CAPSTAN_RATIO_MOST
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
+from delta_cad.dimensions.cable_run import FRICTION
+from delta_cad.dimensions.capstan import thinnest_pinion_mm, widest_pinion_mm
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
 from delta_cad.mechanism.placement import CHAINS, chain_frame
@@ -29,6 +32,8 @@ from delta_cad.structure.table import StructureTable, structure_table
 COUNT = 5  # positions along an edge of the cube, its corners among them
 HALVINGS = 30  # of the share of a force that a part bears
 TOLD = 4  # rows of the catalogue that a message names at most
+SLACK, SLIP = "cable's slack strand", "cable's slip"
+TENSIONED = SLACK, SLIP  # what a higher tension of the cable holds
 # Load -> the field of the design that sizes its part, and what of its row counts.
 SIZED: dict[str, tuple[str, str]] = {
     "rod buckling": ("hardware.tube", "of a bending stiffness"),
@@ -74,13 +79,17 @@ def _drive(design: Design) -> list[Reason]:
         needed = required / (drive.ratio * drive.efficiency)
         others = _rows("motor", design, lambda row, c=column, n=needed: getattr(row, c) >= n and h.drive in row.drives)
         advice = f"a motor of at least {needed:.4g} N m {words}{others}"
-        if h.drive == "capstan":
-            ratio = drive.ratio * required / value
+        ratio = drive.ratio * required / value
+        if h.drive == "capstan" and ratio <= (most := _ratio_most(design)):
             message = f"hardware.capstan_ratio = {h.capstan_ratio:g} must be at least {ratio:.4g}, or {advice}"
             bound, field, held = ratio, "hardware.capstan_ratio", h.capstan_ratio
         else:
-            message, bound, field, held = f"must be {advice}", needed, "hardware.motor", h.motor
-            message = f"hardware.motor = {h.motor} {message}"
+            if h.drive == "capstan":
+                advice += (
+                    f", for hardware.capstan_ratio = {ratio:.4g} is out of reach: at most {most:.4g} on this sector"
+                )
+            bound, field, held = needed, "hardware.motor", h.motor
+            message = f"hardware.motor = {h.motor} must be {advice}"
         told = f"{message}: {value:.4g} of {required:.4g} N m at the joint {words}"
         found.append(Reason("drive", f"torque {words}", told, field, held, bound))
     tension, ratio, least = drive.cable_tension_N, drive.bend_ratio, drive.bend_ratio_least
@@ -101,6 +110,13 @@ def _drive(design: Design) -> list[Reason]:
         )
         found.append(Reason("cable", "bend ratio", told, "hardware.sector_radius_mm", h.sector_radius_mm, radius))
     return found
+
+
+def _ratio_most(design: Design) -> float:
+    """Computes the largest ratio whose pinion goes round its motor's shaft."""
+    h = design.hardware
+    pinion = thinnest_pinion_mm(catalogue.motor.chosen(h), catalogue.cable.chosen(h).diameter_mm)
+    return min(h.sector_radius_mm / pinion, CAPSTAN_RATIO_MOST)
 
 
 def least_outline_mm(d: Dimensions) -> np.ndarray:
@@ -166,10 +182,11 @@ def _borne(d: Dimensions) -> list[Reason]:
             continue
         given = borne(table, what, positions, force, np.zeros(3))
         for load in loads(table, limits, positions, given):
-            if load.holds or (load.least and field == "peak_force_N"):  # life is of what lasts
+            if load.holds or (load.least and field == "peak_force_N"):  # of what lasts, see `structure_report`
                 continue
             bears = force * _share_borne(table, limits, positions, given, load)
-            found[load.name] = _overloaded(d, load, (f"requirements.{field}", force, bears))
+            half = float(given.cable.max()) / 2.0
+            found[load.name] = _overloaded(d, load, (f"requirements.{field}", force, bears), half)
     return list(found.values())
 
 
@@ -186,23 +203,19 @@ def _share_borne(table: StructureTable, limits: Holds, positions: np.ndarray, gi
     return low
 
 
-def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float]) -> Reason:
+def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half_N: float) -> Reason:
     """Says which field is to change for a load.
 
     Args:
         d: The design's dimensions.
         load: What a part may not bear.
         force: Field of the force that makes it, the force, and the one that the part would bear, N.
+        half_N: Half the largest difference between the cable's strands.
     """
     told = f"{load.value:.4g} {load.unit}, {'at least' if load.least else 'at most'} {load.limit:.4g}"
     less = f"{force[0]} = {force[1]:g} at most {force[2]:.3g} N"
-    if load.name == "cable's slack strand":
-        drive, required = drive_torque(d.design), d.design.requirements
-        torque = 2.0 * (load.value - SLACK_N) * drive.efficiency * d.design.hardware.sector_radius_mm / MM_PER_M
-        held = required.peak_torque_N_m or required.joint_torque_N_m
-        field = "requirements.peak_torque_N_m"
-        message = f"{field} = {held:g} must be at least {torque:.4g} N m, which the cable is tensioned for: {told}"
-        return Reason(load.name, "load", f"{message}; or {less}", field, held, torque)
+    if load.name in TENSIONED:
+        return _tensioned(d, load, half_N, told, less)
     field, column = SIZED.get(load.name, ("", ""))
     if not field:
         return Reason(load.name, "load", f"{less}: {told}", *force)
@@ -213,7 +226,9 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float]) -> R
             sector = d.design.hardware.sector_radius_mm
             wider, field_too = sector * more, "hardware.sector_radius_mm"
             told = f"{told}; or hardware.motor = {held} one {column} of at least {needed:.4g}"
-            message = f"{field_too} = {sector:g} must be at least {wider:.4g} mm: {told}; or {less}"
+            message = (
+                f"{field_too} = {sector:g} must be at least {wider:.4g} mm{_with_ratio(d, wider)}: {told}; or {less}"
+            )
             return Reason(load.name, "load", message, field_too, sector, wider)
     elif load.name == "cable":
         needed = load.value * ROPE_FACTOR
@@ -235,3 +250,38 @@ def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float]) -> R
     words = f"{column} of at least {needed:.4g}{does or ''}".strip()
     message = f"{field} = {held} must be one {words}: {told}; or {less}"
     return Reason(load.name, "load", message, field, held, needed)
+
+
+def _with_ratio(d: Dimensions, sector_mm: float) -> str:
+    """Names the ratio with which a larger sector's pinion passes the motor's screws, or nothing where it does."""
+    ratio = sector_mm / widest_pinion_mm(d.motor, d.cable.diameter_mm)
+    held = d.design.hardware.capstan_ratio
+    return f" with hardware.capstan_ratio = {held:g} at least {ratio:.4g}" if ratio > held else ""
+
+
+def _tensioned(d: Dimensions, load: Load, half_N: float, told: str, less: str) -> Reason:
+    """Says for which torque the cable must be tensioned, or that the drive must give it first.
+
+    Args:
+        d: The design's dimensions.
+        load: A slack strand that goes loose, or turns that slip.
+        half_N: Half the difference between the strands.
+        told: The load beside its limit, in words.
+        less: The force that the cable would bear, in words.
+    """
+    drive, hardware = drive_torque(d.design), d.design.hardware
+    assert d.capstan is not None
+    # Euler: T + D / 2 = (T - D / 2) e^(friction wrap)
+    factor = 1.0 if load.name == SLACK else 1.0 / tanh(FRICTION * d.capstan.run.wrap_rad / 2.0)
+    torque = 2.0 * (factor * half_N - SLACK_N) * drive.efficiency * hardware.sector_radius_mm / MM_PER_M
+    if drive.peak_torque_N_m < min(torque, drive.required_peak_N_m):
+        field, held = "hardware.capstan_ratio", hardware.capstan_ratio
+        torque = max(torque, drive.required_peak_N_m)
+        bound = held * torque / drive.peak_torque_N_m
+        message = f"{field} = {held:g} must be at least {bound:.4g}, for {torque:.4g} N m for a moment"
+    else:
+        field, held, bound = "requirements.peak_torque_N_m", drive.required_peak_N_m, torque
+        message = f"{field} = {held:g} must be at least {torque:.4g} N m"
+    return Reason(
+        load.name, "load", f"{message}, which the cable is tensioned for: {told}; or {less}", field, held, bound
+    )

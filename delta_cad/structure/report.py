@@ -99,7 +99,8 @@ def structure_report(d: Dimensions, bodies: Mapping[str, Any]) -> StructureRepor
     for case, force in forces.items():
         given = borne(over.table, what, over.positions_mm, force, gravity)
         found = loads(over.table, limits, over.positions_mm, given)
-        # life is of what lasts
+        # life is of what lasts, and so is what springs may lack: at a peak the contact may touch its cup's lip, from
+        # which the load itself points more than 20 degrees away (`ball joint`, judged at a peak, too)
         cases[case] = (force, [load for load in found if case == "for ever" or not load.least])
     return StructureReport(over, first_mode_Hz(over.table, what, over.positions_mm), cases)
 

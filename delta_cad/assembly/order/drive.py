@@ -8,14 +8,20 @@ from delta_cad import catalogue
 from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
 from delta_cad.assembly.order.shoulder import DRIVEN, IN, OUT, PRESS, named
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.capstan import CARRIAGE_MM, CRIMP_MM, SET_SCREW, TENSION_SCREW, CapstanDimensions
+from delta_cad.dimensions.capstan import (
+    CARRIAGE_MM,
+    CRIMP_MM,
+    SET_SCREW,
+    TENSION_SCREW,
+    CapstanDimensions,
+    SET_TORQUE_N_m,
+)
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
 from delta_cad.drive import drive_torque
 
 OVER = (Leg((-1.0, 0.0, 0.0)), Leg((0.0, 1.0, 0.0), (CARRIAGE_MM[1] + CRIMP_MM[0]) / 2 + 0.6))
 """The second sleeve's way: from outside over its carriage, beside the arm, then into it."""
 RUN_IN = 50  # full strokes after which a rope has settled; from memory: tension it until it stays
-SET_TORQUE_N_m = 0.4  # of a stainless M3 set screw with a cup point, half of a hardened one's; from memory: check
 
 
 def drive_unit(d: Dimensions, names: tuple[str, ...], i: int) -> Unit:

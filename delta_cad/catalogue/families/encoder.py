@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import CatalogueRow, outside
+
+# What no board is: beyond, a number is in another unit than its column. Ours have 3.0 g/cm^3 with their parts.
+DENSITY_g_cm3 = 0.5, 12.0
+THICKNESS_mm = 0.2, 5.0
+CHIP_mm = 0.2, 10.0
+AIR_GAP_mm = 0.05, 20.0
+COUNTS = 100, 2**32
 
 
 @dataclass(frozen=True)
@@ -54,10 +61,23 @@ class Encoder(CatalogueRow):
     latency_us: float | None
 
     def fault(self) -> str:
-        """Says that the air gap has no width or the board is turned."""
+        """Says that the air gap has no width, the board is turned, or a size, mass or count is not a board's."""
         if not self.air_gap_min_mm < self.air_gap_max_mm:
             return "must have air_gap_min_mm < air_gap_max_mm"
-        return "" if self.board_width_mm <= self.board_length_mm else "must have board_width_mm <= board_length_mm"
+        if not self.board_width_mm <= self.board_length_mm:
+            return "must have board_width_mm <= board_length_mm"
+        for side in ("length", "width"):
+            spaced, wide = getattr(self, f"hole_spacing_{side}_mm"), getattr(self, f"board_{side}_mm")
+            if not self.hole_diameter_mm < spaced < wide - self.hole_diameter_mm:
+                return f"must have hole_diameter_mm < hole_spacing_{side}_mm < board_{side}_mm - hole_diameter_mm"
+        volume_cm3 = self.board_length_mm * self.board_width_mm * self.board_thickness_mm / 1e3
+        return (
+            outside("board_thickness_mm", self.board_thickness_mm, THICKNESS_mm, "mm")
+            or outside("chip_height_mm", self.chip_height_mm, CHIP_mm, "mm")
+            or outside("air_gap_max_mm", self.air_gap_max_mm, AIR_GAP_mm, "mm")
+            or outside("counts_per_turn", self.counts_per_turn, COUNTS, "counts")
+            or outside("mass_g over the board's volume", self.mass_g / volume_cm3, DENSITY_g_cm3, "g/cm^3")
+        )
 
 
 encoder = Family("encoder", "encoders.csv", Encoder)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 from typing import ClassVar
 
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import CatalogueRow
+from delta_cad.catalogue.row import CatalogueRow, outside
+
+DENSITY_g_cm3 = 0.1, 12.0  # with its stud; beyond, a number is in another unit. Ours have 1.9 and 2.8
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,14 @@ class Foot(CatalogueRow):
     mass_g: float
 
     def fault(self) -> str:
-        """Says that there is nothing to fasten it by, or two things."""
+        """Says that there is nothing to fasten it by, or two things, or that the mass is not a foot's."""
         one = (self.stud_length_mm is None) != (self.hole_diameter_mm is None)
-        return "" if one else "must have either stud_length_mm or hole_diameter_mm"
+        if not one:
+            return "must have either stud_length_mm or hole_diameter_mm"
+        if not (self.hole_diameter_mm or 0.0) < self.diameter_mm:
+            return "must have hole_diameter_mm < diameter_mm"
+        volume_cm3 = pi / 4.0 * self.diameter_mm**2 * self.height_mm / 1e3
+        return outside("mass_g over its volume", self.mass_g / volume_cm3, DENSITY_g_cm3, "g/cm^3")
 
 
 foot = Family("foot", "feet.csv", Foot)

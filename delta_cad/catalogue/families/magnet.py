@@ -23,5 +23,11 @@ class Magnet(CatalogueRow):
     thickness_mm: float
     mass_g: float
 
+    def fault(self) -> str:
+        """Says that it is no disc that an encoder reads."""
+        if not 0.05 * self.diameter_mm < self.thickness_mm < 5.0 * self.diameter_mm:
+            return "must have diameter_mm / 20 < thickness_mm < 5 diameter_mm"
+        return ""
+
 
 magnet = Family("magnet", "magnets.csv", Magnet)

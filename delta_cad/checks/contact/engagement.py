@@ -17,6 +17,7 @@ from delta_cad.checks.contact.common import area, common_size
 from delta_cad.checks.contact.features import Arc, Cylinder, FeatureLibrary, Features, Plane
 from delta_cad.checks.contact.placing import Key, relative_key
 from delta_cad.checks.report import CheckResult
+from delta_cad.dimensions.cable_run import FLEET_LIMIT_RAD
 from delta_cad.solids.part import Contact, location_of
 
 ALONG = 1e-3  # sine of the angle between axes or normals that count as one: 0.02 mm over a seat of 20 mm
@@ -24,7 +25,6 @@ INSIDE_MM = 1e-6  # by which a shaft may be drawn larger than its bore: rounding
 LEAST_TURN_RAD = 3.0  # of a bore's faces together: less than half a turn holds nothing
 STEP_MM = 0.5  # between the points of a cable that are looked at
 NOISE_MM2 = 1e-3  # by which the kernel's areas of one pair of faces may disagree
-ONWARD = 0.02  # sine of the angle by which one piece of a cable may leave another: a turn of 1 in 70 along its pinion
 SHOWN = 8  # faults that a report names; their number is told
 
 
@@ -261,6 +261,8 @@ def tip_length(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> f
 def end_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> float:
     """Measures the area of the flat end with which one piece of a cable goes on where another ends.
 
+    A straight piece meets one of a helix at the helix's lead, which is the fleet angle's matter: up to its limit.
+
     Args:
         a: Faces of one piece.
         b: Faces of the other.
@@ -274,7 +276,7 @@ def end_area(a: Features, b: Features, a_in_b: np.ndarray, gap_mm: float) -> flo
     met = 0.0
     for one in a.planes:
         for other in b.planes:
-            onward = -(turn @ one.normal) @ other.normal > np.sqrt(1.0 - ONWARD**2)
+            onward = -(turn @ one.normal) @ other.normal > np.cos(FLEET_LIMIT_RAD)
             if onward and np.linalg.norm(turn @ one.centre + shift - other.centre) <= gap_mm:
                 met = max(met, min(one.area_mm2, other.area_mm2))
     return met

@@ -146,6 +146,17 @@ def test_defaults_are_columns_and_partners_are_families() -> None:
             {"resistance_ohm": "1e-300", "torque_constant_N_m_A": "1e300"},
             ["motor.csv line 2", "stall_torque_N_m"],
         ),
+        # a number in another unit than its column's
+        ("motor", {"mass_g": "0.3"}, ["motor.csv line 2", "mass_g", "diameter_mm", "0.5 to 9 g/cm^3"]),
+        ("motor", {"length_mm": "0.07"}, ["motor.csv line 2", "length_mm", "g/cm^3"]),
+        ("motor", {"rotor_inertia_kg_m2": "50"}, ["motor.csv line 2", "rotor_inertia_kg_m2 = 50", "< 7.68e-05"]),
+        ("motor", {"nominal_torque_N_m": "100"}, ["motor.csv line 2", "nominal_torque_N_m", "W/kg"]),
+        ("motor", {"torque_constant_N_m_A": "30"}, ["motor.csv line 2", "torque_constant_N_m_A", "W/kg"]),
+        ("motor", {"resistance_ohm": "600"}, ["motor.csv line 2", "resistance_ohm", "W/kg"]),
+        ("motor", {"mount_count": "1000000"}, ["motor.csv line 2", "mount_count = 1e+06", "2 to 12"]),
+        ("motor", {"mount_count": "1"}, ["motor.csv line 2", "mount_count = 1", "2 to 12"]),
+        ("cable", {"breaking_load_N": "0.15"}, ["cable.csv line 2", "breaking_load_N", "50 to 3000 N/mm^2"]),
+        ("cable", {"mass_g_m": "0.0012"}, ["cable.csv line 2", "mass_g_m", "g/cm^3"]),
         ("cable", {"diameter_mm": "1e200"}, ["cable.csv line 2", "mass_g_m"]),
         ("cable", {"verified": "sure"}, ["cable.csv line 2", "verified", "'sure'"]),
         ("screw", {}, ["screw.csv", "motor.csv"]),
@@ -175,6 +186,33 @@ def test_a_folder_without_parts_is_refused(tmp_path: Path) -> None:
         catalogue.own_parts(tmp_path)
     with pytest.raises(CatalogueError, match=r"none: cannot be read: .*motor\.csv"):
         catalogue.own_parts(tmp_path / "none")
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "factor"),
+    [
+        *(("bearing", column, 1e3) for column in ("housing_shoulder_max_mm", "mass_g", "static_load_N")),
+        *(("bearing", column, 1e-3) for column in ("width_mm", "shaft_shoulder_min_mm", "mass_g", "dynamic_load_N")),
+        *(("encoder", column, 1e3) for column in ("board_thickness_mm", "hole_diameter_mm", "air_gap_max_mm")),
+        *(("encoder", column, 1e-3) for column in ("hole_spacing_length_mm", "hole_spacing_width_mm", "mass_g")),
+        *(("encoder", column, 1e-3) for column in ("chip_height_mm", "counts_per_turn")),
+        *(("knob", column, 1e3) for column in ("diameter_mm", "height_mm", "foot_diameter_mm", "thread_depth_mm")),
+        *(("knob", column, 1e-3) for column in ("height_mm", "thread_depth_mm", "mass_g")),
+        *(("foot", column, 1e-3) for column in ("diameter_mm", "height_mm", "mass_g")),
+        *(("magnet", "thickness_mm", factor) for factor in (1e3, 1e-3)),
+    ],
+)
+def test_a_number_in_another_unit_is_refused(name: str, column: str, factor: float, tmp_path: Path) -> None:
+    """Metres for mm, kg for g, kN for N, turns for counts, either way round."""
+    family = CHOSEN[name]
+    row = next(iter(family.rows.values()))
+    cells = {one: cell(getattr(row, one)) for one in family.columns if one not in optional_columns(family.record)}
+    if name == "foot":
+        cells["hole_diameter_mm"] = "4.5"
+    value = getattr(row, column) * factor
+    cells |= {"id": "mine", column: str(int(value) if column == "counts_per_turn" else value)}
+    with pytest.raises(CatalogueError, match=rf"{name}\.csv line 2: .*{column}|{name}\.csv line 2: mass_g over"):
+        catalogue.own_parts(written(tmp_path, **{name: cells}))
 
 
 # What a design makes of them

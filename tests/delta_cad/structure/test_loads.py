@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import design_from_dict
+from delta_cad.design import design_from_dict, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.mechanism import DeltaGeometry, jacobian
-from delta_cad.mechanism.inverse import elbow_positions, inverse_kinematics
+from delta_cad.mechanism.geometry import TANGENTIAL
+from delta_cad.mechanism.inverse import elbow_positions, forearm_vectors, inverse_kinematics
 from delta_cad.mechanism.placement import chain_frame
 from delta_cad.structure.compliance import compliance
-from delta_cad.structure.holds import Holds, holds, screw_N, stack_N_mm, stud_stress_1_mm2
+from delta_cad.structure.holds import Holds, holds, screw_N, set_screws_N_mm, stack_N_mm, stud_stress_1_mm2
 from delta_cad.structure.loads import borne, largest, loads, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz
 from delta_cad.structure.rod_end import bond_tilt_N_mm2, contact_N_mm2, spigot_bending_N_mm2
 from delta_cad.structure.table import StructureTable, structure_table
 from delta_cad.structure.unit_loads import at_knob, unit_loads
+from tests.committed import COMMITTED
 from tests.delta_cad.structure.machines import committed, design, knob_stiffness, places, table, what_moves
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -138,6 +140,7 @@ WEAK = {
     "cross-bar bond": {"bar_N_mm2": 0.1},
     "motor shaft": {"motor_N": 5.0},
     "motor screw": {"motor_screw_N": 1.0},
+    "pinion's set screws": {"pinion_N": 5.0},
     "cable": {"cable_N": 15.0},
     "cable's slip": {"turns": 0.3},
     "sector dowel": {"sector_N": 5.0},
@@ -225,6 +228,17 @@ def test_a_screw_clamps_as_its_stress_area_says() -> None:
     assert screw_N("M3") == pytest.approx(0.7 * 450.0 * 5.03, rel=2e-3)
 
 
+def test_a_pinions_set_screws_hold_what_their_torque_presses() -> None:
+    """By hand, M3 x 0.5 at 0.4 N m: 400 / (0.0795 + 0.14 (0.577 x 2.675 + 1.25)) N each, on a shaft of 6 mm."""
+    pressed = 400.0 / (0.0795 + 0.14 * (0.577 * 2.675 + 1.25))
+    assert set_screws_N_mm(committed()) == pytest.approx(2 * 0.12 * pressed * 3.0, rel=1e-3)
+    capstan, limits = committed().capstan, holds(committed())
+    assert capstan is not None
+    assert limits.pinion_N == pytest.approx(set_screws_N_mm(committed()) / (38.7 / 4.8), rel=1e-6)
+    stall = committed().motor.peak_torque_N_m * 1e3
+    assert set_screws_N_mm(committed()) > stall  # whatever the motor does, its pinion stays
+
+
 def with_joint(d: Dimensions, **changes: float) -> Dimensions:
     return replace(d, forearm=replace(d.forearm, joint=replace(d.forearm.joint, **changes)))
 
@@ -247,6 +261,29 @@ def test_the_preload_left_is_what_springs_may_lose() -> None:
     for lost, holding in ((left.value - 1e-3, True), (left.value + 1e-3, False)):
         less = holds(with_joint(committed(), preload_N=joint.preload_N - lost))
         assert weakest(less, 6.0)["ball joint"] is holding
+
+
+def test_at_its_peak_the_weakest_springs_let_the_contact_touch_the_lip_but_never_the_load() -> None:
+    """What docs/limits.md says of best.json, whose peak takes the most of its joints; for ever nothing touches."""
+    best = load_design(COMMITTED)
+    made, joint, peak = (
+        structure_table(dimensions(best)),
+        dimensions(best).forearm.joint,
+        best.requirements.peak_force_N,
+    )
+    positions = sampled_mm(best.cube.bottom_height_mm, best.cube.half_side_mm, 5)
+    along = forearm_vectors(made.geometry, positions / MM_PER_M) / made.geometry.forearm_length
+    lean, weakest_N = np.arcsin((along * TANGENTIAL).sum(axis=-1)), np.array(0.9 * joint.preload_N)
+    assert peak is not None
+
+    def rod(force_N: float) -> np.ndarray:
+        return borne(made, what_moves(), positions, force_N, GRAVITY).rod
+
+    over = np.degrees(joint.edge_rad(rod(peak), lean, weakest_N).max() - joint.wrap_rad)
+    assert over == pytest.approx(1.3, abs=0.3)
+    points = np.arctan2(rod(peak) + weakest_N * np.abs(np.sin(lean)), weakest_N * np.cos(lean)).max()
+    assert np.degrees(joint.wrap_rad - points) == pytest.approx(24.0, abs=1.0)
+    assert joint.edge_rad(rod(best.requirements.force_N), lean, weakest_N).max() < joint.wrap_rad
 
 
 def test_pose_by_pose_is_less_than_both_worsts_together() -> None:

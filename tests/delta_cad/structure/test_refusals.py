@@ -66,7 +66,7 @@ CASES: dict[str, tuple[dict[str, Any], set[tuple[str, float | str | None]]]] = {
     ),
     "30 N": (
         {"requirements__force_N": 30.0, "requirements__peak_force_N": 30.0, "requirements__joint_torque_N_m": 3.9},
-        {("hardware.capstan_ratio", 4.8), ("mechanism.base_radius_mm", 31.0)},
+        {("hardware.motor", "maxon-re30-310007"), ("mechanism.base_radius_mm", 31.0)},  # a ratio of 48 asks too much
     ),
     "12 N at once": (
         {"requirements__peak_force_N": 12.0},
@@ -109,6 +109,7 @@ def test_a_motor_that_is_for_no_capstan_is_refused_with_those_that_are(motor: st
         ({"hardware__capstan_ratio": 9.0}, "cable, bend ratio", "hardware__sector_radius_mm", 1e-6, -1e-6),
         ({"requirements__peak_force_N": 12.0}, "cable's slack strand, load", "requirements__peak_torque_N_m", 1e-6,
          -1e-6),
+        ({"requirements__peak_force_N": 11.0}, "cable's slip, load", "requirements__peak_torque_N_m", 1e-6, -1e-6),
     ],
 )  # fmt: skip
 def test_the_value_that_would_do_is_the_border(
@@ -120,6 +121,47 @@ def test_the_value_that_would_do_is_the_border(
     assert name in told(**(changes | {field: bound * (1 + worse)}))
 
 
+def test_a_cable_is_tensioned_for_what_the_motor_gives_which_asking_for_more_does_not_change() -> None:
+    """The motor gives 1.2 of 1.9 N m at its peak: its ratio, not a torque that is asked for already."""
+    found = told(requirements__peak_torque_N_m=1.9, requirements__peak_force_N=12.0)
+    torque, slip = found["drive, torque for a moment"], found["cable's slip, load"]
+    assert (slip.field, slip.value) == ("hardware.capstan_ratio", 4.8)
+    assert slip.bound == pytest.approx(torque.bound)
+
+
+def test_a_ratio_beyond_any_pinion_on_the_sector_asks_for_another_motor() -> None:
+    reason = told(requirements__joint_torque_N_m=0.9, requirements__peak_torque_N_m=0.9)["drive, torque for ever"]
+    assert (reason.field, reason.value) == ("hardware.motor", "maxon-re30-310007")
+    assert reason.bound == pytest.approx(0.9 / (4.8 * 0.96))
+    assert "at most 9.6" in reason.message  # 38.7 mm over 3 of shaft, 0.75 of wall and 0.27 of cable
+
+
+def test_a_larger_sector_names_the_ratio_at_which_its_pinion_passes_the_motors_screws() -> None:
+    """Followed both, neither is said again; the sector alone went to and fro with the screws."""
+    weak = {
+        "hardware__motor": "faulhaber-3257g024cr",
+        "hardware__capstan_ratio": 6.2,
+        "requirements__peak_force_N": 8.0,
+    }
+    reason = told(**weak)["motor shaft, load"]
+    assert isinstance(reason.bound, float)
+    ratio = float(reason.message.partition("hardware.capstan_ratio = 6.2 at least ")[2].split(":")[0])
+    wider = weak | {"hardware__sector_radius_mm": 1.01 * reason.bound}
+    assert "pinion, beside the motor's screws" in told(**wider)
+    left = told(**wider | {"hardware__capstan_ratio": 1.01 * 1.001 * ratio, "mechanism__base_radius_mm": 60.0})
+    assert not {"pinion, beside the motor's screws", "motor shaft, load"} & set(left)
+
+
+def test_a_force_too_large_for_the_springs_of_a_width_names_the_one_that_they_hold() -> None:
+    """The width that would do may leave no room for the balls of a small platform: then the force is the way out."""
+    reason = told(requirements__peak_force_N=14.0)["rod_spring, length"]
+    assert reason.field == "mechanism.parallelogram_width_mm"
+    held = float(reason.message.partition("peak_force_N at most ")[2].removesuffix(" N"))
+    for force, refused in ((0.99 * held, False), (1.01 * held, True)):
+        found = told(requirements__peak_force_N=force)
+        assert ("rod_spring, length" in found) is refused
+
+
 def test_every_reason_is_told_at_once() -> None:
     """Six faults of one design, of plates, balls, widths, motor and drive."""
     found = refusals(
@@ -129,7 +171,7 @@ def test_every_reason_is_told_at_once() -> None:
             hardware__ball_diameter_mm=9.0,
             hardware__base_plate_thickness_mm=4.5,
             hardware__motor="faulhaber-3257g024cr",
-            requirements__joint_torque_N_m=0.8,
+            requirements__joint_torque_N_m=0.7,
         )
     )
     assert {reason.field for reason in found} >= {

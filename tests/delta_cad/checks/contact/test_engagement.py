@@ -14,6 +14,7 @@ from delta_cad.checks.contact.engagement import (
     check_contacts,
     common_area,
     cylinder_length,
+    end_area,
     seat_area,
 )
 from delta_cad.checks.contact.features import features
@@ -78,6 +79,15 @@ def test_a_cable_lies_on_a_drum_as_far_as_both_go_round(turn: float) -> None:
     assert cable_length(features(cable), features(drum), np.eye(4), 0.02) == pytest.approx(20.25 * np.radians(turn))
     assert cable_length(features(cable), features(drum), at(z=3.0), 0.02) == 0.0
     assert cable_length(features(cable), features(rod(19.9, (0, 0, -2), (0, 0, 2))), np.eye(4), 0.02) == 0.0
+
+
+@pytest.mark.parametrize(("lead", "meets"), [(0.0, True), (0.0214, True), (0.043, True), (0.05, False)])
+def test_a_cable_goes_on_at_its_helix_lead_up_to_the_fleet_limit(lead: float, meets: bool) -> None:
+    """0.0214 is a rope of 0.8 mm on a pinion of 7.4 mm."""
+    straight, on = rod(0.4, (-5, 0, 0), (0, 0, 0)), rod(0.4, (0, 0, 0), (5 * np.cos(lead), 5 * np.sin(lead), 0))
+    found = end_area(features(straight), features(on), np.eye(4), 0.03)
+    assert found == pytest.approx(np.pi / 4 * 0.8**2 if meets else 0.0)
+    assert end_area(features(straight), features(on), at(0.04), 0.03) == 0.0
 
 
 def remade(a: Assembly, number: str, solid: cq.Shape) -> Assembly:
