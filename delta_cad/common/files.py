@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Self
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
+NO_PLAIN_FILE = "is no plain file"
 # What a system answers when it, or this file system, cannot exchange two names.
 NO_EXCHANGE = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP)
 
@@ -281,6 +282,8 @@ def _require_kind(path: Path, folder: bool) -> None:
         raise FileExistsError(errno.EEXIST, "a file has the folder's name", str(path))
     if not folder and path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not folder and path.exists() and not path.is_file():  # a pipe, or a device: renaming would take it away
+        raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
 
 
 def _encoded(line: str) -> bytes:
@@ -312,7 +315,7 @@ def _opened_alone(path: Path) -> int:
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # reading a pipe would wait for who writes: for us
             os.close(descriptor)
-            raise OSError(errno.EINVAL, "is no plain file", str(path))
+            raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
         if not _lock(descriptor):
             os.close(descriptor)
             raise FileInUseError(errno.EWOULDBLOCK, "another run is writing it", str(path))

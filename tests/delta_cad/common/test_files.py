@@ -5,7 +5,7 @@ import fcntl
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -192,6 +192,18 @@ def test_what_is_written_is_on_the_disk_before_it_gets_its_name(
     assert synced[0][0].startswith(".a.")
     assert synced[0][1] == 4
     assert synced[1][0] == tmp_path.name
+
+
+@pytest.mark.parametrize("write", [lambda path: write_whole(path, "a"), require_room])
+def test_a_pipe_or_a_device_is_not_replaced(tmp_path: Path, write: Callable[[Path], None]) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "device").symlink_to(os.devnull)
+    for name in ("pipe", "device"):
+        with pytest.raises(OSError, match="is no plain file") as caught:
+            write(tmp_path / name)
+        assert caught.value.filename == str(tmp_path / name)
+    assert (tmp_path / "pipe").is_fifo()
+    assert (tmp_path / "device").is_symlink()
 
 
 def test_lines_are_read_whole_and_appended_after_the_last_whole_one(tmp_path: Path) -> None:
