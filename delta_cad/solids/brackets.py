@@ -21,10 +21,10 @@ from delta_cad.dimensions.neighbours import BOARD_EDGE_MM
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import require
 from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
-from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted, sunk, tapped
+from delta_cad.solids.boring import DRILL_DIAMETERS, Boring, along_y, along_z, blind, fitted, sunk, tapped
 from delta_cad.solids.making import hull_y, made_part
 from delta_cad.solids.materials import material
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     Circle,
@@ -268,6 +268,12 @@ def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float
     boring.add(f"{passage:g} through, shaft passage and lip", [along_y(passage, axis, (floor, face))])
 
 
+def _block_thread(at: tuple[float, float], ends: tuple[float, float], depth_mm: float, through: bool) -> Bore:
+    """A thread for a cheek's screw at a place (x, z), from the first of the block's faces at y; or drilled through."""
+    whole = along_y(0.0, at, ends)
+    return replace(tapped(whole, BLOCK_SCREW), thread_mm=depth_mm) if through else tapped(whole, BLOCK_SCREW, depth_mm)
+
+
 def make_foot_block(d: Dimensions) -> Part:
     """Block between the cheeks, screwed to the base from below and located by two dowels."""
     number, b = "foot_block", d.bracket
@@ -277,11 +283,15 @@ def make_foot_block(d: Dimensions) -> Part:
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
     body = edge_break(number, body, ">Z", 0.5)
     depth, into, boring = block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
-    cross = [replace(tapped(along_y(0.0, at, y), BLOCK_SCREW), thread_mm=depth) for at in cheek_screw_positions(d)]
-    back = [
-        replace(tapped(along_y(0.0, at, (y[1], y[0])), BLOCK_SCREW), thread_mm=depth) for at in cheek_screw_positions(d)
-    ]
-    boring.add(f"{BLOCK_SCREW} x {depth:g} from both sides, drilled through", cross, back)
+    through = y[1] - y[0] <= DRILL_DIAMETERS * catalogue.screw(BLOCK_SCREW).tap_drill_mm
+    cross, back = (
+        [_block_thread(at, ends, depth, through) for at in cheek_screw_positions(d)] for ends in (y, (y[1], y[0]))
+    )
+    sides = f"{BLOCK_SCREW} x {depth:g} from both sides"
+    if through:
+        boring.add(f"{sides}, drilled through", cross, back)
+    else:
+        boring.add(sides, [*cross, *back])
     up = [tapped(along_z(0.0, (u - b.shoulder_u_mm, middle), z), BASE_SCREW) for u in b.base_screw_u_mm]
     boring.add(f"{BASE_SCREW} through, screws to {BASE_THREAD_MM:g} from below", up)
     below = (z[0], z[0] + DOWEL_DEPTH_MM)

@@ -1,14 +1,14 @@
 """Why a design's hardware cannot do, in closed form and all at once: no solid is made, only samples are posed.
 
-Four kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; an outline
-that elbows or motors alone exceed; loads that parts may not bear even if nothing had a weight. Each is necessary: what
-passes here may still fail a check.
+Five kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; an outline
+that elbows or motors alone exceed; a cable whose plane no tolerances hold; loads that parts may not bear even if
+nothing had a weight. Each is necessary: what passes here may still fail a check.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import cos, tanh
 from typing import Any
 
@@ -21,6 +21,8 @@ from delta_cad.design.record import CAPSTAN_RATIO_MOST
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.cable_run import FRICTION
 from delta_cad.dimensions.capstan import thinnest_pinion_mm, widest_pinion_mm
+from delta_cad.dimensions.tolerances.cable import plane_chain
+from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
 from delta_cad.mechanism.placement import CHAINS, chain_frame
@@ -62,7 +64,7 @@ def refusals(design: Design) -> tuple[Reason, ...]:
         d = dimensions(design)
     except DimensionError as error:
         return (*error.reasons, *found)
-    return (*found, *_outline(d), *_borne(d))
+    return (*found, *_outline(d), *_cable_plane(d), *_borne(d))
 
 
 def _drive(design: Design) -> list[Reason]:
@@ -80,11 +82,12 @@ def _drive(design: Design) -> list[Reason]:
         others = _rows("motor", design, lambda row, c=column, n=needed: getattr(row, c) >= n and h.drive in row.drives)
         advice = f"a motor of at least {needed:.4g} N m {words}{others}"
         ratio = drive.ratio * required / value
-        if h.drive == "capstan" and ratio <= (most := _ratio_most(design)):
+        most = _ratio_most(design) if h.drive == "capstan" else 0.0
+        if ratio <= most:
             message = f"hardware.capstan_ratio = {h.capstan_ratio:g} must be at least {ratio:.4g}, or {advice}"
             bound, field, held = ratio, "hardware.capstan_ratio", h.capstan_ratio
         else:
-            if h.drive == "capstan":
+            if most:
                 advice += (
                     f", for hardware.capstan_ratio = {ratio:.4g} is out of reach: at most {most:.4g} on this sector"
                 )
@@ -154,6 +157,30 @@ def _outline(d: Dimensions) -> list[Reason]:
         for name, size in best
         if size > asked[name]
     ]
+
+
+def _cable_plane(d: Dimensions) -> list[Reason]:
+    """A pinion so small that its groove's own climb leaves nothing of the fleet angle to tolerances."""
+    if d.capstan is None:
+        return []
+    c, sector = d.capstan, d.design.hardware.sector_radius_mm
+
+    def holds_at(ratio: float) -> bool:
+        run = replace(c.run, pinion_mm=sector / ratio)
+        return plane_chain(d, replace(c, run=run), CLASSES[0]).holds
+
+    if holds_at(c.ratio):
+        return []
+    low, high = 1.0, c.ratio
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if holds_at(middle) else (low, middle)
+    chain = plane_chain(d, c, CLASSES[0])
+    message = (
+        f"hardware.capstan_ratio = {c.ratio:g} must be at most {low:.4g} on this sector, or the cable a thinner one: "
+        f"it leaves its plane by {chain.rss[1]:.3f} mm of {chain.high:.3f} with the finest tolerances"
+    )
+    return [Reason("cable", "plane", message, "hardware.capstan_ratio", c.ratio, low)]
 
 
 def _bend(pinion_mm: float, cable: catalogue.Cable) -> float:

@@ -15,7 +15,7 @@ from delta_cad.mechanism.placement import SpringSway
 from delta_cad.solids.part import Occurrence
 
 REVOLUTION_SIDES = 48  # circumscribed polygon: 0.2 % of the radius too large, never too small
-REVOLUTION_SLABS = 64  # more steps along an axis than any pinion has
+REVOLUTION_SLABS = 64  # more edges along an axis than any pinion has
 LEVEL_MM = 2e-6  # levels are rounded to 1e-6 mm
 ROUND = 0.97  # least by most reach off an axis: 0.985 for the 18 facets of a tube, 0.5 for a socket's ring
 ROUND_DIRECTIONS = 36  # in which the reach off an axis is compared: every 10 degrees
@@ -181,7 +181,7 @@ def _cones(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     The levels are the corners', so that within a slab a triangle is cut by straight edges only. The distance from the
     axis is convex along each, and across between two of them: its largest lies under the chord of both ends' largest.
-    With more corners than slabs each slab gets the largest of all that lies in it.
+    With more corners than slabs, as on a helix, each slab gets the largest of all that lies in it.
     """
     y = triangles[..., 1]
     levels = _levels(y.ravel())
@@ -224,10 +224,11 @@ def _cylinders(points: np.ndarray, faces: np.ndarray, sway: SpringSway) -> tuple
 
 
 def _levels(y: np.ndarray) -> np.ndarray:
-    """Where slabs begin and end: at each value, or even where these are too many."""
-    levels = np.unique(np.round(y, 6))
+    """Where slabs begin and end: at each value; of too many at the commonest, which are edges, and evenly between."""
+    levels, counts = np.unique(np.round(y, 6), return_counts=True)
     if len(levels) > REVOLUTION_SLABS + 1:
-        levels = np.linspace(levels[0], levels[-1], REVOLUTION_SLABS + 1)
+        edges = levels[np.argsort(-counts, kind="stable")[: REVOLUTION_SLABS // 2]]
+        levels = np.unique([*edges, *np.linspace(levels[0], levels[-1], REVOLUTION_SLABS // 2 + 1)])
     levels[0], levels[-1] = y.min(), y.max()
     return levels
 

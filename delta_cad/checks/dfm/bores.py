@@ -13,9 +13,9 @@ from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.lines import Lines
 from delta_cad.checks.dfm.located import ALONG, AXIS_MM, DIAMETER_MM
 from delta_cad.dimensions.tolerances import RUN_OUT_MM
+from delta_cad.solids.boring import DRILL_DIAMETERS
 from delta_cad.solids.part import Bore, Part
 
-DEPTH_DIAMETERS = 10.0  # of a hole: what a drill of DIN 338 makes with chips lifted out
 THREAD_DIAMETERS = 4.0  # of a thread from one side: machine taps break beyond
 DRILLS_MM = ((3.0, 0.05), (14.0, 0.1), (32.0, 0.25))  # up to a diameter, steps in which drills are made: ISO 235
 MILLED_STEP_MM = 0.1  # of a larger bore, which is milled or turned to a size that a drawing can say
@@ -65,7 +65,7 @@ def depths(part: Part) -> Iterator[Finding]:
     """Depth of each bore in diameters, and of each thread."""
     for bore in bores(part):
         deep = bore.depth_mm / bore.diameter_mm
-        yield Finding(part.number, deep, DEPTH_DIAMETERS, f"{at(bore)}: {deep:.1f} diameters deep")
+        yield Finding(part.number, deep, DRILL_DIAMETERS, f"{at(bore)}: {deep:.1f} diameters deep")
         if bore.thread:
             turns = bore.thread_mm / catalogue.screw(bore.thread).diameter_mm
             yield Finding(part.number, turns, THREAD_DIAMETERS, f"{at(bore)}: thread of {turns:.1f} diameters")

@@ -1,4 +1,4 @@
-"""Cheeks of narrow foot blocks: what their screws take out of them."""
+"""Cheeks of narrow foot blocks and threads of wide ones: what their screws take out of them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,17 @@ import numpy as np
 import pytest
 
 from delta_cad import catalogue
+from delta_cad.checks.dfm.bores import depths
 from delta_cad.design import design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.solids.brackets import BLOCK_SCREW, cheek_screw_sink_mm, make_encoder_cheek, make_motor_cheek
+from delta_cad.solids.boring import DRILL_DIAMETERS
+from delta_cad.solids.brackets import (
+    BLOCK_SCREW,
+    cheek_screw_sink_mm,
+    make_encoder_cheek,
+    make_foot_block,
+    make_motor_cheek,
+)
 from tests.delta_cad.assembly.test_assemble import DIRECT, variant
 from tests.delta_cad.solids.measured import cylinders
 
@@ -70,3 +78,16 @@ def test_a_stop_pin_has_metal_all_around_it() -> None:
         for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False).tolist():
             point = cq.Vector(x + 3.4 * cos(angle), middle, z + 3.4 * sin(angle))
             assert cheek.isInside(point), (u, height, angle)
+
+
+def test_a_block_too_wide_to_drill_through_is_drilled_from_both_sides(best_dimensions: Dimensions) -> None:
+    d = best_dimensions
+    for more in (0.0, 10.0):
+        inside, outside = d.layers.motor_cheek_mm
+        wide = replace(d, layers=replace(d.layers, motor_cheek_mm=(inside + more, outside + more)))
+        block = make_foot_block(wide)
+        threads = [bore for hole in block.holes for bore in hole.bores if bore.thread == BLOCK_SCREW]
+        assert len(threads) == 4
+        assert [bore.through for bore in threads] == [not more] * 4
+        assert max(finding.value for finding in depths(block)) <= DRILL_DIAMETERS
+        assert block.solid.isValid()

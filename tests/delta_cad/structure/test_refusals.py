@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from delta_cad import catalogue
-from delta_cad.design import Design, DesignError, design_from_dict
+from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.dimensions import Reason, dimensions
 from delta_cad.structure.refusals import least_outline_mm, refusals
-from tests.committed import changed
+from tests.committed import ROOT, changed
 
 
 def machine(**changes: Any) -> Design:
@@ -160,6 +160,21 @@ def test_a_force_too_large_for_the_springs_of_a_width_names_the_one_that_they_ho
     for force, refused in ((0.99 * held, False), (1.01 * held, True)):
         found = told(requirements__peak_force_N=force)
         assert ("rod_spring, length" in found) is refused
+
+
+def test_a_pinion_too_small_for_the_cables_plane_names_the_ratio_with_which_tolerances_hold_it() -> None:
+    desk = load_design(ROOT / "docs/gallery/desk-150.json")
+
+    def at_ratio(ratio: float) -> list[Reason]:
+        hardware = desk.hardware.model_copy(update={"capstan_ratio": ratio})
+        reasons = refusals(desk.model_copy(update={"hardware": hardware}))
+        return [one for one in reasons if one.feature == "plane"]
+
+    (reason,) = at_ratio(12.0)
+    assert isinstance(reason.bound, float)
+    assert reason.field == "hardware.capstan_ratio"
+    assert not at_ratio(0.999999 * reason.bound)
+    assert at_ratio(1.000001 * reason.bound)
 
 
 def test_every_reason_is_told_at_once() -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cadquery as cq
 import numpy as np
 import pytest
 
@@ -97,6 +98,15 @@ def test_common_volumes_in_closed_form() -> None:
     assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) == pytest.approx(1.0)
     assert common_volume(ball(3), ball(1), at(0.5)) == pytest.approx(4 / 3 * np.pi, rel=1e-6)
     assert common_volume(ball(3), ball(1), at(9)) == 0.0
+
+
+def test_volumes_that_a_fixed_rule_gets_wrong_are_taken_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def crude(shape: object) -> float:  # beside a helix it errs by what faces a boolean leaves
+        return (1.0 + 1e-4 * len(cq.Shape.cast(shape).Faces())) * common.fine_volume(shape)
+
+    monkeypatch.setattr(common, "volume", crude)
+    monkeypatch.setattr(fits, "volume", crude)
+    assert common_volume(box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 2)), at(1, 1, 1)) == pytest.approx(1.0)
 
 
 @pytest.mark.slow
