@@ -23,7 +23,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.makes import makes
 from delta_cad.assembly.order.stated import order
 from delta_cad.assembly.panel import panel_contacts, place_panel, place_sleeves
-from delta_cad.assembly.statement import statement
+from delta_cad.assembly.statement import needs, statement
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.keys import motor_screw_mm
@@ -276,6 +276,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         stated=statement(d),
         stops=stops(d),
         supplies=supplies(d),
+        needs=needs(),
         reached=reached(d),
         removals=removals(d),
         makes=makes(d),

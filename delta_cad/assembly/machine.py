@@ -15,6 +15,7 @@ from delta_cad.solids.part import (
     Fit,
     Joint,
     Make,
+    Need,
     Occurrence,
     Part,
     Reach,
@@ -40,6 +41,7 @@ class Assembly:
         stated: What every joint and drive is made of.
         stops: Both ends of every joint that a stop holds.
         supplies: What is bought beside the parts.
+        needs: What must be, as the design states it.
         reached: Screws that a key must reach in the finished machine.
         removals: Parts that come off it, each in a straight line.
         makes: What parts are made of or ordered as.
@@ -58,6 +60,7 @@ class Assembly:
     stated: tuple[Stated, ...] = ()
     stops: tuple[Stop, ...] = ()
     supplies: tuple[Supply, ...] = ()
+    needs: tuple[Need, ...] = ()
     reached: tuple[Reach, ...] = ()
     removals: tuple[Removal, ...] = ()
     makes: tuple[Make, ...] = ()

@@ -52,8 +52,8 @@ def makes(d: Dimensions) -> tuple[Make, ...]:
         _bought("encoder_magnet", d.magnet, "ndfeb", d.magnet.mass_g),
         _bought("bearing", d.bearing, "steel", d.bearing.mass_g),
         _bought("rod_spring", d.forearm.spring, "steel", spring_mass_g(d.forearm)),
-        Make("joint_ball", d.forearm.ball.material, True, _code(d.forearm.ball)),
-        Make("rod_tube", d.tube.material, True, _code(d.tube)),
+        Make("joint_ball", d.forearm.ball.material, True, *_order(d.forearm.ball)),
+        Make("rod_tube", d.tube.material, True, *_order(d.tube)),
         *_stock(),
         *panel_makes(d),
     ]
@@ -61,7 +61,9 @@ def makes(d: Dimensions) -> tuple[Make, ...]:
         rope = f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope"
         stated.append(Make("crimp_sleeve", "brass", False, rope))
         for piece in CABLE_PIECES:
-            stated.append(Make(f"capstan_cable{piece}", "stainless-1.4305", False, _code(d.cable), fill=ROPE_FILL))
+            of = "capstan_cable" if piece else ""
+            number, order = f"capstan_cable{piece}", _order(d.cable)
+            stated.append(Make(number, "stainless-1.4305", False, *order, piece_of=of, fill=ROPE_FILL))
     if (row := d.preload) is not None:
         ring = pi / 4 * ((row.housing_mm - PRELOAD_PLAY_MM) ** 2 - row.inner_mm**2)
         stated.append(_bought("wave_spring", row, "steel", ring * row.thickness_mm * SPRING_STEEL_G_MM3))
@@ -69,11 +71,13 @@ def makes(d: Dimensions) -> tuple[Make, ...]:
 
 
 def _bought(number: str, row: CatalogueRow, material: str, mass_g: float | None) -> Make:
-    return Make(number, material, False, _code(row), mass_g)
+    return Make(number, material, False, *_order(row), mass_g=mass_g)
 
 
-def _code(row: CatalogueRow, size: str = "") -> str:
-    return ordered(row, size).get("order_code", "")
+def _order(row: CatalogueRow, size: str = "") -> tuple[str, str]:
+    """Order code and standard of a row."""
+    order = ordered(row, size)
+    return order.get("order_code", ""), order.get("standard", "")
 
 
 def _stock() -> list[Make]:
@@ -86,9 +90,9 @@ def _stock() -> list[Make]:
     ):
         for key, row in family.rows.items():
             for length in row.lengths_mm:
-                found.append(Make(f"{prefix}{key}x{length:g}", material, False, _code(row, f" x {length:g}")))
+                found.append(Make(f"{prefix}{key}x{length:g}", material, False, *_order(row, f" x {length:g}")))
     pulls = catalogue.screw(TENSION_SCREW)
     for length in pulls.lengths_mm:
         number = f"tension_screw_{TENSION_SCREW}x{length:g}"
-        found.append(Make(number, "stainless-1.4305", False, _code(pulls, f" x {length:g}")))
+        found.append(Make(number, "stainless-1.4305", False, *_order(pulls, f" x {length:g}")))
     return found

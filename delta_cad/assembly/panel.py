@@ -97,8 +97,8 @@ def panel_makes(d: Dimensions) -> list[Make]:
     stated = [Make("mount_sleeve", "aluminium-6082", True)]
     if (p := d.panel) is not None:
         stated += [Make("panel", "aluminium-6082", True), Make("bezel", "pom-c", True)]
-        stated.append(Make("boot", "rubber", False, panel.BOOT_CODE, p.boot_g - p.carried_g))
-        stated.append(Make("boot_collar", "rubber", False, panel.BOOT_CODE, p.carried_g))
+        stated.append(Make("boot", "rubber", False, panel.BOOT_CODE, mass_g=p.boot_g - p.carried_g))
+        stated.append(Make("boot_collar", "rubber", False, panel.BOOT_CODE, piece_of="boot", mass_g=p.carried_g))
     return stated
 
 

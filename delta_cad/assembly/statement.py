@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from delta_cad import catalogue
 from delta_cad.assembly.panel import panel_statement
+from delta_cad.assembly.supplies import BAR_ADHESIVE
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids.part import Stated
+from delta_cad.solids.part import Need, Stated
 
 
 def statement(d: Dimensions) -> tuple[Stated, ...]:
@@ -28,6 +31,17 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
             stated += _rod(i, j)
         stated += [Stated(f"pair_{i}", f"rod_spring_{i}_{k}", 1, "rod_spring", f"spring_{i}_{k}") for k in SIDES]
     return tuple(stated)
+
+
+def needs() -> tuple[Need, ...]:
+    """States what every machine needs beside its parts: a cord in each spring, two adhesives, grease."""
+    tubes, bars = (catalogue.adhesive(name) for name in (TUBE_ADHESIVE, BAR_ADHESIVE))
+    return (
+        Need("rod_cord", len(CHAINS) * len(SIDES), "braided polyethylene cord *"),
+        Need("tube_adhesive", 1, f"{tubes.maker} {tubes.order_code}"),
+        Need("bar_adhesive", 1, f"{bars.maker} {bars.order_code}"),
+        Need("joint_grease", 1, "silicone or PAO grease*"),
+    )
 
 
 def _bracket(i: int) -> list[Stated]:

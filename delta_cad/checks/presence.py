@@ -1,4 +1,7 @@
-"""Every part that the design states is there, once, on its link and of its kind; nothing is there that it does not."""
+"""Every part that the design states is there, once, on its link and of its kind; nothing is there that it does not.
+
+The same of what is bought beside the parts: cords, adhesives, grease.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,8 @@ def check_presence(assembly: Assembly) -> CheckResult:
     Returns:
         `parts present`: the number of faults, each named in the detail: a part that is missing, too many, of another
         number, on another link, or stated nowhere; a name given twice; a number that two different parts bear, which
-        the bill of materials could not tell apart.
+        the bill of materials could not tell apart; something bought beside the parts that is missing, doubled, too
+        little or ordered as something else.
     """
     faults: list[tuple[str, str]] = []
     unseen = {o.name: o for o in assembly.occurrences}
@@ -40,9 +44,25 @@ def check_presence(assembly: Assembly) -> CheckResult:
         if first.setdefault(o.part.number, o).part is not o.part:
             other = first[o.part.number].name
             faults.append((o.name, f"{o.name} and {other} are different parts of one number {o.part.number}"))
+    faults += _supplied(assembly)
     total = sum(row.count for row in assembly.stated)
     detail = f"{total} parts stated by {len({row.group for row in assembly.stated})} joints, drives and groups"
     if faults:
         detail = f"{len(faults)} faults: {'; '.join(text for _, text in faults[:SHOWN])}; {detail}"
     names = tuple(dict.fromkeys(name for name, _ in faults[:SHOWN])) or None
     return CheckResult("parts present", not faults, len(faults), 0, "", worst_pair=names, detail=detail)
+
+
+def _supplied(assembly: Assembly) -> list[tuple[str, str]]:
+    """What is wrong with the list of what is bought beside the parts: number and text of each fault."""
+    faults = []
+    for need in assembly.needs:
+        found = [supply for supply in assembly.supplies if supply.number == need.number]
+        if len(found) != 1:
+            faults.append((need.number, f"{need.number} is bought in {len(found)} lines, stated is 1"))
+        for supply in found:
+            if supply.quantity != need.quantity:
+                faults.append((need.number, f"{supply.quantity} {need.number} are bought, stated are {need.quantity}"))
+            if not fnmatchcase(supply.order_code, need.order_code):
+                faults.append((need.number, f"{need.number} is ordered as {supply.order_code}"))
+    return faults

@@ -30,6 +30,7 @@ def check_stops(assembly: Assembly) -> CheckResult:
     shares: list[tuple[float, Stop, str]] = []
     for stop in assembly.stops:
         missing = [name for name in (stop.a, stop.b) if name not in occurrences]
+        missing += [] if stop.joint in {joint.name for joint in assembly.joints} else [f"joint {stop.joint}"]
         where = f"{stop.a} / {stop.b} at {np.degrees(stop.angle_rad):.2f} deg"
         if missing:
             shares.append((0.0, stop, f"{where}: {' and '.join(missing)} is missing"))

@@ -17,8 +17,8 @@ def check_makes(assembly: Assembly) -> CheckResult:
 
     Returns:
         `parts made as stated`: the number of faults, each named in the detail: a part of another material or density,
-        made instead of bought, of another order code, of a mass that its maker does not state or that its volume does
-        not have; a number of which nothing is stated.
+        made instead of bought, of another order code or standard, a piece of something else, of a mass that its maker
+        does not state or that its volume does not have; a number of which nothing is stated.
     """
     stated = {make.number: make for make in assembly.makes}
     faults: list[tuple[str, str]] = []
@@ -46,6 +46,10 @@ def _faults(part: Part, make: Make) -> list[str]:
         faults.append(f"it is {'made' if part.make else 'bought'}, stated is {'made' if make.make else 'bought'}")
     if part.order_code != make.order_code:
         faults.append(f"ordered as {part.order_code or 'nothing'}, stated is {make.order_code or 'nothing'}")
+    if part.standard != make.standard:
+        faults.append(f"it follows {part.standard or 'no standard'}, stated is {make.standard or 'none'}")
+    if part.piece_of != make.piece_of:
+        faults.append(f"drawn as a piece of {part.piece_of or 'nothing'}, stated is {make.piece_of or 'nothing'}")
     volume_g = float(part.solid.Volume()) * material.density_kg_m3 / KG_M3_PER_G_MM3
     mass_g = volume_g if part.mass_g is None else part.mass_g
     least, most = (share * volume_g for share in make.fill) if make.mass_g is None else (make.mass_g, make.mass_g)

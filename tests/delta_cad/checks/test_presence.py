@@ -88,6 +88,25 @@ SPOILED: dict[str, tuple[Callable[[Assembly], Assembly], str]] = {
 }
 
 
+@pytest.mark.parametrize(
+    ("number", "quantity", "order_code", "told"),
+    [
+        ("tube_adhesive", 0, "", "tube_adhesive is bought in 0 lines"),
+        ("rod_cord", 5, "", "5 rod_cord are bought, stated are 6"),
+        ("bar_adhesive", 1, "glue stick", "bar_adhesive is ordered as glue stick"),
+    ],
+)
+def test_what_is_bought_beside_the_parts_is_stated_too(
+    best_assembly: Assembly, number: str, quantity: int, order_code: str, told: str
+) -> None:
+    others = [one for one in best_assembly.supplies if one.number != number]
+    (sound,) = set(best_assembly.supplies) - set(others)
+    spoilt = [replace(sound, quantity=quantity, order_code=order_code or sound.order_code)] if quantity else []
+    result = found(replace(best_assembly, supplies=(*others, *spoilt)))
+    assert (result.value, result.worst_pair) == (1, (number,))
+    assert told in result.detail
+
+
 @pytest.mark.parametrize("spoil", SPOILED)
 def test_what_is_not_as_stated_is_named(best_assembly: Assembly, spoil: str) -> None:
     make, told = SPOILED[spoil]

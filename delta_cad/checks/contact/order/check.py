@@ -45,9 +45,9 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
 
     Returns:
         `assembly order`: number of faults: parts that the order has not, or twice; units that are not there when they
-        are asked for; supplies that no step uses; parts that meet something on their way, by name, with what they meet
-        and how far before their seat. `assembly keys`: least angle by which a key's handle is free to swing in a screw
-        that a step tightens, deg, of 60. None of both where no order is stated.
+        are asked for; supplies that no step uses, or that steps use and nobody buys; parts that meet something on their
+        way, by name, with what they meet and how far before their seat. `assembly keys`: least angle by which a key's
+        handle is free to swing in a screw that a step tightens, deg, of 60. None of both where no order is stated.
     """
     if not assembly.order:
         return []
@@ -78,7 +78,7 @@ def check_order(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list
 
 
 def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator[tuple[list[str], str]]:
-    """Parts missing or doubled, units unmade or unused, supplies unused."""
+    """Parts missing or doubled, units unmade or unused, supplies unused or not bought."""
     last = assembly.order[-1].name
     counts = Counter(made[last])
     placed = [o.name for o in assembly.occurrences]
@@ -96,9 +96,11 @@ def _uncovered(assembly: Assembly, made: dict[str, tuple[str, ...]]) -> Iterator
                         yield [], f"{unit.name}, {step.title}: {part} is not made yet"
         ready.add(unit.name)
     used = {supply for unit in assembly.order for step in unit.steps for supply in step.supplies}
-    for supply in assembly.supplies:
-        if supply.number not in used:
-            yield [supply.number], f"{supply.number} is used in no step"
+    bought = {supply.number for supply in assembly.supplies}
+    for number in sorted(bought - used):
+        yield [number], f"{number} is used in no step"
+    for number in sorted(used - bought):
+        yield [number], f"{number} is used in a step and not bought"
 
 
 def _met(bring: Bring, coming: list[str], present: list[str], ways: Ways, assembly: Assembly) -> str:

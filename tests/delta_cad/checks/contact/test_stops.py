@@ -59,5 +59,11 @@ def test_an_arm_meets_the_edge_of_a_plate_where_geometry_says() -> None:
     assert check_stops(machine()).value == pytest.approx(8.0 / STOP.least_mm)
 
 
+def test_a_stop_of_no_joint_is_refused() -> None:
+    result = check_stops(replace(machine(), joints=()))
+    assert not result.passed
+    assert f"joint {STOP.joint} is missing" in result.detail
+
+
 def test_a_machine_without_stops_is_refused(best_assembly: Assembly) -> None:
     assert not check_stops(replace(best_assembly, stops=())).passed

@@ -49,6 +49,16 @@ SPOILED: dict[str, tuple[str, Callable[[Part], Part], str]] = {
         lambda p: replace(p, material=replace(p.material, density_kg_m3=1000.0)),
         "its density is 1000 kg/m^3, that of its material 2810",
     ),
+    "another standard": (
+        "screw_M3x12",
+        lambda p: replace(p, standard="ISO 10642"),
+        "it follows ISO 10642, stated is ISO",
+    ),
+    "a piece that is a part": (
+        "knob",
+        lambda p: replace(p, piece_of="platform"),
+        "drawn as a piece of platform, stated",
+    ),
     "a number of nothing": ("knob", lambda p: replace(p, number="ball"), "ball: nothing is stated of its number"),
 }
 

@@ -82,6 +82,7 @@ def test_a_supply_that_no_step_uses_is_refused() -> None:
     a = replace(on_base(plate(), pin(), order=whole(step(*brings))), supplies=(GLUE,))
     assert faults(a)[:2] == (1.0, ("glue",))
     assert faults(replace(a, order=whole(step(*brings, supplies=("glue",)))))[0] == 0.0
+    assert faults(replace(a, order=whole(step(*brings, supplies=("glue", "tape")))))[:2] == (1.0, ("tape",))
 
 
 def keyed(*over: Bring, cover: float) -> CheckResult:
