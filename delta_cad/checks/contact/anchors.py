@@ -1,4 +1,4 @@
-"""Bores in which something hangs or pulls lie on their link where the design states, whatever way a part was put on."""
+"""Bores that no other part would miss lie on their link where the design states, whatever way a part was put on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Bores lie where a part declares them, as deep, with the end that is declared: read off the solid's faces."""
+"""Bores lie where a part declares them, as deep, with the end that is declared: read off the solid's faces.
+
+What is said of a bore agrees with itself: the core of its thread, the zone of its fit, the words of its callout.
+"""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -10,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad import catalogue
 from delta_cad.checks.contact.features import Cylinder, Features, features
-from delta_cad.dimensions.tolerances import tip_mm
+from delta_cad.dimensions.tolerances import deviations_um, tip_mm
 from delta_cad.solids.part import Bore, Part
 
 AXIS_MM = 1e-4  # off a declared axis: roundings of turned frames; machinists' positions differ by 0.01 mm
@@ -49,11 +53,21 @@ def location_faults(part: Part) -> list[str]:
     inside = BRepClass3d_SolidClassifier(part.solid.wrapped)
     faults = []
     for bore in bores:
-        fault = _fault(bore, bores, seen, cones, inside)
+        fault = _said_wrong(bore) or _fault(bore, bores, seen, cones, inside)
         if fault:
             x, y, z = bore.start_mm
             faults.append(f"the bore of {bore.diameter_mm:g} mm at ({x:.2f}, {y:.2f}, {z:.2f}) {fault}")
     return faults
+
+
+def _said_wrong(bore: Bore) -> str:
+    """What of a bore's declaration contradicts the rest of it, or ""."""
+    if bore.thread and abs((core := catalogue.screw(bore.thread).tap_drill_mm) - bore.diameter_mm) > DIAMETER_MM:
+        return f"is told to be {bore.thread}, whose core is {core:g} mm"
+    if bore.fit and bore.deviations_um != deviations_um(bore.fit, bore.diameter_mm):
+        return f"is told to be {bore.fit}, and to deviate by {bore.deviations_um} um"
+    missing = next((word for word in (bore.thread, bore.fit) if word and word not in bore.callout), "")
+    return f"is {missing}, which its callout {bore.callout!r} does not say" if missing else ""
 
 
 def _fault(bore: Bore, every: list[Bore], seen: Features, cones: list[_Cone], inside: Any) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.dfm.located import location_faults
-from delta_cad.solids.boring import along_z, blind, group, sunk, tool
+from delta_cad.solids.boring import along_z, blind, fitted, group, sunk, tapped, tool
 from delta_cad.solids.making import made_part
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Bore, Part
@@ -55,6 +55,23 @@ def test_a_bore_that_is_otherwise_is_told(fault: str) -> None:
     others = [other for other in (DRILLED, THROUGH, HEAD) if other is not bore]
     (text,) = location_faults(block(replace(bore, **change), *others))
     assert "the bore of" in text
+
+
+@pytest.mark.parametrize(
+    ("bore", "callout", "told"),
+    [
+        (replace(tapped(THROUGH, "M4"), thread="M5"), "M5 through", "whose core is 4.2 mm"),
+        (replace(fitted(THROUGH, "H7"), fit="G7"), "4.5 G7 through", "told to be G7, and to deviate by (0"),
+        (tapped(THROUGH, "M4"), "M5 through", "is M4, which its callout 'M5 through' does not say"),
+        (fitted(THROUGH, "H7"), "4.5 through", "is H7, which its callout"),
+    ],
+    ids=["core", "fit", "thread's callout", "fit's callout"],
+)
+def test_a_bore_of_which_two_things_are_said_is_told(bore: Bore, callout: str, told: str) -> None:
+    solid = cut(box((0, 0, 0), (40, 20, 20)), [tool(bore)])
+    one = made_part("one", "one", solid, material("aluminium-6082"), (None, None, None), [group(callout, [bore])])
+    (text,) = location_faults(one)
+    assert told in text
 
 
 def test_every_bore_of_a_machine_is_found_and_declares_its_place(best_assembly: Assembly) -> None:
