@@ -33,6 +33,7 @@ from delta_cad.structure.table import StructureTable, structure_table
 
 COUNT = 5  # positions along an edge of the cube, its corners among them
 HALVINGS = 30  # of the share of a force that a part bears
+WIDER = 1.5  # times a sector's radius that it may be asked to have
 TOLD = 4  # rows of the catalogue that a message names at most
 SLACK, SLIP = "cable's slack strand", "cable's slip"
 TENSIONED = SLACK, SLIP  # what a higher tension of the cable holds
@@ -165,22 +166,33 @@ def _cable_plane(d: Dimensions) -> list[Reason]:
         return []
     c, sector = d.capstan, d.design.hardware.sector_radius_mm
 
-    def holds_at(ratio: float) -> bool:
-        run = replace(c.run, pinion_mm=sector / ratio)
+    def holds_at(radius: float, ratio: float) -> bool:
+        beyond = c.run.beyond_rad * sector / radius
+        run = replace(c.run, sector_mm=radius, pinion_mm=radius / ratio, beyond_rad=beyond)
         return plane_chain(d, replace(c, run=run), CLASSES[0]).holds
 
-    if holds_at(c.ratio):
+    if holds_at(sector, c.ratio):
         return []
-    low, high = 1.0, c.ratio
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if holds_at(middle) else (low, middle)
+    ratio = _border(lambda ratio: holds_at(sector, ratio), c.ratio, 1.0)
     chain = plane_chain(d, c, CLASSES[0])
-    message = (
-        f"hardware.capstan_ratio = {c.ratio:g} must be at most {low:.4g} on this sector, or the cable a thinner one: "
-        f"it leaves its plane by {chain.rss[1]:.3f} mm of {chain.high:.3f} with the finest tolerances"
+    less = (
+        f"hardware.capstan_ratio = {c.ratio:g} at most {ratio:.4g}, or the cable a thinner one: it leaves its plane by "
+        f"{chain.rss[1]:.3f} mm of {chain.high:.3f} with the finest tolerances"
     )
-    return [Reason("cable", "plane", message, "hardware.capstan_ratio", c.ratio, low)]
+    field, held, bound = "hardware.capstan_ratio", c.ratio, ratio
+    if holds_at(WIDER * sector, c.ratio):
+        field, held = "hardware.sector_radius_mm", sector
+        bound = _border(lambda radius: holds_at(radius, c.ratio), sector, WIDER * sector)
+        less = f"{field} = {held:g} must be at least {bound:.4g} mm, or {less}"
+    return [Reason("cable", "plane", less, field, held, bound)]
+
+
+def _border(holds: Callable[[float], bool], bad: float, good: float) -> float:
+    """Finds where something begins to hold between a value at which it does not and one at which it does."""
+    for _ in range(HALVINGS):
+        middle = (bad + good) / 2.0
+        bad, good = (bad, middle) if holds(middle) else (middle, good)
+    return good
 
 
 def _bend(pinion_mm: float, cable: catalogue.Cable) -> float:

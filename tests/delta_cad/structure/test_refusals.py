@@ -162,19 +162,22 @@ def test_a_force_too_large_for_the_springs_of_a_width_names_the_one_that_they_ho
         assert ("rod_spring, length" in found) is refused
 
 
-def test_a_pinion_too_small_for_the_cables_plane_names_the_ratio_with_which_tolerances_hold_it() -> None:
+def test_a_pinion_too_small_for_the_cables_plane_names_sector_and_ratio_with_which_tolerances_hold_it() -> None:
     desk = load_design(ROOT / "docs/gallery/desk-150.json")
 
-    def at_ratio(ratio: float) -> list[Reason]:
-        hardware = desk.hardware.model_copy(update={"capstan_ratio": ratio})
-        reasons = refusals(desk.model_copy(update={"hardware": hardware}))
+    def planes(**hardware: float) -> list[Reason]:
+        other = desk.hardware.model_copy(update={"capstan_ratio": 12.0, **hardware})
+        reasons = refusals(desk.model_copy(update={"hardware": other}))
         return [one for one in reasons if one.feature == "plane"]
 
-    (reason,) = at_ratio(12.0)
+    (reason,) = planes()
     assert isinstance(reason.bound, float)
-    assert reason.field == "hardware.capstan_ratio"
-    assert not at_ratio(0.999999 * reason.bound)
-    assert at_ratio(1.000001 * reason.bound)
+    assert reason.field == "hardware.sector_radius_mm"
+    assert not planes(sector_radius_mm=1.001 * reason.bound)
+    assert planes(sector_radius_mm=0.999 * reason.bound)
+    ratio = float(reason.message.partition("capstan_ratio = 12 at most ")[2].partition(",")[0])
+    assert not planes(capstan_ratio=0.999 * ratio)
+    assert planes(capstan_ratio=1.001 * ratio)
 
 
 def test_every_reason_is_told_at_once() -> None:
