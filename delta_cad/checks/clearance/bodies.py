@@ -184,7 +184,7 @@ def _cones(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     With more corners than slabs, as on a helix, each slab gets the largest of all that lies in it.
     """
     y = triangles[..., 1]
-    levels = _levels(y.ravel())
+    levels = _levels(y.ravel(), REVOLUTION_SLABS // 2)
     low, high = y.min(axis=1)[:, None], y.max(axis=1)[:, None]
     inside = (low < levels[1:] - LEVEL_MM) & (high > levels[:-1] + LEVEL_MM)  # (m, n): not what lies in a level
     of, slab = np.nonzero(inside)
@@ -223,12 +223,12 @@ def _cylinders(points: np.ndarray, faces: np.ndarray, sway: SpringSway) -> tuple
     return levels, np.repeat(largest[:, None], 2, axis=1)
 
 
-def _levels(y: np.ndarray) -> np.ndarray:
-    """Where slabs begin and end: at each value; of too many at the commonest, which are edges, and evenly between."""
+def _levels(y: np.ndarray, edges: int = 0) -> np.ndarray:
+    """Where slabs begin and end: at each value; of too many evenly, and at the commonest of them, which are edges."""
     levels, counts = np.unique(np.round(y, 6), return_counts=True)
     if len(levels) > REVOLUTION_SLABS + 1:
-        edges = levels[np.argsort(-counts, kind="stable")[: REVOLUTION_SLABS // 2]]
-        levels = np.unique([*edges, *np.linspace(levels[0], levels[-1], REVOLUTION_SLABS // 2 + 1)])
+        common = levels[np.argsort(-counts, kind="stable")[:edges]]
+        levels = np.unique([*common, *np.linspace(levels[0], levels[-1], REVOLUTION_SLABS + 1 - edges)])
     levels[0], levels[-1] = y.min(), y.max()
     return levels
 
