@@ -1,8 +1,8 @@
 """Why a design's hardware cannot do, in closed form and all at once: no solid is made, only samples are posed.
 
 Five kinds: parts that cannot be given sound dimensions; a drive that gives too little or breaks its cable; an outline
-that elbows or motors alone exceed; a cable whose plane no tolerances hold; loads that parts may not bear even if
-nothing had a weight. Each is necessary: what passes here may still fail a check.
+that elbows or motors alone exceed; a cable whose plane or length no tolerances hold; loads that parts may not bear even
+if nothing had a weight. Each is necessary: what passes here may still fail a check.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from delta_cad.design.record import CAPSTAN_RATIO_MOST
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.cable_run import FRICTION
 from delta_cad.dimensions.capstan import thinnest_pinion_mm, widest_pinion_mm
-from delta_cad.dimensions.tolerances.cable import plane_chain
+from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
 from delta_cad.drive.report import BEND_LEAST_SHARE, SLACK_N
@@ -65,7 +65,7 @@ def refusals(design: Design) -> tuple[Reason, ...]:
         d = dimensions(design)
     except DimensionError as error:
         return (*error.reasons, *found)
-    return (*found, *_outline(d), *_cable_plane(d), *_borne(d))
+    return (*found, *_outline(d), *_cable_plane(d), *_cable_travel(d), *_borne(d))
 
 
 def _drive(design: Design) -> list[Reason]:
@@ -185,6 +185,27 @@ def _cable_plane(d: Dimensions) -> list[Reason]:
         bound = _border(lambda radius: holds_at(radius, c.ratio), sector, WIDER * sector)
         less = f"{field} = {held:g} must be at least {bound:.4g} mm, or {less}"
     return [Reason("cable", "plane", less, field, held, bound)]
+
+
+def _cable_travel(d: Dimensions) -> list[Reason]:
+    """A cable so long that what it stretches and what sector and pinion are off leave its carriage no travel."""
+    if d.capstan is None:
+        return []
+    c, sector = d.capstan, d.design.hardware.sector_radius_mm
+
+    def holds_at(radius: float) -> bool:
+        run = replace(c.run, sector_mm=radius, pinion_mm=radius / c.ratio)
+        return travel_chain(d, replace(c, run=run, rim_radius_mm=c.rim_radius_mm + radius - sector), CLASSES[0]).holds
+
+    if holds_at(sector) or not holds_at(sector / 4.0):
+        return []
+    bound = _border(holds_at, sector, sector / 4.0)
+    field = "hardware.sector_radius_mm"
+    message = (
+        f"{field} = {sector:g} must be at most {bound:.4g} mm: a cable of {c.cable_length_mm:.0f} mm stretches and "
+        f"differs by more than its carriage goes"
+    )
+    return [Reason("cable", "travel", message, field, sector, bound)]
 
 
 def _border(holds: Callable[[float], bool], bad: float, good: float) -> float:

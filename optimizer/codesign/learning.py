@@ -94,7 +94,8 @@ def from_reasons(
             away = math.ceil if bound > choice.width_mm else math.floor
             choice = choice.with_(width_mm=away(bound * SIZE_STEP) / SIZE_STEP)
         elif entry in SIZES and isinstance(bound, float) and entry not in brief.hardware:
-            choice = choice.with_entry(entry, math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+            away = math.floor if isinstance(reason.value, float) and bound < reason.value else math.ceil
+            choice = choice.with_entry(entry, away(bound * SIZE_STEP) / SIZE_STEP)
         elif entry in PARTS:
             choice = _another(brief, choice, entry)
         elif entry in ENVELOPE and isinstance(bound, float) and isinstance(reason.value, float):

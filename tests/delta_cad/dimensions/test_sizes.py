@@ -94,7 +94,7 @@ LARGE: dict[str, Any] = {  # and of large-250.toml
         "platform_radius_mm": 55.0,
         "upper_arm_length_mm": 274.0,
         "forearm_length_mm": 441.911,
-        "parallelogram_width_mm": 118.0,
+        "parallelogram_width_mm": 105.0,
     },
     "cube": {"bottom_height_mm": 208.127, "half_side_mm": 125.0},
 }
@@ -122,6 +122,6 @@ def test_a_cube_of_250_mm_at_30_N_is_refused_with_all_that_would_do() -> None:
     found = {reason.field: reason for reason in refusals(made("large-250", LARGE, force_N=30.0, joint_torque_N_m=13.0))}
     assert process_time() - start < 3.0  # a third of it here; the bound is for a machine that is shared
     motor = found["hardware.motor"]
-    assert motor.bound == pytest.approx(13.0 / (0.96 * 16.5))
-    assert "0.8207 N m" in motor.message
+    assert motor.bound == pytest.approx(13.0 / (0.96 * 11.0))
+    assert "1.231 N m" in motor.message
     assert f"{13.0 / (0.96 * 0.405):.4g} is out of reach" in motor.message

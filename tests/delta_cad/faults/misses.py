@@ -25,7 +25,6 @@ MISSES = {
     "rod_eye: sawn half through at 0.[57] of z": "a ring bonded on its tube; the structure has no bar in it",
     "sector: sawn*": "the structure takes its web as a whole ring, and all that holds it is whole",
     "motor: of a larger pinion": "the same motor, its screw holes turned by less than the screws' clearance",
-    "motor: of a smaller sector": "the same motor, its screw holes turned by less than the screws' clearance",
     "motor: of shorter forearms": "the same motor, its screw holes turned by less than the screws' clearance",
     "motor: of a wider platform": "the same motor, its screw holes turned by less than the screws' clearance",
     "capstan_cable_turns: of shorter forearms": "the same turns 5 um further along the pinion",

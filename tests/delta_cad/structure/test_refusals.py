@@ -12,6 +12,7 @@ from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.dimensions import Reason, dimensions
 from delta_cad.structure.refusals import least_outline_mm, refusals
 from tests.committed import ROOT, changed
+from tests.delta_cad.dimensions.test_sizes import LARGE, made
 
 
 def machine(**changes: Any) -> Design:
@@ -178,6 +179,20 @@ def test_a_pinion_too_small_for_the_cables_plane_names_sector_and_ratio_with_whi
     ratio = float(reason.message.partition("capstan_ratio = 12 at most ")[2].partition(",")[0])
     assert not planes(capstan_ratio=0.999 * ratio)
     assert planes(capstan_ratio=1.001 * ratio)
+
+
+def test_a_cable_too_long_for_its_carriage_names_the_sector_that_is_small_enough() -> None:
+    large = made("large-250", LARGE)
+
+    def travels(sector: float) -> list[Reason]:
+        hardware = large.hardware.model_copy(update={"sector_radius_mm": sector})
+        reasons = refusals(large.model_copy(update={"hardware": hardware}))
+        return [one for one in reasons if one.feature == "travel"]
+
+    (reason,) = travels(112.0)
+    assert isinstance(reason.bound, float)
+    assert reason.bound < 112.0
+    assert not travels(0.99 * reason.bound)  # the arm's stops, by which it was told, go with the sector a little
 
 
 def test_every_reason_is_told_at_once() -> None:

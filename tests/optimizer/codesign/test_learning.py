@@ -89,6 +89,8 @@ def test_a_size_grows_and_one_that_is_stated_does_not() -> None:
     reason = Reason("upper_arm", "bore", "why", "hardware.arm_thickness_mm", 6.0, 7.55)
     choice, _ = from_reasons(brief(), CHOICE, KNOWN, [reason])
     assert choice.entries == {"arm_thickness_mm": 7.6}
+    less = Reason("cable", "travel", "why", "hardware.sector_radius_mm", 112.0, 95.29)
+    assert from_reasons(brief(), CHOICE, KNOWN, [less])[0].entries == {"sector_radius_mm": 95.2}
     with pytest.raises(StuckError, match="upper_arm, bore: why"):
         from_reasons(brief(arm_thickness_mm=6.0), CHOICE, KNOWN, [reason])
 
