@@ -19,8 +19,10 @@ from delta_cad.solids.part import Occurrence
 SIZE = (1280, 960)
 CUBE_COLOUR: Colour = (0.08, 0.36, 0.75)
 ENVELOPE_COLOUR: Colour = (0.75, 0.12, 0.12)
+CABLE_COLOUR: Colour = (0.85, 0.1, 0.1)  # in the drive's picture, where steel on aluminium is not seen
 ISO, FRONT, SIDE, TOP = (np.array(v, dtype=float) for v in ((0.42, -0.78, 0.46), (0, -1, 0), (1, 0, 0), (0, 0, 1)))
-DRIVE = np.array([0.62, -0.66, 0.42])
+DRIVE = np.array([0.45, -0.86, -0.12])  # from the encoder's side, a little from below: pinion and cable are seen
+OPENED = re.compile(r"encoder_cheek|encoder_board|board_|wave_spring|bearing_0_e|cheek_\w+_0_e")
 EXPLODED = np.array([0.80, -0.55, 0.38])
 # Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower.
 NEAR_MM = 0.5
@@ -184,14 +186,21 @@ class _Studio:
         return [(self.scene.renderer, sheet.finish())]
 
     def _drive(self) -> list[tuple[Any, Any]]:
-        parts = [part for _, part in self._chain()]
-        return self._alone(DRIVE, parts, "drive of chain 0", self._where())
+        parts = [
+            replace(part, colour=CABLE_COLOUR) if o.part.number.startswith("capstan_cable") else part
+            for o, part in self._chain()
+            if not OPENED.match(o.name)
+        ]
+        words = "without the encoder's cheek" + (
+            "; red: cable" if CABLE_COLOUR in {part.colour for part in parts} else ""
+        )
+        return self._alone(DRIVE, parts, "drive of chain 0", f"{self._where()}; {words}")
 
     def _exploded(self) -> list[tuple[Any, Any]]:
         """The drive pulled apart along the shoulder axis, the base frame's y for chain 0; balls stay on their bar."""
         pulled = []
-        for number, part in self._chain():
-            pull = 0.0 if number in BONDED else PULL * part.points[:, 1].mean()
+        for o, part in self._chain():
+            pull = 0.0 if o.part.number in BONDED else PULL * part.points[:, 1].mean()
             pulled.append(replace(part, points=part.points + np.array([0.0, pull, 0.0])))
         return self._alone(EXPLODED, pulled, "drive of chain 0, exploded", "pulled apart along the shoulder axis")
 
@@ -202,8 +211,8 @@ class _Studio:
         sheet.caption(f"{self.assembly.name}, {title}", subtitle)
         return [(scene.renderer, sheet.finish())]
 
-    def _chain(self) -> list[tuple[str, Placed]]:
-        """Chain 0 without its rods, and of the base only what hangs together with it, by part number."""
+    def _chain(self) -> list[tuple[Occurrence, Placed]]:
+        """Chain 0 without its rods, and of the base only what hangs together with it."""
         links = ("base", "upper_arm_0", "pinion_0")
         chain = [o for o in self.assembly.occurrences if o.link in links and chain_of(o.name) == 0]
         parts = self._placed(self.at, chain)
@@ -213,7 +222,7 @@ class _Studio:
         touching &= touching.T
         for _ in chain:
             joined = joined | (touching & joined).any(axis=1)
-        return [(o.part.number, part) for o, part, keep in zip(chain, parts, joined, strict=True) if keep]
+        return [(o, part) for o, part, keep in zip(chain, parts, joined, strict=True) if keep]
 
     def _poses(self) -> list[tuple[Any, Any]]:
         low, high = self.stage.cube()

@@ -17,6 +17,7 @@ from delta_cad.assembly.tessellation import MeshLibrary
 from delta_cad.common.beside import Beside, BesideError
 from delta_cad.export import mesh_files
 from delta_cad.export.views import scene as scene_module
+from delta_cad.export.views import views as views_module
 from delta_cad.export.views.scene import PartScene, PictureError, placed, render_window
 from delta_cad.export.views.sheet import Sheet, box_actor
 from delta_cad.export.views.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, chain_of, write_views
@@ -100,6 +101,18 @@ def test_the_cube_in_front_and_side_view_is_square_and_to_scale(pictures: dict[s
     for view in ("front", "side"):
         (left, right), (top, bottom) = extent(pictures[view], CUBE_COLOUR)
         assert right - left == pytest.approx(bottom - top, abs=3)
+
+
+def test_the_drive_shows_pinion_and_cable(
+    best_assembly: Assembly, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(views_module, "VIEWS", ("drive",))
+    (path,) = write_views(best_assembly, MeshLibrary(best_assembly.parts), tmp_path, STAGE)
+    pixels = read_png(path).astype(int)
+    red = (pixels[..., 0] > 120) & (pixels[..., 1:].max(axis=2) < 60)
+    along = np.nonzero(red)[1]
+    assert red.sum() > 500
+    assert along.max() - along.min() > SIZE[0] / 6  # the strand, beside the turns
 
 
 def test_the_scale_holds_between_cube_and_machine(machine: Assembly, meshes: MeshLibrary) -> None:
