@@ -274,7 +274,8 @@ def _elbow_deg(candidate: Candidate) -> float:
 
 def _apart(pair: Sequence[str]) -> tuple[str, float]:
     """The length that brings two parts of a machine farther apart, and a step of it, mm."""
-    if any("wrist" in name for name in pair):
+    of_rods = pair and all(name.startswith("rod_") for name in pair)
+    if any("wrist" in name for name in pair) or (of_rods and not _one_chain(pair)):  # nearest where they meet
         return "platform_radius", RADIUS_STEP_MM
     if _one_chain(pair) and any("cheek" in name for name in pair) and any(name.startswith(ELBOW) for name in pair):
         return "upper_arm_length", ARM_STEP_MM  # the wide end of a short arm, turned down onto what holds it

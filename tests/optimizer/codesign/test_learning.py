@@ -158,6 +158,8 @@ def test_each_failed_check_moves_what_it_is_about() -> None:
     assert held.held_torque_N_m == pytest.approx(KNOWN.held_torque_N_m + 0.0104)
     wrists = learnt(failed("clearance", 1.7, 2.0, "mm", "rod_cup_0_1_wrist", "rod_cup_1_0_wrist"))
     assert wrists.least("platform_radius") == 24.5
+    rods = learnt(failed("clearance proof", None, 2.0, "mm", "rod_tube_0_0", "rod_tube_2_1"))
+    assert rods.least_mm == wrists.least_mm
     board = learnt(failed("clearance", 1.0, 2.0, "mm", "motor_0", "encoder_board_1"))
     assert board.least("base_radius") == 32.0
     unfolded = learnt(failed("clearance proof", None, 2.0, "mm", "motor_cheek_0", "rod_tube_0_1"))
