@@ -291,7 +291,9 @@ def _proof(
 ) -> CheckResult:
     """What the proofs came to; a pair that a sample refutes is not told as undecided."""
     gone = {frozenset((s.pair.a.name, s.pair.b.name)) for s in refuted}
-    undecided = [(names, box) for p in proofs for names, box in p.undecided if frozenset(names) not in gone]
+    left = [(p.closest.get(names, np.inf), names, box) for p in proofs for names, box in p.undecided]
+    left.sort(key=lambda pair: pair[0])  # what has least to spare is why, not what the calls did not suffice for
+    undecided = [(names, box) for _, names, box in left if frozenset(names) not in gone]
     if undecided or refuted:
         first = undecided[0][0] if undecided else (refuted[0].pair.a.name, refuted[0].pair.b.name)
         failures = [f"{' / '.join(names)} undecided in {box}" for names, box in undecided[:5]]

@@ -136,6 +136,22 @@ def test_an_exhausted_budget_is_a_failure_that_names_the_box() -> None:
     assert "undecided in" in found["clearance proof"].detail
 
 
+def test_of_the_undecided_the_pair_with_the_least_to_spare_is_told_first() -> None:
+    """What the calls did not suffice for was told before what is truly too close, and `design` mended the wrong length."""
+    room = box((-42, -42, 52), (42, 42, 138))
+    cage = part("cage", box((-50, -50, 45), (50, 50, 145)).cut(room))  # clear, but only many calls show it
+    pin, wall = part("pin", ball(3)), part("wall", box((18.7, -5, 90), (18.8, 5, 100)))
+    three = (
+        ("cage", cage, "base", np.eye(4)),
+        ("pin", pin, "platform", np.eye(4)),
+        ("wall", wall, "base", np.eye(4)),
+    )
+    proof = check(assembly(*three), replace(LIMITS, grid=3, random_poses=0), calls_max=2000)["clearance proof"]
+    assert proof.detail.startswith("2 pairs undecided")
+    assert proof.worst_pair is not None
+    assert set(proof.worst_pair) == {"pin", "wall"}
+
+
 def test_a_cube_that_may_hold_a_fold_is_not_proven() -> None:
     small = assembly(("pin", part("pin", ball(3)), "platform", np.eye(4)))
     # reachable at every sampled position, but a chain is stretched out within a hair of one of them
