@@ -17,7 +17,10 @@ NAME_RULE = (
     "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
     "file name"
 )
+CAPSTAN_RATIO_LEAST = 2.0
 CAPSTAN_RATIO_MOST = 30.0  # no pinion makes more on the largest sector
+SECTOR_LEAST_MM = 15.0
+SECTOR_MOST_MM = 120.0
 FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
 
 
@@ -60,9 +63,14 @@ class Hardware(Section):
     motor: str = Field(default="maxon-re30-310007", description="id in the catalogue of motors")
     drive: Literal["capstan", "direct"] = Field(default="capstan", description="cable capstan or motor on the shaft")
     capstan_ratio: float = Field(
-        default=9.85, ge=2, le=CAPSTAN_RATIO_MOST, description="turns of the motor per turn of the arm"
+        default=9.85,
+        ge=CAPSTAN_RATIO_LEAST,
+        le=CAPSTAN_RATIO_MOST,
+        description="turns of the motor per turn of the arm",
     )
-    sector_radius_mm: float = Field(default=40.0, ge=15, le=120, description="pitch radius of the capstan sector")
+    sector_radius_mm: float = Field(
+        default=40.0, ge=SECTOR_LEAST_MM, le=SECTOR_MOST_MM, description="pitch radius of the capstan sector"
+    )
     cable: str = Field(default="steel-0.54-7x7", description="id in the catalogue of cables")
     encoder_at: Literal["shoulder", "motor"] | None = Field(
         default=None, description="motor: the motor's own encoder; shoulder, as where it is left out: board and magnet"

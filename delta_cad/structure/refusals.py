@@ -17,10 +17,10 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
-from delta_cad.design.record import CAPSTAN_RATIO_MOST
+from delta_cad.design.record import CAPSTAN_RATIO_LEAST, CAPSTAN_RATIO_MOST, SECTOR_LEAST_MM, SECTOR_MOST_MM
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.cable_run import FRICTION
-from delta_cad.dimensions.capstan import thinnest_pinion_mm, widest_pinion_mm
+from delta_cad.dimensions.capstan import CapstanDimensions, thinnest_pinion_mm, widest_pinion_mm
 from delta_cad.dimensions.tolerances.cable import plane_chain, travel_chain
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.drive import drive_torque
@@ -32,7 +32,8 @@ from delta_cad.structure.modes import Moving, MovingBody
 from delta_cad.structure.table import StructureTable, structure_table
 
 COUNT = 5  # positions along an edge of the cube, its corners among them
-HALVINGS = 30  # of the share of a force that a part bears
+HALVINGS = 30  # of a range in which something begins to hold: to 1e-9 of it
+SCANNED = 100  # radii of a sector
 WIDER = 1.5  # times a sector's radius that it may be asked to have
 TOLD = 4  # rows of the catalogue that a message names at most
 SLACK, SLIP = "cable's slack strand", "cable's slip"
@@ -106,13 +107,25 @@ def _drive(design: Design) -> list[Reason]:
         told = f"hardware.cable = {h.cable} must have a breaking load of at least {needed:.4g} N{others}"
         found.append(Reason("cable", "strength", told, "hardware.cable", h.cable, needed))
     if ratio < least:
-        radius = h.sector_radius_mm * (least + 1.0) / (ratio + 1.0)
+        more = (least + 1.0) / (ratio + 1.0)
+        radius, less = h.sector_radius_mm * more, h.capstan_ratio / more
         others = _rows("cable", design, lambda row: _bend(h.sector_radius_mm / h.capstan_ratio, row) >= 0.0)
+        if radius <= SECTOR_MOST_MM:
+            field, held, bound, asked = (
+                "hardware.sector_radius_mm",
+                h.sector_radius_mm,
+                radius,
+                f"at least {radius:.4g} mm",
+            )
+            beside = f"capstan_ratio = {h.capstan_ratio:g}"
+        else:
+            field, held, bound, asked = "hardware.capstan_ratio", h.capstan_ratio, less, f"at most {less:.4g}"
+            beside = f"sector_radius_mm = {h.sector_radius_mm:g}"
         told = (
-            f"hardware.sector_radius_mm = {h.sector_radius_mm:g} must be at least {radius:.4g} mm, for a bend ratio of "
-            f"{least:g} at capstan_ratio = {h.capstan_ratio:g} and cable = {h.cable}, or another cable{others}"
+            f"{field} = {held:g} must be {asked}, for a bend ratio of {least:g} at {beside} and cable = {h.cable}, "
+            f"or another cable{others}"
         )
-        found.append(Reason("cable", "bend ratio", told, "hardware.sector_radius_mm", h.sector_radius_mm, radius))
+        found.append(Reason("cable", "bend ratio", told, field, held, bound))
     return found
 
 
@@ -167,24 +180,26 @@ def _cable_plane(d: Dimensions) -> list[Reason]:
     c, sector = d.capstan, d.design.hardware.sector_radius_mm
 
     def holds_at(radius: float, ratio: float) -> bool:
-        beyond = c.run.beyond_rad * sector / radius
-        run = replace(c.run, sector_mm=radius, pinion_mm=radius / ratio, beyond_rad=beyond)
-        return plane_chain(d, replace(c, run=run), CLASSES[0]).holds
+        return plane_chain(d, _scaled(c, radius, ratio), CLASSES[0]).holds
 
     if holds_at(sector, c.ratio):
         return []
-    ratio = _border(lambda ratio: holds_at(sector, ratio), c.ratio, 1.0)
     chain = plane_chain(d, c, CLASSES[0])
-    less = (
-        f"hardware.capstan_ratio = {c.ratio:g} at most {ratio:.4g}, or the cable a thinner one: it leaves its plane by "
-        f"{chain.rss[1]:.3f} mm of {chain.high:.3f} with the finest tolerances"
-    )
-    field, held, bound = "hardware.capstan_ratio", c.ratio, ratio
-    if holds_at(WIDER * sector, c.ratio):
-        field, held = "hardware.sector_radius_mm", sector
-        bound = _border(lambda radius: holds_at(radius, c.ratio), sector, WIDER * sector)
-        less = f"{field} = {held:g} must be at least {bound:.4g} mm, or {less}"
-    return [Reason("cable", "plane", less, field, held, bound)]
+    told = f"it leaves its plane by {chain.rss[1]:.3f} mm of {chain.high:.3f} with the finest tolerances"
+    if holds_at(sector, CAPSTAN_RATIO_LEAST):
+        field, held = "hardware.capstan_ratio", c.ratio
+        bound = _border(lambda ratio: holds_at(sector, ratio), c.ratio, CAPSTAN_RATIO_LEAST)
+        message = f"{field} = {held:g} must be at most {bound:.4g}, or the cable a thinner one: {told}"
+    else:
+        field, held, bound = "hardware.cable", d.design.hardware.cable, c.cable_diameter_mm
+        message = f"{field} = {held} must be one thinner than {bound:g} mm: {told}"
+    widest = min(WIDER * sector, SECTOR_MOST_MM)
+    if holds_at(widest, c.ratio):
+        radius = _border(lambda radius: holds_at(radius, c.ratio), sector, widest)
+        if travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds:
+            field, held, bound = "hardware.sector_radius_mm", sector, radius
+            message = f"{field} = {held:g} must be at least {bound:.4g} mm, or {message}"
+    return [Reason("cable", "plane", message, field, held, bound)]
 
 
 def _cable_travel(d: Dimensions) -> list[Reason]:
@@ -194,18 +209,27 @@ def _cable_travel(d: Dimensions) -> list[Reason]:
     c, sector = d.capstan, d.design.hardware.sector_radius_mm
 
     def holds_at(radius: float) -> bool:
-        run = replace(c.run, sector_mm=radius, pinion_mm=radius / c.ratio)
-        return travel_chain(d, replace(c, run=run, rim_radius_mm=c.rim_radius_mm + radius - sector), CLASSES[0]).holds
+        return travel_chain(d, _scaled(c, radius, c.ratio), CLASSES[0]).holds
 
-    if holds_at(sector) or not holds_at(sector / 4.0):
+    smaller = np.linspace(sector, SECTOR_LEAST_MM, SCANNED).tolist()  # the cable is cut in steps: may hold in between
+    first = next((k for k, radius in enumerate(smaller) if holds_at(radius)), 0)
+    if not first:
         return []
-    bound = _border(holds_at, sector, sector / 4.0)
+    bound = _border(holds_at, smaller[first - 1], smaller[first])
     field = "hardware.sector_radius_mm"
     message = (
         f"{field} = {sector:g} must be at most {bound:.4g} mm: a cable of {c.cable_length_mm:.0f} mm stretches and "
         f"differs by more than its carriage goes"
     )
     return [Reason("cable", "travel", message, field, sector, bound)]
+
+
+def _scaled(c: CapstanDimensions, radius_mm: float, ratio: float) -> CapstanDimensions:
+    """A capstan with another sector and ratio, as far as the tolerance chains of its cable read it."""
+    wider = radius_mm - c.run.sector_mm
+    beyond = c.run.beyond_rad * c.run.sector_mm / radius_mm  # the rim goes as far beyond the tangent point
+    run = replace(c.run, sector_mm=radius_mm, pinion_mm=radius_mm / ratio, beyond_rad=beyond)
+    return replace(c, run=run, rim_radius_mm=c.rim_radius_mm + wider)
 
 
 def _border(holds: Callable[[float], bool], bad: float, good: float) -> float:
@@ -254,13 +278,12 @@ def _share_borne(table: StructureTable, limits: Holds, positions: np.ndarray, gi
     """Share of a force that a part bears where it bears least: weightless loads go with the force."""
     k = int(np.argmin(np.linalg.norm(positions - np.array(load.position_mm), axis=1)))
     one = {f.name: getattr(given, f.name)[k : k + 1] for f in fields(given)}
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        share = (low + high) / 2.0
+
+    def holds_at(share: float) -> bool:
         scaled = Borne(**{name: share * values for name, values in one.items()})
-        again = next(x for x in loads(table, limits, positions[k : k + 1], scaled) if x.name == load.name)
-        low, high = (share, high) if again.holds else (low, share)
-    return low
+        return next(x for x in loads(table, limits, positions[k : k + 1], scaled) if x.name == load.name).holds
+
+    return _border(holds_at, 1.0, 0.0)
 
 
 def _overloaded(d: Dimensions, load: Load, force: tuple[str, float, float], half_N: float) -> Reason:

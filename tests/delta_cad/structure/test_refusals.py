@@ -9,6 +9,7 @@ import pytest
 
 from delta_cad import catalogue
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
+from delta_cad.design.record import CAPSTAN_RATIO_LEAST, SECTOR_MOST_MM
 from delta_cad.dimensions import Reason, dimensions
 from delta_cad.structure.refusals import least_outline_mm, refusals
 from tests.committed import ROOT, changed
@@ -176,9 +177,33 @@ def test_a_pinion_too_small_for_the_cables_plane_names_sector_and_ratio_with_whi
     assert reason.field == "hardware.sector_radius_mm"
     assert not planes(sector_radius_mm=1.001 * reason.bound)
     assert planes(sector_radius_mm=0.999 * reason.bound)
-    ratio = float(reason.message.partition("capstan_ratio = 12 at most ")[2].partition(",")[0])
+    ratio = float(reason.message.partition("capstan_ratio = 12 must be at most ")[2].partition(",")[0])
     assert not planes(capstan_ratio=0.999 * ratio)
     assert planes(capstan_ratio=1.001 * ratio)
+
+
+@pytest.mark.parametrize(
+    ("sector", "ratio"), [(80.0, 12.0), (80.0, 29.0), (100.0, 12.0), (100.0, 29.0), *((120.0, r) for r in (12.0, 20.0))]
+)
+def test_a_cable_asks_for_nothing_beyond_the_schema_nor_for_what_is_refused_next(sector: float, ratio: float) -> None:
+    """The plane's sector was asked for at a fixed 1.5 times, beyond 120 mm and where the cable is then too long."""
+    large = made("large-250", LARGE)
+
+    def refused(**hardware: float) -> list[Reason]:
+        other = large.hardware.model_copy(update={"sector_radius_mm": sector, "capstan_ratio": ratio, **hardware})
+        return [one for one in refusals(large.model_copy(update={"hardware": other})) if one.part == "cable"]
+
+    found = refused()
+    assert found
+    for one in found:
+        assert isinstance(one.bound, float)
+        if one.field == "hardware.sector_radius_mm":
+            assert one.bound <= SECTOR_MOST_MM
+            if one.feature == "plane":
+                assert "travel" not in {x.feature for x in refused(sector_radius_mm=1.001 * one.bound)}
+        else:
+            assert one.field == "hardware.capstan_ratio"
+            assert one.bound >= CAPSTAN_RATIO_LEAST
 
 
 def test_a_cable_too_long_for_its_carriage_names_the_sector_that_is_small_enough() -> None:
