@@ -137,7 +137,7 @@ def test_an_exhausted_budget_is_a_failure_that_names_the_box() -> None:
 
 
 def test_of_the_undecided_the_pair_with_the_least_to_spare_is_told_first() -> None:
-    """What the calls did not suffice for was told before what is truly too close, and `design` mended the wrong length."""
+    """What the calls did not suffice for was told before what is truly too close; `design` mended another length."""
     room = box((-42, -42, 52), (42, 42, 138))
     cage = part("cage", box((-50, -50, 45), (50, 50, 145)).cut(room))  # clear, but only many calls show it
     pin, wall = part("pin", ball(3)), part("wall", box((18.7, -5, 90), (18.8, 5, 100)))
