@@ -109,6 +109,8 @@ def design_for(
         "requirements": {name: value for name, value in task.items() if value is not None},
         "hardware": brief.hardware_from(folder, {**BASE_ENTRIES, **choice.hardware(row)}),
     }
+    if brief.panel is not None:
+        data["panel"] = brief.panel.model_dump()
     return design_from_dict(data, brief.name, folder)
 
 

@@ -16,6 +16,7 @@ from delta_cad import catalogue
 from delta_cad.common.refusal import short
 from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN
+from delta_cad.design.record import Panel
 from delta_cad.design.task import LEAST, Gravity, Section, Task, limit_fields
 from optimizer.problem.contradictions import Fault, Known, beyond_proof, limit_values, peaks, swapped
 from optimizer.problem.hardware import check_choices, choices, own_folder, placed_hardware
@@ -146,6 +147,7 @@ class DesignBrief(Section):
     hardware: dict[str, JsonValue] = Field(
         default_factory=dict, description="entries of a design's hardware: a value, or a list of what may be used"
     )
+    panel: Panel | None = Field(default=None, description="over the machine, passed by the stem; left out: none")
     goal: Goal = Field(default_factory=Goal)
     bounds_mm: BriefBounds = Field(default_factory=BriefBounds)
     limits: BriefLimits = Field(default_factory=BriefLimits)
@@ -290,6 +292,10 @@ def _contradictions(found: Validated[DesignBrief], known: Known) -> Iterator[Fau
     refused = {fault.field.split("[")[0] for fault in found.faults}
     if not refused & {"", "requirements", "requirements.cube_side_mm", *_SIDES}:
         yield from _not_bounded(known)
+    limit, least = known.get("panel.limit_mm"), known.get("requirements.clearance_min_mm", 0.0)
+    if limit is not None and limit <= least and any(one.partition(".")[0] == "panel" for one in found.stated):
+        allowed = f"must be > requirements.clearance_min_mm = {least:g} mm, which the stem keeps within the cube"
+        yield "panel.limit_mm", short(limit), allowed
     side, highest = known.get("requirements.cube_side_mm"), known.get("bounds_mm.half_side")
     if side is not None and highest is not None and side > 2.0 * highest[1]:
         allowed = f"must be <= {2.0 * highest[1]:g} mm, twice the largest bounds_mm.half_side"

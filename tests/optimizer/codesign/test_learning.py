@@ -16,7 +16,7 @@ from delta_cad.dimensions import Reason
 from delta_cad.mechanism import Cube, DeltaGeometry
 from delta_cad.mechanism.limits import ElbowAngle
 from delta_cad.mechanism.workspace import CubeSearch
-from optimizer.codesign.candidate import PROOF, Candidate
+from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
     COUPLE_MOST,
@@ -53,6 +53,15 @@ def elbow_deg(g: DeltaGeometry, cube: Cube) -> float:
 
 def failed(name: str, value: float | None, limit: float | None, unit: str = "", *pair: str) -> CheckResult:
     return CheckResult(name, False, value, limit, unit, worst_pair=pair)
+
+
+def test_a_panel_of_the_brief_is_the_designs_in_the_units_that_it_was_given_in() -> None:
+    room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    given = brief_from_dict({"name": "b", "requirements": room, "panel": {"thickness_mm": "0.3 cm"}})
+    design = design_for(given, CHOICE, LENGTHS, KNOWN)
+    assert design.panel is not None
+    assert (design.panel.thickness_mm, design.panel.limit_mm) == (3.0, 3.0)
+    assert design_for(brief(), CHOICE, LENGTHS, KNOWN).panel is None
 
 
 @pytest.mark.parametrize(

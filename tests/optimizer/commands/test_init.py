@@ -63,6 +63,7 @@ def test_every_field_stands_in_it_with_a_sentence(preset: str) -> None:
     for name, info in DesignBrief.model_fields.items():
         inner = getattr(info.annotation, "model_fields", {})
         fields = [f"{name}.{field}" for field in inner]
+        fields = ["panel"] if name == "panel" else fields  # in one line: a table that stands there asks for a panel
         wanted += [field for field in fields if field not in MOVED and field not in UNUSED and name not in UNUSED]
     assert sorted(found) == sorted(wanted)
 
