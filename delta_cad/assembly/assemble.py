@@ -19,6 +19,7 @@ from delta_cad.assembly.bench import (
 from delta_cad.assembly.contacts import anchors, contacts, stops
 from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.exchange import reached, removals
+from delta_cad.assembly.leads import lead_contacts, place_leads
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.makes import makes
 from delta_cad.assembly.order.stated import order
@@ -109,6 +110,7 @@ def _bracket(bench: Bench, i: int) -> None:
     motor = bench.once("motor", lambda: make_motor(d))
     u, z = b.motor_axis_mm
     bench.put(f"motor_{i}", motor, "base", chain_frame(i) @ at(u, motor_side[1], z))
+    place_leads(bench, i)
     length, sunk = motor_screw_mm(d.motor, d.layers)
     fixing, face = bench.screw(d.motor.mount_thread, length), motor_side[0] + sunk
     for k, (x, height) in enumerate(brackets.motor_screw_positions(d)):
@@ -272,7 +274,7 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
             d.forearm.eye_y_mm,
         ),
         home_mm=np.array([0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm]),
-        contacts=(*contacts(d), *panel_contacts(d)),
+        contacts=(*contacts(d), *panel_contacts(d), *lead_contacts(d)),
         stated=statement(d),
         stops=stops(d),
         supplies=supplies(d),

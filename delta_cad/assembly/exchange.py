@@ -1,11 +1,12 @@
 """What is loosened and taken off when a motor is exchanged, the rest of the machine as it stands.
 
-The pinion's set screws, then the motor's: the motor is drawn off the cheek, its shaft out of the pinion, which stays in
-the turns of its cable. A direct drive's motor carries the arm, which must come off its shaft first: nothing is stated.
+The motor's leads, the pinion's set screws, then the motor's: it is drawn off the cheek, its shaft out of the pinion,
+which stays in the turns of its cable. A direct drive's motor carries the arm, which must come off its shaft first: nothing is stated.
 """
 
 from __future__ import annotations
 
+from delta_cad.assembly.leads import lead_names
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.mechanism.placement import CHAINS
@@ -43,5 +44,8 @@ def removals(d: Dimensions) -> tuple[Removal, ...]:
     if d.capstan is None:
         return ()
     return tuple(
-        Removal(f"motor_{i}", (0.0, 1.0, 0.0), (*_motor_screws(d, i), *_set_screws(i)), "is exchanged") for i in CHAINS
+        Removal(
+            f"motor_{i}", (0.0, 1.0, 0.0), (*_motor_screws(d, i), *_set_screws(i), *lead_names(d, i)), "is exchanged"
+        )
+        for i in CHAINS
     )

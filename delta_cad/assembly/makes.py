@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi
 
 from delta_cad import catalogue
+from delta_cad.assembly.leads import lead_makes
 from delta_cad.assembly.panel import panel_makes
 from delta_cad.catalogue import CatalogueRow
 from delta_cad.dimensions import Dimensions
@@ -56,6 +57,7 @@ def makes(d: Dimensions) -> tuple[Make, ...]:
         Make("rod_tube", d.tube.material, True, *_order(d.tube)),
         *_stock(),
         *panel_makes(d),
+        *lead_makes(d),
     ]
     if (c := d.capstan) is not None:
         rope = f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope"

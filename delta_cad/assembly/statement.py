@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from delta_cad import catalogue
+from delta_cad.assembly.leads import lead_statement
 from delta_cad.assembly.panel import panel_statement
 from delta_cad.assembly.supplies import BAR_ADHESIVE
 from delta_cad.dimensions import Dimensions
@@ -26,7 +27,7 @@ def statement(d: Dimensions) -> tuple[Stated, ...]:
         stated.append(Stated("frame", "foot_screw_?", 3, f"screw_{d.foot.thread}x*", "base"))
     for i in CHAINS:
         stated.append(Stated(f"wrist_{i}", f"cross_bar_{i}_wrist", 1, "cross_bar", "platform"))
-        stated += _bracket(i) + _shoulder(i) + _drive(d, i) + _sensor(d, i)
+        stated += _bracket(i) + _shoulder(i) + _drive(d, i) + lead_statement(d, i) + _sensor(d, i)
         for j in SIDES:
             stated += _rod(i, j)
         stated += [Stated(f"pair_{i}", f"rod_spring_{i}_{k}", 1, "rod_spring", f"spring_{i}_{k}") for k in SIDES]

@@ -258,6 +258,8 @@ def _allowed(loc: tuple[int | str, ...]) -> str:
         return 'must be "capstan" or "direct"'
     if name == "mounting":
         return 'must be "feet", "screws" or "both"'
+    if name == "leads":
+        return 'must be "bent", or left out'
     if name == "encoder_at":
         return 'must be "shoulder" or "motor"'
     if name in HARDWARE_FAMILIES and model is Hardware:

@@ -31,6 +31,7 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
 from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
 from delta_cad.dimensions.layers import Layers, layers
+from delta_cad.dimensions.leads import LeadDimensions, lead_dimensions
 from delta_cad.dimensions.neighbours import (
     BOARD_EDGE_MM,
     require_room_for_board,
@@ -81,6 +82,7 @@ class Dimensions:
     platform: PlatformDimensions
     base: BaseDimensions
     panel: PanelDimensions | None
+    leads: LeadDimensions | None
     sleeve_mm: float
     motor: catalogue.Motor
     bearing: catalogue.Bearing
@@ -264,6 +266,7 @@ def _dimensions(design: Design) -> Dimensions:
         platform=platform,
         base=base,
         panel=panel,
+        leads=lead_dimensions(design, motor),
         sleeve_mm=sleeve_mm(design, foot, base.mount_circle_mm, MOUNT_SPREAD_RAD, base.mount_hole_mm),
         motor=motor,
         bearing=bearing,

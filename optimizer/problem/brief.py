@@ -51,7 +51,10 @@ class BriefRequirements(Section):
     """What the customer asks for: table `[requirements]`."""
 
     envelope_width_mm: float | None = Field(
-        default=None, gt=0, le=5000, description="largest width of the swept machine, motors and wires included"
+        default=None,
+        gt=0,
+        le=5000,
+        description="largest width of the swept machine, motors included",
     )
     envelope_depth_mm: float | None = Field(
         default=None, gt=0, le=5000, description="largest depth; width and depth may be exchanged"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import degrees
 
+from delta_cad.assembly.leads import lead_steps
 from delta_cad.assembly.order.drive import drive_unit, encoder_cheek_unit, shaft_unit
 from delta_cad.assembly.order.panel import mounting_steps, panel_steps
 from delta_cad.assembly.order.record import Bring, Leg, Step, Unit
@@ -113,6 +114,7 @@ def _machine(d: Dimensions, names: tuple[str, ...]) -> Unit:
         ),
         *(pair_step(d, i) for i in CHAINS),
         *mounting_steps(d, names),
+        *lead_steps(d),
         *panel_steps(d, names),
         Step(
             "The whole machine",

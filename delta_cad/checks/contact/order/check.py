@@ -18,7 +18,12 @@ from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Reach
 
-FLEXIBLE = ("capstan_cable", "rod_spring", "boot")  # numbers of what is laid or hooked in, and has no way of its own
+FLEXIBLE = (
+    "capstan_cable",
+    "rod_spring",
+    "boot",
+    "motor_lead",
+)  # numbers of what is laid, with no way of its own
 DRAWN_MM = 1.0  # of a screw's head out of its seat: its key goes in and out so far at least
 ALIKE_MM = 1e-4  # of the places of equal parts in equal units
 SHOWN = 8  # faults that a report names; their number is told
