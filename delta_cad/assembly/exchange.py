@@ -1,7 +1,8 @@
 """What is loosened and taken off when a motor is exchanged, the rest of the machine as it stands.
 
 The motor's leads, the pinion's set screws, then the motor's: it is drawn off the cheek, its shaft out of the pinion,
-which stays in the turns of its cable. A direct drive's motor carries the arm, which must come off its shaft first: nothing is stated.
+which stays in the turns of its cable. A direct drive's motor carries the arm, which must come off its shaft first:
+nothing is stated.
 """
 
 from __future__ import annotations
