@@ -47,6 +47,7 @@ class Candidate:
         weighed: Of its own solids.
         score: What is sought, larger is better.
         couple_index_min: Hold against turning that closed forms asked for.
+        couple_per_mm: The same for each mm of a knob's lever behind a panel.
     """
 
     design: Design
@@ -55,6 +56,7 @@ class Candidate:
     weighed: Weighed
     score: float
     couple_index_min: float = 0.0
+    couple_per_mm: float = 0.0
 
     @property
     def side_mm(self) -> float:

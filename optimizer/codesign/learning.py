@@ -13,7 +13,7 @@ from delta_cad.mechanism import Cube, cube_extremes
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.candidate import PROOF, Candidate
 from optimizer.codesign.choice import Choice, default_of
-from optimizer.codesign.lessons import TORQUE_SPARE_N_M, Lessons
+from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, TORQUE_SPARE_N_M, Lessons
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
@@ -41,7 +41,9 @@ PARTS = ("tube", "cable", "bearing", "knob", "foot", "magnet")
 SIZE_STEP = 10.0  # tenths of a mm: bounds that follow from one another creep otherwise
 GROWTH = 1.25  # of a length at once: what asks for more may be met by what another reason asks for
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
-COUPLE_STEP, COUPLE_MOST = 0.03, 0.75
+COUPLE_STEP = 0.03
+LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
+LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
 RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
 REACHED = ("tool access", "parts come off", "assembly order", "assembly keys")
@@ -62,7 +64,7 @@ class StuckError(Exception):
 
 
 def from_reasons(
-    brief: DesignBrief, choice: Choice, lessons: Lessons, reasons: Sequence[Reason]
+    brief: DesignBrief, choice: Choice, lessons: Lessons, reasons: Sequence[Reason], side_mm: float = 0.0
 ) -> tuple[Choice, Lessons]:
     """Learns from the closed forms that refuse a candidate.
 
@@ -71,6 +73,7 @@ def from_reasons(
         choice: Hardware that was refused.
         lessons: What was known.
         reasons: Why; all that can be met are.
+        side_mm: Of the cube that was refused; of use behind a panel.
 
     Returns:
         What to try next.
@@ -79,6 +82,7 @@ def from_reasons(
         StuckError: None of them can be.
     """
     before = choice, lessons
+    borne: list[tuple[float, str]] = []
     for reason in reasons:
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]
@@ -106,8 +110,13 @@ def from_reasons(
             lessons = lessons.taught(str(reason), overhead_mm=(over[0], over[1]))
         elif field == "requirements.elbow_angle_min_deg" and isinstance(bound, float):
             lessons = lessons.taught(str(reason), elbow_angle_deg=math.ceil(bound * SIZE_STEP) / SIZE_STEP)
+        elif (field.startswith("requirements.") or not field) and brief.panel is not None:
+            share = bound / reason.value if isinstance(bound, float) and isinstance(reason.value, float) else 1.0
+            borne.append((share, str(reason)))
         elif field.startswith("requirements.") or not field:
             lessons = _stiffer(lessons, str(reason))
+    if borne:
+        lessons = _levered(lessons, side_mm, *min(borne))
     if (choice, lessons) == before:
         raise StuckError("; ".join(str(reason) for reason in reasons))
     return choice, lessons
@@ -154,13 +163,22 @@ def from_pull(lessons: Lessons, choice: Choice, torque_N_m: float, share: float)
     return lessons.taught(f"motor shaft: {100.0 * share:.3g} % of what it bears", pull_N_m=pull)
 
 
-def from_stiffness(lessons: Lessons, least: float, asked: float) -> Lessons:
+def from_stiffness(lessons: Lessons, least: float, asked: float, design: Design) -> Lessons:
     """Learns from a knob that is too soft.
+
+    Args:
+        lessons: What was known.
+        least: Stiffness, N/mm.
+        asked: The least that is asked.
+        design: Whose knob it is.
 
     Raises:
         StuckError: More hold against turning is not to be had.
     """
-    found = _stiffer(lessons, f"stiffness at the knob {least:.3g} N/mm, {asked:g} asked")
+    why = f"stiffness at the knob {least:.3g} N/mm, {asked:g} asked"
+    if design.panel is not None:
+        return _levered(lessons, 2.0 * design.cube.half_side_mm, math.sqrt(least / asked), why)
+    found = _stiffer(lessons, why)
     if found is lessons:
         raise StuckError(f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {asked:g} asked")
     return found
@@ -170,6 +188,20 @@ def _stiffer(lessons: Lessons, why: str) -> Lessons:
     """Asks for more hold against turning, which makes rods' forces smaller and the knob stiffer."""
     index = min(lessons.couple_index_min + COUPLE_STEP, COUPLE_MOST)
     return lessons if index == lessons.couple_index_min else lessons.taught(why, couple_index_min=index)
+
+
+def _levered(lessons: Lessons, side_mm: float, share: float, why: str) -> Lessons:
+    """Asks for more hold against turning for each mm of a knob's lever behind a panel, or for a shorter lever.
+
+    Args:
+        lessons: What was known.
+        side_mm: Of a cube whose knob loads a part too much.
+        share: Of that load that the part bears.
+        why: What told so.
+    """
+    least, most = LEVER_STEPS
+    now = max(lessons.couple_per_mm, lessons.couple_index_min / (side_mm + KNOB_MM))
+    return lessons.taught(why, couple_per_mm=now * min(max(share**-LEVER_EXPONENT, least), most))
 
 
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:
@@ -198,6 +230,8 @@ def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckR
         elif result.name in HELD:
             more = lessons.spare_torque_N_m + (short if result.limit else 0.0) + TORQUE_SPARE_N_M
             lessons = lessons.taught(why, spare_torque_N_m=more)
+        elif result.name.startswith("structure") and candidate.design.panel is not None:
+            lessons = _levered(lessons, candidate.side_mm, 1.0, why)
         elif result.name.startswith("structure"):
             lessons = _stiffer(lessons, why)
         elif result.name in REACHED:

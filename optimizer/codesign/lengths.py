@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from delta_cad.dimensions.forearm import wrist_radius_min_mm
@@ -12,7 +12,7 @@ from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.mechanism.limits import HandleInertia
 from optimizer.codesign.candidate import BASE_ENTRIES, PEAK_SPARE
 from optimizer.codesign.choice import Choice, motor_of
-from optimizer.codesign.lessons import LEAN_DEG, SHOULDER_DEG, Lessons
+from optimizer.codesign.lessons import COUPLE_MOST, KNOB_MM, LEAN_DEG, SHOULDER_DEG, Lessons
 from optimizer.codesign.price import price_EUR
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
@@ -44,6 +44,8 @@ KNOBS = 12  # values that are tried of what is to be least
 ENOUGH, ROUGHLY = 2e-3, 2e-2  # share of the cube by which that may be larger than asked, or of the value
 LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 REACH_SHARE = 1.5  # of the side: R + L_A of the first
+LEVERS = 7  # couple indices that are tried behind a panel
+LEAST_SIDE_MM = 5.0  # of a cube behind one
 FIRST_MASS_KG, MOST_MASS_KG = 0.4, 50.0
 
 
@@ -105,6 +107,7 @@ def posed(
             high = max(low, min(high, PLATFORM_SHARE * min(brief.outline_mm)))
         least = max(lessons.least(name), by_parts.get(name, 0.0))
         bounds[name] = [max(low, min(least, high)), high]
+    bounds["half_side"][1] = min(bounds["half_side"][1], lessons.side_most_mm / 2.0)
     if knob is None and task.cube_side_mm is not None:
         bounds["half_side"][0] = task.cube_side_mm / 2.0
     low_deg, high_deg = limits.shoulder_deg or SHOULDER_DEG
@@ -274,7 +277,44 @@ def _largest(
     rounds: int,
     knob: float | None,
 ) -> Result | None:
-    """The largest cube of a choice, what is to be least having a value; None where there is none."""
+    """The largest cube of a choice, what is to be least having a value; None where there is none.
+
+    Behind a panel the lever of the knob grows with the cube, and with it the hold against turning that is needed: of a
+    couple index the cube is the least of what it holds and of what it leaves, and best where both are one.
+    """
+    if not lessons.couple_per_mm:
+        return _largest_held(brief, choice, lessons, start_mm, seed, rounds, knob)
+    asked = (knob is None and brief.requirements.cube_side_mm) or 0.0
+    low, high = lessons.couple_index_min, COUPLE_MOST
+    best: Result | None = None
+    for _ in range(LEVERS):
+        index = (low + high) / 2.0
+        held = index / lessons.couple_per_mm - KNOB_MM
+        if held <= max(asked, LEAST_SIDE_MM):
+            low = index
+            continue
+        known = replace(lessons, couple_index_min=index, side_most_mm=held)
+        found = _largest_held(brief, choice, known, best.design_mm if best else start_mm, seed, rounds, knob)
+        if found is None:
+            high = index
+            continue
+        side = 2.0 * found.design_mm[SIDE]
+        if best is None or side > 2.0 * best.design_mm[SIDE]:
+            best = found
+        low, high = (index, high) if side >= held * (1.0 - SETTLED) else (low, index)
+    return best
+
+
+def _largest_held(
+    brief: DesignBrief,
+    choice: Choice,
+    lessons: Lessons,
+    start_mm: Sequence[float] | None,
+    seed: int,
+    rounds: int,
+    knob: float | None,
+) -> Result | None:
+    """The same with one couple index for all sides of the cube."""
     at = start_mm or (lessons.weighed.upper_arm_mm, lessons.weighed.forearm_mm)
     start, previous = start_mm, 0.0
     result: Result | None = None

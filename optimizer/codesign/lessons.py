@@ -13,6 +13,7 @@ from delta_cad.mechanism.limits import HandleInertia
 ARM_EXPONENT = 1.9  # inertia of an arm with its sector goes so with its length: 1.8 to 2.1 from 72 to 120 mm, by solids
 ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
 COUPLE_INDEX = 0.4  # least hold against turning where none is asked: below it the floor of a cube is soft
+COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
 KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
@@ -20,6 +21,7 @@ NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43
 FARTHEST = 3.0  # times what a base radius lacks that it is made longer by
 LACKED_MM = 1.0  # of a base radius, that is more than what the measuring of it leaves open
 TORQUE_SPARE_N_M = 4e-4  # a thousandth of a joint's torque
+KNOB_MM = 45.0  # of a knob over the wrists, behind a panel, beyond the cube's side: about, for what is learnt mends it
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,9 @@ class Lessons:
         crowded: Machines whose chains were in the way of one another.
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along the longer and the shorter side.
         couple_index_min: Least couple index to ask for.
+        couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
+            there is no panel.
+        side_most_mm: Largest side of the cube to ask for.
         kappa_max: Largest condition number to ask for.
         elbow_angle_deg: Least angle between upper arm and rods to ask for.
         pull_N_m: Most torque of a joint at any moment, for each turn of a capstan's ratio: beyond, the cable pulls too
@@ -116,6 +121,8 @@ class Lessons:
     crowded: tuple[Crowded, ...] = ()
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     couple_index_min: float = COUPLE_INDEX
+    couple_per_mm: float = 0.0
+    side_most_mm: float = inf
     kappa_max: float = KAPPA
     elbow_angle_deg: float = 0.0
     pull_N_m: float = inf

@@ -19,6 +19,7 @@ from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_o
 from optimizer.codesign.journal import at_once, found_read, found_told, weighed_read, weighed_told
 from optimizer.codesign.learning import (
     COUPLE_STEP,
+    LEVER_STEPS,
     PULLED,
     StuckError,
     by_weight,
@@ -273,7 +274,7 @@ class Search:
                 around += [now.with_(ratio=ratio)] if ratio != now.ratio else []
             better = None
             for one in around:
-                held = best.couple_index_min - COUPLE_STEP
+                held = best.couple_index_min - COUPLE_STEP, best.couple_per_mm / LEVER_STEPS[0]
                 beats = None if self.brief.objective == "cost" else (better or best).score  # a price is none of lengths
                 found = self.settled(one, best.lengths_mm, held, weighing=False, beats=beats)
                 self.report(
@@ -337,7 +338,7 @@ class Search:
         self,
         choice: Choice,
         start: Lengths | None = None,
-        held: float = 0.0,
+        held: tuple[float, float] = (0.0, 0.0),
         weighing: bool = True,
         beats: float | None = None,
     ) -> Candidate | None:
@@ -346,7 +347,7 @@ class Search:
         Args:
             choice: Hardware.
             start: Lengths to begin from.
-            held: Couple index to begin from: one near by that closed forms asked for.
+            held: Couple index, and the same for each mm of a lever, to begin from: near by closed forms asked for it.
             weighing: Whether solids are made where the masses known are of another machine.
             beats: A score: a candidate that is no better need not be found.
 
@@ -357,7 +358,12 @@ class Search:
 
         key = choice.motor, choice.drive
         built = self.lessons.get(key) or Lessons(self._first(choice))
-        lessons = replace(built, couple_index_min=max(built.couple_index_min, held))
+        index, per_mm = held
+        lessons = replace(
+            built,
+            couple_index_min=max(built.couple_index_min, index),
+            couple_per_mm=max(built.couple_per_mm, per_mm),
+        )
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
         for _ in range(TRIES):
@@ -379,15 +385,16 @@ class Search:
                     if not reasons:
                         continue
                 if reasons:
-                    choice, lessons = from_reasons(self.brief, choice, lessons, reasons)
+                    choice, lessons = from_reasons(self.brief, choice, lessons, reasons, found.side_mm)
                     continue
                 if (soft := too_soft(design)) is not None:
-                    lessons = from_stiffness(lessons, *soft)
+                    lessons = from_stiffness(lessons, *soft, design)
                     continue
             except (DesignError, MechanismError, StuckError) as error:
                 self.tried.stuck[" ".join(key)] = str(error)
                 return None
-            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, lessons.couple_index_min)
+            hold = lessons.couple_index_min, lessons.couple_per_mm
+            candidate = Candidate(design, choice, lengths, lessons.weighed, found.score, *hold)
             if not weighing:
                 return candidate
             near = self._known(lessons.weighed, lengths, choice)
