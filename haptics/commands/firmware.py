@@ -31,6 +31,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
         metavar="S",
         help="age of the host's last word at which force fades; default 0.1",
     )
+    command.add_argument("--calibration", type=Path, metavar="FILE", help="calibration.json of this one device")
     command.add_argument("--home", action="store_true", help="zeros from the lower stops at each start")
     json_option(command)
 
@@ -43,10 +44,14 @@ def run(given: argparse.Namespace) -> int:
 
     machine = load_machine(given.design, given.masses, given.catalogue)
     require_room(given.out, folder=True)
+    from haptics.calibration.record import CalibrationError, load_calibration
     from haptics.firmware.project import firmware, write_firmware
 
     try:
-        files = firmware(machine, given.rate, single=given.single, stale=given.stale, homing=given.home)
+        known = given.calibration and load_calibration(given.calibration, machine.design).unknowns
+        files = firmware(machine, given.rate, single=given.single, stale=given.stale, homing=given.home, known=known)
+    except CalibrationError as error:
+        return refuse(str(error), BAD_INPUT)
     except ValueError as error:
         return refuse(f"--rate {given.rate:g}: {error}", BAD_INPUT)
     write_firmware(files, given.out)

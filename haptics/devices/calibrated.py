@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from delta_cad.mechanism.geometry import DeltaGeometry
-from haptics.calibration.correction import DRAWN, POSITION, ROWS, Correction, correct, correction
 from haptics.calibration.unknowns import Unknowns
+from haptics.control.correction import DRAWN, POSITION, ROWS, Correction, correct, correction, turned
 from haptics.devices.device import Device, Reading, three_torques
 
 
 class CalibratedDevice:
-    """Another device with its readings put right, and torques turned to fit; see `calibration.correction`.
+    """Another device with its readings put right, and torques turned to fit; see `control.correction`.
 
     A reading from which no position follows stays NaN, which the supervisor knows as an invalid angle.
 
@@ -52,9 +52,9 @@ class CalibratedDevice:
 
     def write(self, torques: ArrayLike) -> None:
         """Writes the torques that do the same at the handle; none, where it is not known where that is."""
-        values = three_torques(torques)
-        turned = self._out[:3].T @ values
-        self.device.write(turned if np.isfinite(turned).all() else np.zeros(3))
+        made = np.empty(3)
+        turned(self._out, three_torques(torques), np.inf, made)
+        self.device.write(made)
 
     def close(self) -> None:
         """Closes the other device; see `Device`."""

@@ -12,12 +12,13 @@ from numba import float64, typeof
 
 from delta_cad.common.units import MM_PER_M
 from haptics.control.controller import Controller, fresh, tick
+from haptics.control.correction import Correction
 from haptics.control.startup import steps
 from haptics.control.startup.record import StartUp
 from haptics.control.supervisor.faults import EXTERNAL, TABLE, FaultCode, findings
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS, STATE
 from haptics.control.wall_cap import WallCap
-from haptics.firmware import startup
+from haptics.firmware import calibration, startup
 from haptics.firmware.layout import prelude
 from haptics.firmware.literals import literal
 from haptics.firmware.numbers import STALE, exact_initial, exact_place, initialiser, numbers
@@ -70,7 +71,7 @@ long long delta_tick(delta_memory *memory, const delta_real *laws, long n, doubl
                      delta_real torque[3]);
 /* State of the supervisor: 0 disabled, 1 force comes in, 2 active, 3 active with a warning, 4 fault. */
 int delta_state(const delta_memory *memory);
-{startup}
+{calibration}{startup}
 #endif
 """
 
@@ -161,6 +162,8 @@ compiler and libm: `cc -std=c99 -O2 -ffp-contract=off -c delta_controller.c`. {e
 the law's kind, column {gain} its gain (0 to 1), then come its parameters, and zeros to the row's end. The header names
 them all.
 
+{calibrated}
+
 | kind | law | parameters, in the order of their columns |
 |---|---|---|
 {law_rows}
@@ -194,7 +197,11 @@ something else than the design ends it, without torque:
 
 
 def sources(
-    controller: Controller, name: str, precision: Precision = DOUBLE, start: StartUp | None = None
+    controller: Controller,
+    name: str,
+    precision: Precision = DOUBLE,
+    start: StartUp | None = None,
+    known: Correction | None = None,
 ) -> dict[str, str]:
     """The files.
 
@@ -203,6 +210,7 @@ def sources(
         name: Name of the design.
         precision: Of its real numbers.
         start: Parameters of the device's start-up; None leaves it out.
+        known: Of the made device, from its calibration; None: it is as drawn.
 
     Returns:
         File name -> text.
@@ -213,7 +221,7 @@ def sources(
     memory = fresh(controller)
     laws, vector = np.zeros((1, COLUMNS)), np.zeros(3)
     arguments = (typeof(controller), typeof(memory), typeof(laws), float64, typeof(vector), typeof(vector))
-    translation = _translated(arguments, precision, startup.arguments(start))
+    translation = _translated(arguments, precision, startup.arguments(start), calibration.arguments(known))
     real, single = precision.real, precision.single
     placed = precision.placed(memory.supervisor)
     shapes = {
@@ -265,6 +273,7 @@ def sources(
             *translation.functions.values(),
             WRAPPER.format(initial=numbers(memory.supervisor, real), **shapes, **handles),
             *([startup.code(start, precision)] if start else []),
+            calibration.code(known, precision, start is not None and start.absolute > 0.0),
         ]
     )
     header = HEADER.format(
@@ -276,6 +285,7 @@ def sources(
         signals=_signal_macros(),
         laws=_law_macros(),
         startup=startup.header(start, precision) if start else "",
+        calibration=calibration.HEADER,
         **stale,
         **shapes,
     )
@@ -286,6 +296,7 @@ def sources(
         slew=limits.slew * limits.period,
         exact=SINGLE if single else EXACT,
         walls=_walls(controller.walls),
+        calibrated=calibration.told(known),
         external=", ".join(f"`{_macro(fault)}`" for fault in findings(EXTERNAL)),
         never=", ".join(str(int(fault)) for fault in NEVER),
         stale_means="code 17 waits for" if math.isfinite(limits.stale) else "switches code 17 off",
@@ -301,12 +312,19 @@ def sources(
 
 
 @cache
-def _translated(arguments: tuple[Any, ...], precision: Precision, start: tuple[Any, ...] | None = None) -> Translation:
+def _translated(
+    arguments: tuple[Any, ...],
+    precision: Precision,
+    start: tuple[Any, ...] | None = None,
+    known: tuple[Any, ...] | None = None,
+) -> Translation:
     """Tick in C for arguments of these types; numbers of a design come later, so that one translation serves all."""
     translation = Translation(precision)
     translation.add(tick, arguments)
     if start:
         translation.add(steps.start, start)
+    if known:
+        calibration.translate(translation, known)
     return translation
 
 

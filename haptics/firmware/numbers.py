@@ -7,7 +7,7 @@ from typing import Any
 from numba.core.types import Float
 
 from haptics.control.supervisor.limits import SafetyLimits
-from haptics.firmware.layout import WIDE, is_record, members, record_name
+from haptics.firmware.layout import WIDE, is_record, is_table, members, record_name
 from haptics.firmware.literals import literal
 from haptics.firmware.precision import REAL, Precision
 
@@ -43,6 +43,11 @@ def initialiser(value: Any, kind: Any, depth: int, precision: Precision, stale: 
         held = getattr(value, field)
         if is_record(part):
             lines.append(f"{inner}.{field} = {initialiser(held, part, depth + 1, precision, stale)},")
+            continue
+        if is_table(part):
+            size, width = held.size, held.shape[1]
+            values = f"(delta_real[{size}]){{ {numbers(held.ravel(), precision.real)} }}"
+            lines.append(f"{inner}.{field} = {{ {values}, {len(held)}, {width}, {width} }},")
             continue
         own = stale if isinstance(value, SafetyLimits) and field == "stale" else None
         real = isinstance(part, Float)

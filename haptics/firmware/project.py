@@ -6,6 +6,8 @@ import errno
 from pathlib import Path
 
 from delta_cad.common.files import whole_folder
+from haptics.calibration.unknowns import Unknowns
+from haptics.control.correction import correction
 from haptics.firmware.device import device_files
 from haptics.firmware.generate import sources
 from haptics.firmware.ports import files_of_ports
@@ -20,7 +22,13 @@ STALE = 0.1  # Age of the host's last word at which force fades, s
 
 
 def firmware(
-    machine: MachineModel, rate_Hz: float, *, single: bool = False, stale: float = STALE, homing: bool = False
+    machine: MachineModel,
+    rate_Hz: float,
+    *,
+    single: bool = False,
+    stale: float = STALE,
+    homing: bool = False,
+    known: Unknowns | None = None,
 ) -> dict[str, str]:
     """The files.
 
@@ -30,6 +38,7 @@ def firmware(
         single: Single precision where it does no harm.
         stale: Age of the host's last word at which force fades, s; may be infinite.
         homing: Zeros from the lower stops at each start, also for encoders that have one.
+        known: One made device as it was measured; None: as drawn.
 
     Returns:
         Path in the folder -> text.
@@ -40,7 +49,8 @@ def firmware(
     loop = at_rate(rate_Hz)
     start = start_up(machine, loop.period, absolute=False if homing else None)
     controller = board_controller(machine, loop, stale=stale)._replace(walls=proven_cap(machine, loop))
-    written = sources(controller, machine.design.name, MIXED if single else DOUBLE, start)
+    made = None if known is None else correction(machine.geometry, known)
+    written = sources(controller, machine.design.name, MIXED if single else DOUBLE, start, made)
     return {**written, **device_files(machine), **files_of_ports()}
 
 

@@ -18,7 +18,8 @@ int delta_run(const delta_real *laws, long rows, long long ticks)
 {
     static delta_startup_memory start;
     static delta_memory memory;
-    delta_real raw[3], theta[3], torque[3] = { 0, 0, 0 }, offset[3] = { 0, 0, 0 };
+    static delta_made made;
+    delta_real raw[3], theta[3], wanted[3], torque[3] = { 0, 0, 0 }, offset[3] = { 0, 0, 0 };
     int told = -1, running = 0, ended = DELTA_RUN_DONE;
     if (hal_begin() != 0) return DELTA_RUN_NO_HARDWARE;
     delta_startup_begin(&start);
@@ -27,18 +28,21 @@ int delta_run(const delta_real *laws, long rows, long long ticks)
         hal_wait();
         double now = delta_joints_read(raw);
         if (running) {
-            for (int j = 0; j < 3; j++) theta[j] = raw[j] + offset[j];
+            for (int j = 0; j < 3; j++) raw[j] += offset[j];
+            delta_drawn(&made, raw, theta);
             delta_signal(&memory, delta_joints_signals());
             delta_heard(&memory, now); /* the laws are the board's own; with a host: at each of its messages */
-            long long bits = delta_tick(&memory, laws, rows, now, theta, torque);
-            if (delta_state(&memory) == 4 && without(torque)) {
+            long long bits = delta_tick(&memory, laws, rows, now, theta, wanted);
+            if (delta_state(&memory) == 4 && without(wanted)) {
                 hal_report(DELTA_EVENT_FAULT, 3, (double)bits, 0.0);
                 ended = DELTA_RUN_FAULT;
                 break;
             }
+            delta_turned(&made, wanted, torque);
         } else {
             delta_startup_signal(&start, delta_joints_signals());
-            (void)delta_startup_tick(&start, now, raw, torque);
+            delta_shoulders(raw, theta);
+            (void)delta_startup_tick(&start, now, theta, torque);
             int step = delta_startup_step(&start);
             if (step != told) hal_report(DELTA_EVENT_STEP, step, now, 0.0);
             told = step;

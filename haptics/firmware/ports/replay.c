@@ -25,6 +25,7 @@ typedef struct {
 
 static struct {
     delta_memory memory;
+    delta_made made;
     delta_real laws[MOST_LAWS][DELTA_LAW_COLUMNS];
     reading in[BLOCK];
     answer out[BLOCK];
@@ -91,9 +92,12 @@ int main(void)
         for (uint32_t k = 0; k < many; k++) {
             const reading *r = &all.in[k];
             answer *a = &all.out[k];
+            delta_real theta[3], torque[3];
             request(r);
             uint32_t begun = clock_now();
-            a->bits = delta_tick(&all.memory, all.laws[0], (long)rows, r->now, r->theta, a->torque);
+            delta_drawn(&all.made, r->theta, theta);
+            a->bits = delta_tick(&all.memory, all.laws[0], (long)rows, r->now, theta, torque);
+            delta_turned(&all.made, torque, a->torque);
             a->took = clock_between(begun, clock_now());
         }
         if (write_file(to, all.out, many * sizeof(answer)) != many * sizeof(answer)) return 2;

@@ -9,7 +9,7 @@ from delta_cad.design import Design
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from delta_cad.mechanism.chains import chain_angles
 from delta_cad.mechanism.geometry import DeltaGeometry
-from haptics.calibration.unknowns import nominal
+from haptics.calibration.unknowns import LENGTHS, Unknowns, nominal
 from haptics.devices.calibrated import CalibratedDevice
 from haptics.devices.device import Reading
 from haptics.devices.fake import FakeDevice
@@ -26,6 +26,20 @@ def test_readings_become_those_of_the_drawn_device_at_the_same_place(best: Desig
         np.testing.assert_allclose(seen.position, point, atol=1e-12)
         np.testing.assert_allclose(sample.angles, inverse_kinematics(best.geometry, point), atol=1e-11)
     assert seen.time == seen.device.time
+
+
+def test_a_device_as_far_off_as_a_calibration_may_hold(best: Design) -> None:
+    """Arms stand up to half a radian from the drawn ones there."""
+    rng = np.random.default_rng(5)
+    table, p, most = nominal(best.geometry).table, cube_points(best, rng, 20), 0.0
+    for _ in range(20):
+        device = Unknowns(table + np.hstack([rng.choice([-5e-3, 5e-3], (3, LENGTHS)), np.zeros((3, 5))]))
+        for point, angles in zip(p, chain_angles(device.mechanism, p), strict=True):
+            drawn = CalibratedDevice(FakeDevice([angles]), best.geometry, device).read().angles
+            wanted = inverse_kinematics(best.geometry, point)
+            np.testing.assert_allclose(drawn, wanted, atol=1e-11)
+            most = max(most, np.abs(wanted - angles).max())
+    assert most > 0.3
 
 
 def test_torques_do_the_work_that_was_meant(best: Design) -> None:

@@ -14,6 +14,8 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism import inverse_kinematics
 from haptics.control.controller import Controller, fresh, tick
+from haptics.control.correction import COLUMNS as COLUMNS_MADE
+from haptics.control.correction import DRAWN, ROWS, Correction, correct, turned
 from haptics.control.supervisor.memory import DISABLE, ENABLE, HEARD, NOW, REQUEST, RESET, SIGNALS
 from haptics.firmware.generate import sources
 from haptics.firmware.ports import files_of_ports
@@ -37,6 +39,7 @@ CORES = {
     "m4": (("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"), "mps2-an386"),
 }
 COUNTS = 25.6  # of SysTick an instruction, at 25 MHz under `-icount shift=10`
+AS_DRAWN = Correction(0.0, 0.0, 0.0, 1.0, np.zeros((3, COLUMNS_MADE)))
 NOTHING, ENABLED, DISABLED, WAS_RESET, SPOKEN = range(5)
 HOME = np.array([0.0, 0.0, 0.0946])
 LAWS = law_table(
@@ -116,8 +119,8 @@ def recording(machine: MachineModel, ticks: int, seed: int, period: float, fault
 
 
 @compiled
-def _run(controller, memory, laws, now, theta, request, signal, torque, bits):
-    supervisor = memory.supervisor
+def _run(controller, known, memory, laws, now, theta, request, signal, torque, bits):
+    supervisor, made = memory.supervisor, np.zeros((ROWS, 3))
     out = np.zeros(3)
     for k in range(now.shape[0]):
         asked = request[k]
@@ -130,16 +133,23 @@ def _run(controller, memory, laws, now, theta, request, signal, torque, bits):
         elif asked == SPOKEN:
             supervisor[HEARD] = min(now[k], supervisor[NOW])
         supervisor[SIGNALS] = float(signal[k])
-        bits[k] = tick(controller, memory, laws, now[k], theta[k], out)
-        torque[k, :] = out
+        if known.forearm_length > 0.0:
+            correct(known, theta[k], made)
+            bits[k] = tick(controller, memory, laws, now[k], made[DRAWN], out)
+            turned(made, out, controller.limits.torque, torque[k])
+        else:
+            bits[k] = tick(controller, memory, laws, now[k], theta[k], out)
+            torque[k, :] = out
 
 
-def by_python(controller: Controller, recorded: Recorded) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def by_python(
+    controller: Controller, recorded: Recorded, known: Correction = AS_DRAWN
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bits, torques and the memory at the end, by the compiled Python tick."""
     r, memory = recorded.readings, fresh(controller)
     torque, bits = np.zeros((len(r), 3)), np.zeros(len(r), np.int64)
     columns = [np.ascontiguousarray(r[name]) for name in ("now", "theta", "request", "signal")]
-    _run(controller, memory, recorded.laws, *columns, torque, bits)
+    _run(controller, known, memory, recorded.laws, *columns, torque, bits)
     return bits, torque, np.concatenate([memory.filters.ravel(), memory.supervisor, memory.work.ravel()])
 
 
@@ -149,9 +159,10 @@ def generated(controller: Controller, precision: Precision) -> dict[str, str]:
     return {**sources(controller, "under-test", precision), **files_of_ports()}
 
 
-def write(controller: Controller, precision: Precision, folder: Path) -> Path:
-    """Writes all files of a controller into a folder that is made."""
-    for name, text in generated(controller, precision).items():
+def write(controller: Controller, precision: Precision, folder: Path, known: Correction | None = None) -> Path:
+    """Writes all files of a controller, perhaps for one made device, into a folder that is made."""
+    made = {} if known is None else sources(controller, "under-test", precision, known=known)
+    for name, text in {**generated(controller, precision), **made}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")

@@ -5,8 +5,8 @@ the angles that the drawn device has where the made one is: readings to angles, 
 lengths, the position to the drawn angles. Torques, which act on angles and not on readings, go back by the derivative
 `D = d drawn / d angle`: `torque = D^T torque_drawn` has the same power, so that force and gravity come out at the
 handle as they were meant.
-Scalars without allocation, in the subset of the language that the firmware is translated from. Importing this module
-loads numba.
+Scalars without allocation, in the subset of the language that the firmware is translated from, with sine and cosine of
+our own: a board computes the same bits. Importing this module loads numba.
 """
 
 from __future__ import annotations
@@ -19,12 +19,16 @@ import numpy as np
 from delta_cad.common.jit import compiled
 from delta_cad.mechanism.geometry import SIN_60, DeltaGeometry
 from haptics.calibration.unknowns import LENGTHS, Unknowns
+from haptics.control.sincos import sincos
 
-POSITION, DRAWN = 3, 4  # rows of what `correct` fills; rows 0-2 are D, row i the drawn angle of chain i by each angle
-ELBOW, COS, SIN = 5, 8, 9  # rows of work: elbows, then forearms; of the made device's angles
-ROWS = 10
+# Rows of what `correct` fills; rows 0-2 are D, row i the drawn angle of chain i by each angle; row 5 the made angles.
+POSITION, DRAWN, ANGLE = 3, 4, 5
+ELBOW, COS, SIN = 6, 9, 10  # rows of work: elbows, then forearms; of the made device's angles
+ROWS = 11
 # Columns of the table, by chain: radius difference, upper arm, forearm, side and height offset, zero, four waves.
 COLUMNS = 10
+TAU = 2.0 * math.pi
+MOST_TURNS = 1e4  # rad of an encoder's own turn: beyond, no encoder is, and a whole number of turns might not fit
 
 
 class Correction(NamedTuple):
@@ -60,6 +64,25 @@ def correction(g: DeltaGeometry, unknowns: Unknowns) -> Correction:
 
 
 @compiled
+def shoulders(known, readings, angles):
+    """Gives the angles of the made device's arms: readings with zero and waves of each encoder.
+
+    Args:
+        known: `Correction`.
+        readings: (3,) rad.
+        angles: (3,) filled, rad; NaN for a reading that is no number.
+    """
+    table = known.table
+    for i in range(3):
+        a = known.turns * readings[i]
+        whole = TAU * float(math.floor(a / TAU + 0.5)) if abs(a) <= MOST_TURNS else math.nan
+        s1, c1 = sincos(a - whole)
+        c2, s2 = c1 * c1 - s1 * s1, 2.0 * s1 * c1
+        waves = table[i, 6] * c1 + table[i, 7] * s1 + table[i, 8] * c2 + table[i, 9] * s2
+        angles[i] = readings[i] + table[i, 5] + waves
+
+
+@compiled
 def correct(known, readings, out):
     """Gives where the handle is, and how the drawn device would stand there.
 
@@ -67,15 +90,13 @@ def correct(known, readings, out):
         known: `Correction`.
         readings: (3,) rad.
         out: (ROWS, 3) filled: rows 0-2 D; row 3 the position, m; row 4 the drawn angles, rad; NaN where the
-            chains do not close. The rest is work.
+            chains do not close, or arms stand otherwise than a device that was made to the drawing; row 5 the angles
+            of its own arms. The rest is work.
     """
-    table, turns = known.table, known.turns
-    e, c, s = out[ELBOW:COS], out[COS], out[SIN]
+    table, e, c, s = known.table, out[ELBOW:COS, 0:3], out[COS], out[SIN]
+    shoulders(known, readings, out[ANGLE])
     for i in range(3):
-        a = turns * readings[i]
-        c1, s1, c2, s2 = math.cos(a), math.sin(a), math.cos(2.0 * a), math.sin(2.0 * a)
-        angle = readings[i] + table[i, 5] + table[i, 6] * c1 + table[i, 7] * s1 + table[i, 8] * c2 + table[i, 9] * s2
-        c[i], s[i] = math.cos(angle), math.sin(angle)
+        s[i], c[i] = sincos(out[ANGLE, i])
         rx = 1.0 if i == 0 else -0.5
         ry = 0.0 if i == 0 else (SIN_60 if i == 1 else -SIN_60)
         radial = table[i, 0] + table[i, 1] * c[i]
@@ -114,7 +135,13 @@ def correct(known, readings, out):
         w2 = rho2 - m * m
         w = math.sqrt(w2) if w2 >= 0.0 else math.nan
         cos, sin = (q * m + pz * w) / rho2, (pz * m - q * w) / rho2
-        out[DRAWN, i] = math.atan2(sin, cos)
+        # from the made angle, less than a right angle away, by the arcsine's series: off by 0.4, 8e-4, 2e-17 at most
+        near, sn, cn = out[ANGLE, i], s[i], c[i]
+        out[DRAWN, i] = near if cos * cn + sin * sn > 0.0 else math.nan
+        for _ in range(3):
+            rest = sin * cn - cos * sn
+            out[DRAWN, i] += rest * (1.0 + rest * rest / 6.0)
+            sn, cn = sincos(out[DRAWN, i])
         # the drawn angle turns by s . v / (L_A w), s being the drawn forearm
         along, height = q - la * cos, pz - la * sin
         sx, sy = along * rx - t * ry, along * ry + t * rx
@@ -128,3 +155,24 @@ def correct(known, readings, out):
             turn = c[j] * e[j, 2] - s[j] * (e[j, 0] * jx + e[j, 1] * jy)
             rate = table[j, 1] * turn / det
             out[i, j] = rate * (sx * vx + sy * vy + height * vz) / (la * w)
+
+
+@compiled
+def turned(out, torque, most, made):
+    """Turns torques for the drawn device into those that do the same at the handle of the made one, `D^T torque`.
+
+    Args:
+        out: What `correct` filled at the last reading.
+        torque: (3,) N m.
+        most: Largest that a joint may have, N m; beyond, all three are scaled down. May be infinite.
+        made: (3,) filled, N m; none where it is not known where the handle is.
+    """
+    largest = 0.0
+    known = True
+    for j in range(3):
+        made[j] = out[0, j] * torque[0] + out[1, j] * torque[1] + out[2, j] * torque[2]
+        known = known and abs(made[j]) < math.inf
+        largest = max(largest, abs(made[j]))
+    scale = (most / largest if largest > most else 1.0) if known else 0.0
+    for j in range(3):
+        made[j] = scale * made[j] if known else 0.0
