@@ -10,6 +10,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS
+from haptics.feel.holds import DEFINITION, hold_facts, hold_markdown
 from haptics.feel.loop_page import loop_facts, loop_markdown, loop_text
 from haptics.feel.reference_devices import LABELS, PublishedDevice, reference_devices
 from haptics.feel.sheet import MASS_ERROR, Feel
@@ -40,6 +41,7 @@ def feel_facts(sheet: Feel) -> dict[str, Any]:
         "name": sheet.machine.design.name,
         "answers": [asdict(answer) for answer in sheet.answers],
         "summary": {summary.quantity.key: _summary_facts(summary) for summary in sheet.summaries.values()},
+        "hold": {"definition": DEFINITION, "forces": hold_facts(sheet.holds)},
         "loop": loop_facts(sheet.loop, sheet.summaries),
         "simulated_wall_N_per_mm": {
             wall.axis: {
@@ -155,6 +157,7 @@ def feel_markdown(sheet: Feel) -> str:
         "hides smaller forces from a resting hand. Force in every direction: the largest ball in the polytope of "
         f"forces that the joints give beside the weight. {_stops(sheet)}",
         "",
+        *hold_markdown(sheet.machine, sheet.holds),
         *loop_markdown(sheet.loop, sheet.summaries),
         "## Walls by the paper's protocol, in the paper's loop of 1 kHz, simulated",
         "",

@@ -13,6 +13,7 @@ import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from haptics.feel.field import COMMAND_STEPS, Drive, FeelField, feel_at
+from haptics.feel.holds import Hold, holds
 from haptics.feel.loops import DEFAULT_WALL, LoopSheet, loop_sheet
 from haptics.feel.summary import QUANTITIES, Summary, summarise
 from haptics.model.hands import CORNERS
@@ -72,6 +73,7 @@ class Feel:
         wall_positions: m.
         stiffness: The simulated and linear walls at the centre, in the paper's loop.
         loop: The loop on the board.
+        holds: How long forces may be held.
         answers: To a designer's questions.
     """
 
@@ -83,6 +85,7 @@ class Feel:
     wall_positions: np.ndarray
     stiffness: Stiffness
     loop: LoopSheet
+    holds: tuple[Hold, ...]
     answers: tuple[Answer, ...]
 
 
@@ -141,7 +144,7 @@ def feel(
     drive = joint_drive(machine)
     say("figures over the cube")
     field = feel_at(machine, drive, cube_points(machine, GRID, GRID, GRID))
-    middle = feel_at(machine, drive, machine.centre)
+    middle, held = feel_at(machine, drive, machine.centre), holds(machine, drive, field.position)
     slices = feel_at(machine, drive, cube_points(machine, SLICE, SLICE, 3))
     say("walls over the cube")
     positions = cube_points(machine, *WALL_GRID)
@@ -158,7 +161,7 @@ def feel(
             value = float(middle.named()[quantity.name])
             summaries[quantity.name] = summarise(quantity, value, field.named()[quantity.name], field.position)
     answers = (stays(machine, drive, summaries), hard(loop, summaries["wall"]), buzzes(loop, summaries))
-    return Feel(machine, drive, summaries, slices, limits, positions, stiffness, loop, answers)
+    return Feel(machine, drive, summaries, slices, limits, positions, stiffness, loop, held, answers)
 
 
 def stays(machine: MachineModel, drive: Drive, summaries: dict[str, Summary]) -> Answer:

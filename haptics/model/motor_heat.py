@@ -20,6 +20,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import root_scalar
+
 from delta_cad.catalogue import Motor
 from delta_cad.common.jit import inlined
 from delta_cad.common.units import G_PER_KG
@@ -97,6 +101,46 @@ def motor_heat(motor: Motor, drive: float, ambient_C: float = REFERENCE_C) -> He
         coupling=1.0 / (inner * housing),
         housing_time=outer * housing,
     )
+
+
+def hold_time(heat: Heat, torque: float, temperature: float, before: float = 0.0) -> float:
+    """Computes how long a motor at rest may hold a torque until its winding reaches a temperature, exactly: at a steady
+    torque both bodies are linear, copper's growing resistance included.
+
+    Args:
+        heat: Of two bodies, the air not below 25 C.
+        torque: N m at the joint.
+        temperature: C.
+        before: Torque that was held for ever before, N m; 0: all is as warm as the air.
+
+    Returns:
+        s; infinite where it is never reached, 0 where it is there already.
+
+    Raises:
+        ValueError: The motor's thermal data are not known.
+    """
+    if heat.coupling == 0.0:
+        raise ValueError("heat has no housing: thermal resistances of the motor are not known")
+
+    def rates(held: float) -> np.ndarray:
+        """(3, 3) of winding, housing and 1: what they grow by, 1/s."""
+        power, inner, outer = heat.heat * held**2, 1.0 / heat.winding_time, 1.0 / heat.housing_time
+        own = power * (1.0 - heat.slope * REFERENCE_C)
+        winding = [power * heat.slope - inner, inner, own]
+        return np.array([winding, [heat.coupling, -heat.coupling - outer, heat.ambient * outer], [0.0, 0.0, 0.0]])
+
+    start, grows = rates(before), rates(torque)
+    begin = np.append(-np.linalg.solve(start[:2, :2], start[:2, 2]), 1.0)
+    if begin[0] >= temperature:
+        return 0.0
+    cools = np.linalg.eigvals(grows[:2, :2]).real.max() < 0.0
+    if cools and -np.linalg.solve(grows[:2, :2], grows[:2, 2])[0] <= temperature:
+        return math.inf
+    low, high = 0.0, heat.winding_time
+    while (expm(high * grows) @ begin)[0] < temperature:
+        low, high = high, 2.0 * high
+    crossed = root_scalar(lambda t: (expm(t * grows) @ begin)[0] - temperature, bracket=(low, high))
+    return float(crossed.root)
 
 
 @inlined

@@ -13,10 +13,12 @@ import pytest
 
 import haptics.feel.loops
 import haptics.feel.sheet
+from delta_cad import catalogue
 from delta_cad.design import Design, design_from_dict
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import SingularError
 from haptics.commands.cli import main
+from haptics.feel.holds import hold_facts, hold_markdown, holds
 from haptics.feel.loop_page import WALLS
 from haptics.feel.loops import DEFINITIONS, LoopSheet, loop_sheet
 from haptics.feel.page import MAPS, feel_facts, feel_markdown, feel_text, map_values
@@ -36,6 +38,7 @@ from haptics.feel.sheet import (
 from haptics.feel.summary import QUANTITIES, summarise
 from haptics.model.hands import CORNERS
 from haptics.model.machine import MachineModel
+from haptics.model.motor_heat import hold_time, motor_heat
 from haptics.simulation.assumptions import joint_friction
 from haptics.stability.noise import NoiseFigures
 from haptics.stability.stiffness import Corner, Stiffness, largest_walls
@@ -181,6 +184,28 @@ def test_the_loop_is_told_with_its_definitions(found: Feel) -> None:
     assert found.loop.free[low] / w[low] == pytest.approx(np.full(low.sum(), found.summaries["mass_x"].centre), rel=0.1)
     slow = w < 5.0
     assert found.loop.at_wall[slow] * w[slow] == pytest.approx(np.full(slow.sum(), 3760.0), rel=0.02)  # 5 and 15 N/mm
+
+
+def test_forces_are_held_as_long_as_the_motor_s_data_tell(machine: MachineModel, found: Feel) -> None:
+    page, facts = feel_markdown(found), feel_facts(found)["hold"]
+    assert facts["definition"][1:] in page
+    forces = [found.summaries[name].worst[0] for name in ("force_continuous", "force_peak")]
+    assert [found.holds[0].force, found.holds[-1].force] == pytest.approx(forces)
+    heat = motor_heat(catalogue.motor.chosen(machine.design.hardware), machine.drive.ratio * machine.drive.efficiency)
+    last = facts["forces"][-1]
+    assert last["until_limit_s"] == hold_time(heat, found.drive.peak, heat.hottest)
+    assert facts["forces"][0]["until_limit_s"] == "for ever"
+    for one in found.holds[1:]:
+        assert one.derate is not None
+        assert one.limit is not None
+        assert one.warm is not None
+        assert 0.0 < one.derate < one.limit
+        assert 0.0 < one.warm < one.limit
+    hardware = machine.design.hardware.model_copy(update={"motor": "maxon-ec60flat-625858"})
+    unknown = replace(machine, design=machine.design.model_copy(update={"hardware": hardware}))
+    rows = holds(unknown, found.drive, machine.centre[None])
+    assert {one["until_limit_s"] for one in hold_facts(rows)} == {"unknown"}
+    assert "maxon-ec60flat-625858 lacks" in "\n".join(hold_markdown(unknown, rows))
 
 
 def test_a_plane_of_gains_is_drawn(found: Feel) -> None:

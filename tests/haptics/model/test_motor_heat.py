@@ -6,7 +6,7 @@ from scipy.linalg import expm
 
 from delta_cad import catalogue
 from delta_cad.catalogue import Motor
-from haptics.model.motor_heat import COPPER, DERATE_K, Heat, allowed, motor_heat, warmed
+from haptics.model.motor_heat import COPPER, DERATE_K, Heat, allowed, hold_time, motor_heat, warmed
 
 MOTORS = [m for m in catalogue.family("motor").values() if isinstance(m, Motor)]
 KNOWN = [m for m in MOTORS if m.thermal_resistance_winding_housing_K_W is not None]
@@ -117,3 +117,28 @@ def test_a_drive_that_is_none_is_refused(drive: float) -> None:
 def test_air_that_is_too_hot_is_refused(ambient: float) -> None:
     with pytest.raises(ValueError, match=r"^ambient_C is .* 95 C"):
         motor_heat(catalogue.motor("maxon-re30-310007"), DRIVE, ambient)
+
+
+@pytest.mark.parametrize("motor", KNOWN, ids=lambda m: m.id)
+def test_a_torque_may_be_held_as_long_as_its_integration_says(motor: Motor) -> None:
+    """Integrated step by step, the resistance following the temperature; cold, and warm from the continuous torque."""
+    heat = motor_heat(motor, DRIVE)
+    for share in (1.3, 2.0, 3.0):
+        torque = share * heat.continuous
+        for before, limit in ((0.0, heat.hottest), (0.0, heat.derate), (heat.continuous, heat.hottest)):
+            winding = housing = heat.ambient
+            for _ in range(40_000 if before else 0):  # s, many times the slowest constant
+                winding, housing = warmed(heat, winding, housing, before, 1.0)
+            time = 0.0
+            while winding < limit:
+                winding, housing = warmed(heat, winding, housing, torque, 5e-3)
+                time += 5e-3
+            # Euler's steps of 5 ms over time constants of 12 s and more, and the last step
+            assert hold_time(heat, torque, limit, before) == pytest.approx(time, rel=2e-3, abs=1e-2)
+    assert hold_time(heat, heat.continuous, heat.hottest) == np.inf
+    assert hold_time(heat, 2.0 * heat.continuous, heat.ambient) == 0.0
+
+
+def test_without_thermal_data_no_time_is_told() -> None:
+    with pytest.raises(ValueError, match="not known"):
+        hold_time(motor_heat(UNKNOWN[0], DRIVE), 1.0, 1.0)
