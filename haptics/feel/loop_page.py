@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from haptics.feel.loops import AXIS, DEFAULT_WALL, DEFINITIONS, LoopSheet
+import numpy as np
+
+from delta_cad.common.units import MM_PER_M
+from haptics.feel.loops import AXIS, DEFAULT_WALL, DEFINITIONS, N_PER_MM, LoopSheet
 from haptics.feel.summary import Summary
 from haptics.stability.noise import FORCE, MOTION, SPRING, BAND_Hz, NoiseFigures
 from haptics.stability.walls import SHARE, FourWalls
 
-N_PER_MM = 1e-3  # N/m in N/mm
+TOLD_Hz = (5.0, 20.0, 60.0, 150.0, 500.0)  # at which impedances are told
 WALLS = ("own", "port", "worst", "nominal")
 
 
@@ -65,9 +68,17 @@ def loop_facts(sheet: LoopSheet, summaries: dict[str, Summary]) -> dict[str, Any
         "first_resonance_Hz": sheet.first_resonance,
         "force_bandwidth_Hz": sheet.force_bandwidth,
         "impedance": {
+            "axis": AXIS,
             "frequency_Hz": sheet.frequency[::10].tolist(),
-            "free_N_s_per_m": sheet.free[::10].tolist(),
-            "at_wall_N_s_per_m": sheet.at_wall[::10].tolist(),
+            "places": {
+                place: {
+                    "position_mm": (MM_PER_M * one.position).tolist(),
+                    "wall_N_per_mm": N_PER_MM * one.wall,
+                    "free_N_s_per_m": one.free[::10].tolist(),
+                    "at_wall_N_s_per_m": one.at_wall[::10].tolist(),
+                }
+                for place, one in sheet.impedances.items()
+            },
         },
         "definitions": dict(DEFINITIONS),
     }
@@ -126,6 +137,7 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary]) -> list[str]:
         "",
         "![Impedance](impedance.png)",
         "",
+        *_impedances(sheet),
         "### Noise and dynamics",
         "",
         "| figure | value | meaning |",
@@ -144,6 +156,28 @@ def loop_markdown(sheet: LoopSheet, summaries: dict[str, Summary]) -> list[str]:
         *(f"- {name.replace('_', ' ')}: {text}." for name, text in DEFINITIONS.items()),
         "",
     ]
+
+
+def _impedances(sheet: LoopSheet) -> list[str]:
+    """|Z| of each place at some frequencies, let go and at the wall."""
+    heads = " | ".join(f"{f:g} Hz" for f in TOLD_Hz)
+
+    def cells(z: np.ndarray) -> str:
+        return " | ".join(f"{np.interp(f, sheet.frequency, z):.3g}" for f in TOLD_Hz)
+
+    lines = [
+        f"|Z| along {AXIS}, N s/m:".replace("|", "\\|"),
+        "",
+        f"| place | x, y, z, mm | | {heads} |",
+        f"|---|---|---|{'---:|' * len(TOLD_Hz)}",
+    ]
+    for place, one in sheet.impedances.items():
+        at = ", ".join(f"{MM_PER_M * x + 0.0:.1f}" for x in one.position)
+        lines += [
+            f"| {place} | {at} | let go | {cells(one.free)} |",
+            f"| | | wall of {N_PER_MM * one.wall:.1f} N/mm | {cells(one.at_wall)} |",
+        ]
+    return [*lines, ""]
 
 
 def loop_text(sheet: LoopSheet) -> list[str]:

@@ -43,13 +43,14 @@ def z_width(sheet: LoopSheet, name: str) -> Figure:
 
 @styled
 def impedance(sheet: LoopSheet, name: str) -> Figure:
-    """Draws |Z| at the handle over frequency, let go and at a wall."""
+    """Draws |Z| at the handle over frequency at each place, let go and at a wall."""
     figure = Figure(figsize=(8.0, 4.6), layout="constrained")
     ax = figure.subplots()
-    ax.loglog(sheet.frequency, sheet.free, color=GREEN, label="let go")
-    ax.loglog(sheet.frequency, sheet.at_wall, color=BLUE, label="at the wall that is rendered")
+    for colour, (place, one) in zip((BLUE, GREEN, VERMILLION), sheet.impedances.items(), strict=True):
+        ax.loglog(sheet.frequency, one.free, color=colour, label=f"{place}, let go")
+        ax.loglog(sheet.frequency, one.at_wall, "--", color=colour, label=f"at a wall of {1e-3 * one.wall:.1f} N/mm")
     ax.axvline(sheet.first_resonance, color="black", linewidth=0.7, linestyle=":", label="first resonance, motors held")
-    ax.set(xlabel="Hz", ylabel="|Z|, N s/m", xlim=(1.0, float(sheet.frequency[-1])))
-    ax.set_title(f"Impedance at the handle of {name} along {AXIS}, centre", fontsize=11)
-    ax.legend(frameon=False, fontsize=9)
+    ax.set(xlabel="Hz", ylabel="|Z|, N s/m", xlim=(1.0, float(sheet.frequency[-1])), ylim=(0.05, 5e3))
+    ax.set_title(f"Impedance at the handle of {name} along {AXIS}", fontsize=11)
+    ax.legend(frameon=False, fontsize=9, ncols=2)
     return figure

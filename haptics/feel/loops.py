@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -22,10 +23,11 @@ from haptics.stability.bodies import continuous, loaded
 from haptics.stability.noise import SPRING, NoiseFigures, NoisyLoop
 from haptics.stability.port import impedance
 from haptics.stability.wall_trial import WallBench
-from haptics.stability.walls import NOBODY, SHARE, FourWalls, WallAt
+from haptics.stability.walls import NOBODY, SHARE, FourWalls, WallAt, computed_wall
 
 DEFAULT_WALL = 5000.0  # N/m, which the board's loop is to bear at the centre with every hand
 DAMPINGS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # of the K-B plane, N s/m
+N_PER_MM = 1e-3  # N/m in N/mm
 AXIS = "x"  # Along which K-B plane and impedance are drawn: the softest of the three at the centre
 FIXED = 1e9  # N m/rad that hold a motor whose structure alone is to swing
 
@@ -48,9 +50,28 @@ DEFINITIONS = {
     "force_bandwidth": "corner of the current loop, 1 / (2 pi lag)",
     "first_resonance": "lowest mode with the motors held, the structure lumped as one spring of the stiffness that the "
     "design asks for: a lower bound",
-    "impedance": "force over velocity at the handle, averaged, let go and at the wall that is rendered",
+    "impedance": "force over velocity at the handle along the axis, the other directions free, averaged, let go and at "
+    f"the wall that is rendered, of {N_PER_MM * DEFAULT_WALL:g} N/mm at most: at the cube's centre, in its floor's "
+    "middle, and in the corner whose wall may have the least stiffness",
     "noise": "force that the encoders' noise commands and motion of the handle in 150 to 500 Hz, rms, by covariance",
 }
+
+
+@dataclass(frozen=True)
+class PlaceImpedance:
+    """Impedance at one place, along `AXIS`.
+
+    Attributes:
+        position: (3,) m.
+        wall: Stiffness of the wall there, N/m.
+        free: (m,) |Z| let go, N s/m.
+        at_wall: (m,) |Z| at that wall, N s/m.
+    """
+
+    position: np.ndarray
+    wall: float
+    free: np.ndarray
+    at_wall: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -70,8 +91,7 @@ class LoopSheet:
         noise_rad: Of one reading.
         standing: (axis, hand) -> whether the default wall stands in the simulation.
         frequency: (m,) Hz.
-        free: (m,) |Z| let go, N s/m.
-        at_wall: (m,) |Z| at the wall that is allowed at the centre, N s/m.
+        impedances: Place -> impedance there.
         first_resonance: Hz.
         force_bandwidth: Hz.
     """
@@ -88,8 +108,7 @@ class LoopSheet:
     noise_rad: float
     standing: dict[tuple[str, str], bool]
     frequency: np.ndarray
-    free: np.ndarray
-    at_wall: np.ndarray
+    impedances: dict[str, PlaceImpedance]
     first_resonance: float
     force_bandwidth: float
 
@@ -137,7 +156,7 @@ def loop_sheet(
         for axis in AXES
         for name, hand in HANDS.items()
     }
-    stiff = min(SHARE * walls[AXIS].worst, DEFAULT_WALL)
+    say("impedance")
     return LoopSheet(
         loop=loop,
         walls=walls,
@@ -151,8 +170,7 @@ def loop_sheet(
         noise_rad=sensor_errors(machine).noise,
         standing=standing,
         frequency=handle.frequency / (2.0 * math.pi),
-        free=np.abs(impedance(handle, at.estimator, 0.0, 0.0)),
-        at_wall=np.abs(impedance(handle, at.estimator, stiff, loop.damping)),
+        impedances={name: impedance_at(machine, p, loop) for name, p in places(machine, loop).items()},
         first_resonance=first_resonance(machine, loop),
         force_bandwidth=1.0 / (2.0 * math.pi * loop.current_lag),
     )
@@ -166,6 +184,22 @@ def _plane(machine: MachineModel, loop: LoopChoice) -> dict[str, np.ndarray]:
     at = WallAt(machine, loop, normal=AXES[AXIS])
     hands = {NOBODY: FREE, **HANDS}
     return {name: np.array([at.stable(hand, b) for b in DAMPINGS]) for name, hand in hands.items()}
+
+
+def places(machine: MachineModel, loop: LoopChoice = BOARD) -> dict[str, np.ndarray]:
+    """Gives where impedance is told, (3,) m each: centre, floor's middle, and the corner of the softest wall."""
+    half = machine.half_side
+    corners = [machine.centre + half * np.array(signs) for signs in product((-1.0, 1.0), repeat=3)]
+    worst = min(corners, key=lambda p: computed_wall(machine, p, AXES[AXIS], loop))
+    return {"centre": machine.centre, "floor's middle": machine.centre - [0.0, 0.0, half], "worst corner": worst}
+
+
+def impedance_at(machine: MachineModel, p: np.ndarray, loop: LoopChoice = BOARD) -> PlaceImpedance:
+    """Computes the impedance at a place, (3,) m, let go and at the wall that is rendered there."""
+    at = WallAt(machine, loop, p, AXES[AXIS])
+    handle, stiff = at.at_handle(), min(SHARE * computed_wall(machine, p, AXES[AXIS], loop), DEFAULT_WALL)
+    free, wall = (impedance(handle, at.estimator, k, b) for k, b in ((0.0, 0.0), (stiff, loop.damping)))
+    return PlaceImpedance(p, stiff, np.abs(free), np.abs(wall))
 
 
 def first_resonance(machine: MachineModel, loop: LoopChoice = BOARD) -> float:

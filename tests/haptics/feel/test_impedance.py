@@ -1,0 +1,88 @@
+"""Impedance off the centre against the simulated loop: a force that swings on the handle, and how fast that moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from delta_cad.design import Design
+from haptics.control.wall_cap import UNCAPPED
+from haptics.feel.loops import DEFAULT_WALL, PlaceImpedance, impedance_at, places
+from haptics.model.machine import MachineModel
+from haptics.model.plant import Hand
+from haptics.rendering import law_table
+from haptics.rendering.laws.constant_force import ConstantForce
+from haptics.rendering.laws.virtual_wall import axis_wall
+from haptics.simulation.hardware import board_controller, reading_age, real_plant
+from haptics.simulation.loop import simulate, timing
+from haptics.simulation.loops import BOARD
+from haptics.stability.wall_trial import LOOP_SUBSTEPS
+from haptics.stability.walls import WallAt
+from tests.haptics.scene_machine import scene_machine
+
+LEAN, SWING = 2.0, 0.2  # N: presses the handle into the wall, and swings about that
+HELD, SETTLES, CYCLES = 0.7, 0.8, 30  # s held till all force has come in, s to settle; cycles that are measured
+HOLD = Hand(mass=0.0, stiffness=2000.0, damping=20.0)
+
+
+@pytest.fixture(scope="module")
+def machine(best: Design) -> MachineModel:
+    return scene_machine(best)
+
+
+def simulated(machine: MachineModel, place: PlaceImpedance, frequency: float, wall: bool) -> float:
+    """|Z| from the Fourier coefficient of the handle's way, nothing linearised; no friction that sticks."""
+    inwards = -1.0 if place.position[0] > 0.0 else 1.0
+    period = BOARD.period
+    cycle = round(1.0 / (frequency * period))
+    let_go = round(HELD / period)
+    settles = let_go + round(SETTLES / period)
+    ticks = settles + CYCLES * cycle
+    w = 2.0 * np.pi / (cycle * period)
+    push = np.zeros((ticks, 3))
+    push[let_go:, 0] = SWING * np.cos(w * period * np.arange(ticks - let_go))
+    law = law_table(ConstantForce([0.0, 0.0, 0.0]))
+    if wall:
+        push[let_go:, 0] += inwards * LEAN
+        name = "+x" if inwards > 0.0 else "-x"
+        law = law_table(axis_wall(name, place.position[0], stiffness=place.wall, damping=BOARD.damping, blend=2e-5))
+    plain = real_plant(machine)._replace(coulomb=0.0, arm_coulomb=0.0, ripple=0.0, cogging=0.0)
+    run = simulate(
+        plain,
+        board_controller(machine)._replace(walls=UNCAPPED),
+        law,
+        timing(period, BOARD.delay + reading_age(machine), LOOP_SUBSTEPS),
+        place.position,
+        hand=HOLD,
+        held=np.arange(ticks) < let_go,
+        anchor=np.tile(place.position, (ticks, 1)),
+        push=push,
+        count=0.0,
+    )
+    assert not int(np.bitwise_or.reduce(run.bits[settles:]))
+    turns = np.exp(-1j * w * period * np.arange(settles, ticks))
+    way = (run.knob[settles:, 0] - run.knob[-1, 0]) * 2.0 * np.hanning(ticks - settles)  # without what still drifts
+    held = np.sinc(w * period / 2.0 / np.pi)  # a force that is held for a period swings by less
+    return held * SWING / (w * abs(2.0 * np.mean(way * turns)))
+
+
+def test_the_places_are_the_cube_s(machine: MachineModel) -> None:
+    found = places(machine)
+    assert np.abs(found["worst corner"] - machine.centre) == pytest.approx(np.full(3, machine.half_side))
+    assert found["floor's middle"] == pytest.approx(machine.centre - [0.0, 0.0, machine.half_side])
+    one = impedance_at(machine, found["worst corner"])
+    mass = WallAt(machine, p=one.position).here.effective_mass([1.0, 0.0, 0.0])
+    w = 2.0 * np.pi * 10.0
+    low = np.interp(10.0, WallAt(machine).at_handle().frequency / (2.0 * np.pi), one.free)
+    assert low == pytest.approx(w * mass, rel=0.25)  # and the drives' damping
+    assert one.wall <= DEFAULT_WALL
+
+
+@pytest.mark.parametrize("frequency", [40.0, 100.0])
+@pytest.mark.parametrize("wall", [False, True])
+@pytest.mark.parametrize("name", ["floor's middle", "worst corner"])
+def test_the_simulated_loop_has_that_impedance(machine: MachineModel, name: str, wall: bool, frequency: float) -> None:
+    place = impedance_at(machine, places(machine)[name])
+    known = WallAt(machine).at_handle().frequency / (2.0 * np.pi)
+    told = np.interp(frequency, known, place.at_wall if wall else place.free)
+    assert simulated(machine, place, frequency, wall) == pytest.approx(told, rel=0.03)
