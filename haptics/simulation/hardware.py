@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, dimensions
 from haptics.control.controller import Controller
 from haptics.control.filters import low_pass
@@ -81,12 +82,19 @@ def compliance(machine: MachineModel) -> Compliance:
     return Compliance(2.0 * pull / strand * radius**2, structure, knob)
 
 
+# The last design and its dimensions: walls are asked for at many poses, and a direct drive's dimensions take a second.
+_LAST: list[tuple[Design, Dimensions | None]] = []
+
+
 def _sizes(machine: MachineModel) -> Dimensions | None:
     """The dimensions of a design; None where it cannot be built, which has no stops and a sector as wide as most."""
-    try:
-        return dimensions(machine.design)
-    except DimensionError:
-        return None
+    if not (_LAST and _LAST[0][0] is machine.design):
+        try:
+            found = dimensions(machine.design)
+        except DimensionError:
+            found = None
+        _LAST[:] = [(machine.design, found)]
+    return _LAST[0][1]
 
 
 def sensor_errors(machine: MachineModel) -> SensorErrors:

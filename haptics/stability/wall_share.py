@@ -19,7 +19,7 @@ from haptics.simulation.loops import BOARD, LoopChoice
 from haptics.stability.walls import WallAt
 
 # Shares of the closed form that are tried, the largest first; none of them: the loop is refused.
-SCALES = (1.0, 0.98, 0.96, 0.94, 0.92, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+SCALES = (*(0.02 * k for k in range(50, 35, -1)), 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
 PARTS = (0.05, 0.3, 0.6, 0.85, 1.0)  # Walls tried at a pose, as shares of the stiffest: a softer one must stand, too
 NORMALS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 STRONG = 1e3  # A damping beyond all caps, N s/m

@@ -19,7 +19,7 @@ from haptics.simulation.loops import BOARD, at_rate
 from haptics.stability import wall_share
 from haptics.stability.wall_share import closed_form, proven_cap
 from haptics.stability.walls import computed_wall
-from tests.haptics.scene_machine import scene_machine
+from tests.haptics.scene_machine import gallery_machine, scene_machine
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +53,26 @@ def test_the_proven_cap_holds_between_the_poses_that_were_tried(machine: Machine
         at = wall_share.WallAt(machine, BOARD, pose, normal, place=0, delay=BOARD.delays[2] * BOARD.period)
         assert wall_share._stands(at, cap._replace(share=0.97 * cap.share / SHARE))  # between: 3 %
     assert closed_form(cap, jacobian(machine.geometry, machine.centre), np.array(AXES["x"]))[0] > 5000.0
+
+
+@pytest.mark.parametrize(("name", "rate_Hz", "least"), [("pocket-40", 8e3, 0.95), ("direct-83", 8e3, 0.95),
+                                                        ("desk-150", 8e3, 0.81), ("desk-150", 1e3, 0.95)])  # fmt: skip
+def test_the_cap_is_proven_for_other_machines(name: str, rate_Hz: float, least: float) -> None:
+    """A small one, a direct drive, a large one whose drives damp so much that walls of 75 N/mm meet the structure."""
+    machine, loop = gallery_machine(name), at_rate(rate_Hz)
+    cap = proven_cap(machine, loop)
+    assert least * SHARE <= cap.share <= SHARE
+    rng = np.random.default_rng(6)
+    for k in range(5):  # where it was not tried
+        share = rng.uniform(-1.0, 1.0, 3) if k % 2 else rng.choice([-1.0, 0.0, 1.0], 3)
+        pose = machine.centre + machine.half_side * share
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        at = wall_share.WallAt(machine, loop, pose, normal, place=0, delay=loop.delays[2] * loop.period)
+        assert wall_share._stands(at, cap._replace(share=cap.share / SHARE))
+        stiffness, damping = closed_form(cap, jacobian(machine.geometry, pose), normal)
+        borne_there = computed_wall(machine, pose, normal, replace(loop, damping=damping))
+        assert 0.45 * borne_there < stiffness < 1.005 * SHARE * borne_there
 
 
 def test_a_loop_that_bears_nothing_is_refused(machine: MachineModel, monkeypatch: pytest.MonkeyPatch) -> None:
