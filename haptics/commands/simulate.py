@@ -32,7 +32,7 @@ def arguments(command: argparse.ArgumentParser) -> None:
     device_arguments(command)
     command.add_argument("--scene", required=True, choices=SCENES)
     command.add_argument("--hand", choices=HANDS, help="who pushes; of the scene wall only, default medium")
-    why = "limits of the scene wall again, one assumption changed at a time: why they differ from the paper's"
+    why = "the scene again, one assumption changed at a time: why it differs from the paper's figures; not of noise"
     command.add_argument("--differs", action="store_true", help=why)
     delay = number(f"delay in ms, 0 to {LONGEST_MS:g}", 0.0, LONGEST_MS)
     command.add_argument("--delay", type=delay, default=DELAY_MS, metavar="MS", help=f"default {DELAY_MS:g}")
@@ -47,8 +47,8 @@ def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
     if given.hand is not None and given.scene != "wall":
         return refuse(f"--hand {given.hand}: of the scene wall only; --scene {given.scene} has no hand", BAD_INPUT)
-    if given.differs and given.scene != "wall":
-        return refuse(f"--differs: of the scene wall only, not of {given.scene}", BAD_INPUT)
+    if given.differs and given.scene == "noise":
+        return refuse("--differs: not of the scene noise, which is none of the paper's", BAD_INPUT)
     if given.delay != DELAY_MS and given.scene == "noise":
         return refuse(f"--delay {given.delay:g}: the scene noise has the delay of the board's loop", BAD_INPUT)
     if given.plot:
@@ -94,15 +94,25 @@ def _scene(machine: MachineModel, given: argparse.Namespace) -> Scene:
 
 
 def _differs(machine: MachineModel, given: argparse.Namespace, scene: Scene, line: Line) -> Scene:
-    """The scene with the cases of `wall_differs` among its facts and in its discussion."""
+    """The scene with other assumptions' cases among its facts and in its discussion."""
     from dataclasses import asdict, replace
 
+    from haptics.scenes.figures_differ import figure_cases, figure_discussion
     from haptics.scenes.wall_differs import cases, discussion
 
     hand, delay = given.hand or "medium", _rounded(given.delay)
-    found = cases(machine, hand, delay, given.seed, lambda name: line.show(f"wall: {name}"))
+
+    def show(name: str) -> None:
+        line.show(f"{scene.name}: {name}")
+
+    if scene.name == "wall":
+        found = cases(machine, hand, delay, given.seed, show)
+        said = discussion(found, hand, delay)
+    else:
+        found = figure_cases(machine, scene.name, delay, given.seed, show)
+        said = figure_discussion(scene.name, found)
     facts = scene.facts | {"differs": [asdict(one) for one in found]}
-    return replace(scene, facts=facts, discussion=[*scene.discussion, *discussion(found, hand, delay)])
+    return replace(scene, facts=facts, discussion=[*scene.discussion, *said])
 
 
 def _rounded(delay_ms: float) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -12,6 +13,7 @@ from delta_cad.mechanism.limits.friction import HandleFriction, friction
 from haptics.gravity import gravity_torque
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Hand
+from haptics.model.sensor import EXACT
 from haptics.rendering import law_table
 from haptics.rendering.laws.operating_resistance import OperatingResistance
 from haptics.simulation.assumptions import (
@@ -22,7 +24,9 @@ from haptics.simulation.assumptions import (
     joint_friction,
     nominal_plant,
 )
+from haptics.simulation.hardware import reading_age, real_plant, sensor_errors
 from haptics.simulation.loop import SimulatedRun, simulate, timing
+from haptics.simulation.loops import PAPER
 from haptics.stability.discrete import DampingCap, damping_cap
 from haptics.stability.estimator_models import linear_models
 from haptics.stability.linear import linearise
@@ -32,6 +36,28 @@ READY = 0.8  # Before a scene begins: the supervisor's ramp of half a second, an
 # A slide that takes the handle along a path, as a person with a ruler does: stiff, so that the handle keeps to it.
 GUIDE = Hand(mass=0.1, damping=40.0, stiffness=8000.0)
 GRID = 9
+
+
+@dataclass(frozen=True)
+class Assumed:
+    """What a scene assumes of the device and of who leads its handle, beside the delay.
+
+    Attributes:
+        friction: Place of the joints' friction in its range: 0 least, 1 nominal, 2 largest.
+        noise: Whether encoders have their noise, and readings their age.
+        gives: Whether cable and structure give way, and end stops and current ripple are there.
+        hand: Who leads the handle.
+        damping: Most that is applied, N s/m.
+    """
+
+    friction: int = 1
+    noise: bool = False
+    gives: bool = False
+    hand: Hand = GUIDE
+    damping: float = math.inf
+
+
+NOMINAL = Assumed()
 
 
 def smallest_mass(machine: MachineModel) -> float:
@@ -74,7 +100,7 @@ def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:
 
 def rendered(
     machine: MachineModel, setting: OperatingResistance, damping: float, delay: float, seed: int, start: np.ndarray,
-    anchor: np.ndarray, held: np.ndarray | None = None,
+    anchor: np.ndarray, held: np.ndarray | None = None, assumed: Assumed = NOMINAL,
 ) -> SimulatedRun:  # fmt: skip
     """Simulates the operating resistance about the cube's centre, with the handle in the guide.
 
@@ -87,17 +113,24 @@ def rendered(
         start: (3,) position at rest at the beginning, m.
         anchor: (n, 3) where the guide wants the handle at each tick, m.
         held: (n,) whether the guide holds it at each tick; None for always.
+        assumed: Of the device, and who holds the handle in the guide's place.
 
     Returns:
         n rows.
     """
+    par, errors = joint_friction(machine).of(nominal_plant(machine), assumed.friction), EXACT
+    if assumed.gives:
+        par = real_plant(machine, PAPER, assumed.friction)
+    if assumed.noise:
+        errors, delay = sensor_errors(machine), delay + reading_age(machine)
     return simulate(
-        nominal_plant(machine),
+        par,
         default_controller(machine, PERIOD)._replace(force=machine.design.requirements.force_N),
         law_table(replace(setting, origin=machine.centre, damping=damping)),
         timing(PERIOD, delay),
         start,
-        hand=GUIDE,
+        hand=assumed.hand,
+        errors=errors,
         anchor=anchor,
         push=np.zeros_like(anchor),
         count=encoder_count(machine),

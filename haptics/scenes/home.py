@@ -19,8 +19,10 @@ from delta_cad.mechanism import jacobian
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
+    NOMINAL,
     PERIOD,
     READY,
+    Assumed,
     damping_limit,
     friction_force,
     friction_holds,
@@ -72,13 +74,16 @@ class Buzz:
     counts: float
 
 
-def home(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def home(
+    machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0, assumed: Assumed = NOMINAL
+) -> Scene:
     """Lets the handle go with several dampings.
 
     Args:
         machine: The device.
         delay: s.
         seed: Seed of the places of the encoders' counts.
+        assumed: Of the device.
 
     Returns:
         The scene: a run for each damping as it is applied, and for those of the paper one more without the cap.
@@ -87,10 +92,10 @@ def home(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int =
     cap = damping_limit(mass, delay, setting.stiffness)
     asked_of: dict[float, list[float]] = {}
     for requested in DAMPINGS:
-        asked_of.setdefault(cap.applied(requested), []).append(requested)
-    runs = [_released(machine, setting, applied, requested, delay, seed) for applied, requested in asked_of.items()]
+        asked_of.setdefault(min(cap.applied(requested), assumed.damping), []).append(requested)
+    runs = [_released(machine, setting, b, requested, delay, seed, assumed) for b, requested in asked_of.items()]
     beyond = [b for b in PAPERS if cap.applied(b) < b]
-    runs += [_released(machine, setting, b, [b], delay, seed, capped=False) for b in beyond]
+    runs += [_released(machine, setting, b, [b], delay, seed, assumed, capped=False) for b in beyond]
     middle, start = machine.centre, _start(machine)
     facts: dict[str, Any] = {
         "setting": SETTING,
@@ -156,6 +161,7 @@ def _released(
     requested: list[float],
     delay: float,
     seed: int,
+    assumed: Assumed,
     *,
     capped: bool = True,
 ) -> SceneRun:
@@ -164,7 +170,7 @@ def _released(
     time = np.arange(ticks) * PERIOD - READY
     limit = machine.design.requirements.force_N
     anchor = np.tile(start, (ticks, 1))
-    recording = rendered(machine, setting, applied, delay, seed, start, anchor, held=time < 0.0)
+    recording = rendered(machine, setting, applied, delay, seed, start, anchor, held=time < 0.0, assumed=assumed)
     free = time >= 0.0
     along = recording.position - middle
     distance = np.linalg.norm(along, axis=1)

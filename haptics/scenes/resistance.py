@@ -15,9 +15,10 @@ from delta_cad.common.units import MM_PER_M
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS, OperatingResistance
 from haptics.scenes.bench import (
-    GUIDE,
+    NOMINAL,
     PERIOD,
     READY,
+    Assumed,
     damping_limit,
     mass_for_damping,
     motors_force,
@@ -37,13 +38,16 @@ WAY_S, STAY_S, EASE_S = 4.0, 0.5, 0.4
 SHORT = 0.05
 
 
-def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0) -> Scene:
+def resistance(
+    machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed: int = 0, assumed: Assumed = NOMINAL
+) -> Scene:
     """Force against distance for the paper's two settings and each corner.
 
     Args:
         machine: The device.
         delay: s.
         seed: Seed of the places of the encoders' counts.
+        assumed: Of the device, and who leads the handle.
 
     Returns:
         The scene: 16 runs. Their facts hold the force at the corner, the damping requested and applied, and how far the
@@ -56,7 +60,9 @@ def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed:
     required = machine.design.requirements.force_N
     for name, setting in PAPER_SETTINGS.items():
         cap = damping_limit(mass, delay, setting.stiffness)
-        mine = [_led(machine, name, setting, cap, signs, delay, seed) for signs in product((-1.0, 1.0), repeat=3)]
+        mine = [
+            _led(machine, name, setting, cap, signs, delay, seed, assumed) for signs in product((-1.0, 1.0), repeat=3)
+        ]
         runs += mine
         forces = [run.facts["corner_force_N"] for run in mine]
         settings[name] = {
@@ -66,7 +72,7 @@ def resistance(machine: MachineModel, *, delay: float = DELAY[1] * PERIOD, seed:
             "force_beyond_N": setting.plateau,
             "damping_asked_N_s_per_m": setting.damping,
             "damping_limit_N_s_per_m": cap.limit,
-            "damping_applied_N_s_per_m": cap.applied(setting.damping),
+            "damping_applied_N_s_per_m": min(cap.applied(setting.damping), assumed.damping),
             "mass_for_that_damping_kg": mass_for_damping(setting.damping, delay, setting.stiffness),
             "least_corner_force_N": min(forces),
             "largest_deviation_N": max(run.facts["largest_deviation_N"] for run in mine),
@@ -110,12 +116,13 @@ def _led(
     signs: tuple[float, ...],
     delay: float,
     seed: int,
+    assumed: Assumed,
 ) -> SceneRun:
     middle, way = machine.centre, machine.half_side * np.array(signs)
     time = np.arange(round((READY + 2.0 * WAY_S + STAY_S) / PERIOD)) * PERIOD - READY
-    applied, limit = cap.applied(setting.damping), machine.design.requirements.force_N
+    applied, limit = min(cap.applied(setting.damping), assumed.damping), machine.design.requirements.force_N
     anchor = middle + _share(time)[:, None] * way
-    recording = rendered(machine, setting, applied, delay, seed, middle, anchor)
+    recording = rendered(machine, setting, applied, delay, seed, middle, anchor, assumed=assumed)
     along = recording.position - middle
     distance = np.linalg.norm(along, axis=1)
     towards = -along / np.maximum(distance, 1e-9)[:, None]
@@ -136,7 +143,7 @@ def _led(
         "force_on_the_hand_at_corner_N": float(felt[stays].mean()),
         "largest_deviation_N": float(strays[time > 0.0].max()),
         "rms_deviation_N": float(np.sqrt(np.square(strays[time > 0.0]).mean())),
-        "work_of_the_hand_mJ": 1e3 * _work(recording, anchor, time >= 0.0),
+        "work_of_the_hand_mJ": 1e3 * _work(recording, anchor, time >= 0.0, assumed.hand.stiffness),
     } | supervised(recording, READY)
     columns = series(
         recording, READY, given, distance_mm=MM_PER_M * distance, pull_of_motors_N=pull, pull_on_hand_N=felt,
@@ -162,9 +169,9 @@ def _law(
     return force * np.minimum(1.0, limit / np.maximum(size, 1e-9))[:, None]
 
 
-def _work(recording: SimulatedRun, anchor: np.ndarray, now: np.ndarray) -> float:
+def _work(recording: SimulatedRun, anchor: np.ndarray, now: np.ndarray, stiffness: float) -> float:
     """Work of the guide on the handle, J: mean force between two ticks, in which its aim stays where it was."""
-    before, after = recording.hand[now][:-1], recording.hand[now][1:] - GUIDE.stiffness * np.diff(anchor[now], axis=0)
+    before, after = recording.hand[now][:-1], recording.hand[now][1:] - stiffness * np.diff(anchor[now], axis=0)
     return float((0.5 * (before + after) * np.diff(recording.position[now], axis=0)).sum())
 
 

@@ -14,7 +14,7 @@ from delta_cad.mechanism import inverse_jacobian, inverse_kinematics
 from haptics.model.hands import HANDS
 from haptics.model.machine import MachineModel
 from haptics.rendering.laws.operating_resistance import PAPER_SETTINGS
-from haptics.scenes.bench import GUIDE, READY, friction_force, friction_holds, motors_force
+from haptics.scenes.bench import GUIDE, READY, Assumed, friction_force, friction_holds, motors_force
 from haptics.scenes.home import home, ideal_settling
 from haptics.scenes.record import Scene, SceneRun
 from haptics.scenes.resistance import resistance
@@ -331,12 +331,9 @@ def test_the_promise_of_the_corners_tells_the_force_that_decides(led: Scene) -> 
     assert led.facts["allowed_shortfall_share"] == 0.05
 
 
-def test_a_handle_that_is_flung_away_is_a_fault_and_no_crash(
-    machine: MachineModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_handle_that_is_flung_away_is_a_fault_and_no_crash(machine: MachineModel) -> None:
     """A late loop, and no slide on the handle: the law tears it off, or friction alone does not hold it in the cube."""
-    monkeypatch.setattr("haptics.scenes.bench.GUIDE", GUIDE._replace(mass=0.0, damping=0.0))
-    scene = home(machine, delay=10e-3)
+    scene = home(machine, delay=10e-3, assumed=Assumed(hand=GUIDE._replace(mass=0.0, damping=0.0)))
     flung = [run for run in scene.runs if run.facts["supervisor_fault"]]
     lost = [bool(np.isnan(run.recording.position).any()) for run in flung]
     assert any(lost)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import pytest
 
 from delta_cad.design import Design
-from haptics.commands.cli import main
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.scenes.wall_differs import WallCase, cases, damping_needed, discussion
 from haptics.simulation.assumptions import CURRENT_LAG
-from tests.committed import BEST
 from tests.haptics.scene_machine import scene_machine
 
 
@@ -41,8 +39,3 @@ def test_sentences_follow_from_the_cases() -> None:
     assert "light hand 1.0 to 9.0; no delay 6.0 to 6.0 and more" in said
     assert not any("every axis with" in one for one in discussion([here, soft], "medium", 0.5e-3))
     assert damping_needed(STIFFNESS_N_PER_MM["x"], 0.5e-3) == pytest.approx(4.9 * 1.2)
-
-
-def test_only_walls_differ(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", "--design", str(BEST), "--scene", "home", "--differs"]) == 2
-    assert "--differs" in capsys.readouterr().err
