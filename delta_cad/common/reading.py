@@ -23,6 +23,7 @@ PIECE = 1_000_000  # bytes read at a time
 NOBODY_S = 2.0  # from opening a pipe until nobody is expected to write into it any more
 LOOK_MS = 50  # between two looks whether somebody has opened it by now
 DEEPEST = 32  # most lists and objects within each other; our files have six
+MOST_KEYS = 10_000  # of one object; ours have some tens, and what is wrong with each is gathered before one is told
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 # A key of more parts than the deepest table has: reading one takes the square of its length, minutes for 60 kB.
 _NAME = r"(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
@@ -140,8 +141,8 @@ def parse_json(content: bytes, name: str, finite: bool = True) -> Any:
         Dictionaries, lists, text, numbers, truths and None.
 
     Raises:
-        ReadError: It is no JSON in UTF-8; a key stands twice in one object; a number is not finite or has thousands of
-            digits; it is nested deeper than `DEEPEST`; or text in it is no Unicode.
+        ReadError: It is no JSON in UTF-8; a key stands twice in one object, or that has more than `MOST_KEYS`; a number
+            is not finite or has thousands of digits; it is nested deeper than `DEEPEST`; or text in it is no Unicode.
     """
     text = text_of(content, name)
     try:
@@ -212,6 +213,8 @@ def _values(part: Any) -> Any:
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """An object; refuses a key that stands twice, of which a plain reader takes the last without a word."""
+    if len(pairs) > MOST_KEYS:
+        raise ValueError(f"an object has {len(pairs)} keys; it must have at most {MOST_KEYS}")
     data: dict[str, Any] = {}
     for key, value in pairs:
         if key in data:

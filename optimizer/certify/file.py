@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from delta_cad.common.files import write_whole
 from delta_cad.common.reading import ReadError, read_json
-from delta_cad.common.refusal import LONGEST
+from delta_cad.common.refusal import LONGEST, short
 from delta_cad.design import NAME_PATTERN
 from delta_cad.mechanism import Cube, DeltaGeometry, GeometryError, MechanismError
 from delta_cad.mechanism.geometry import require_tolerance
@@ -88,7 +88,7 @@ class _File(_FileSection):
     limits: dict[str, Any]
     tolerance_m: Annotated[float, Field(strict=True, gt=0.0)] | None = None
     gravity: _Gravity | None
-    findings: list[_Finding]
+    findings: list[_Finding] = Field(max_length=len(POSE_LIMITS))
     boxes: int = Field(ge=0, strict=True)
     leaves: list[tuple[_Index, _Index, _Index, _Index, _Index, _Index]] = Field(max_length=MOST_LEAVES)
     digest: _Sha256
@@ -183,7 +183,9 @@ def certificate_from_dict(data: object, file: str = "certificate") -> Certificat
         raise CertificateError(f"{file}: top_height_m is not bottom_height_m plus twice half_side_m")
     if read.boxes != _boxes_of(len(read.leaves)):
         made = _boxes_of(len(read.leaves))
-        raise CertificateError(f"{file}: boxes is {read.boxes}; its {len(read.leaves)} leaves are made of {made}")
+        raise CertificateError(
+            f"{file}: boxes is {short(read.boxes)}; its {len(read.leaves)} leaves are made of {made}"
+        )
     return certificate
 
 

@@ -11,7 +11,7 @@ from threading import Thread
 import pytest
 
 from delta_cad.common import reading
-from delta_cad.common.reading import DEEPEST, ReadError, parse_json, parse_toml, read_bounded, read_json
+from delta_cad.common.reading import DEEPEST, MOST_KEYS, ReadError, parse_json, parse_toml, read_bounded, read_json
 from tests.designs import named
 
 
@@ -50,6 +50,14 @@ def test_what_is_no_json_of_ours_is_refused(content: bytes, words: str) -> None:
     text = str(caught.value)
     assert text.startswith("f.json: ")
     assert text.isprintable()
+
+
+def test_no_object_has_more_keys_than_anybody_looks_at() -> None:
+    """What reads them gathers a fault for each: megabytes of unknown keys took minutes and gigabytes to refuse."""
+    most = {f"k{i}": i for i in range(MOST_KEYS)}
+    assert parse_json(json.dumps([most]).encode(), "f") == [most]
+    with pytest.raises(ReadError, match=r"f: is not JSON we can read: an object has 10001 keys; .* at most 10000"):
+        parse_json(json.dumps([most | {"k": 0}]).encode(), "f")
 
 
 def test_no_more_is_read_than_the_bound(tmp_path: Path) -> None:

@@ -270,6 +270,13 @@ def test_a_file_that_two_readers_could_read_differently_or_not_at_all_is_refused
     (tmp_path / "c.json").write_text(json.dumps(redigested(whole | {"leaves": leaves})))
     assert call("verify", tmp_path / "c.json") == 2
     assert capsys.readouterr().err.startswith("c.json: leaves: ")
+    # a fault of each is gathered before one is told: six megabytes of ones took a minute and four gigabytes
+    (tmp_path / "c.json").write_text(json.dumps(whole | {"findings": [1] * 1000}))
+    assert call("verify", tmp_path / "c.json") == 2
+    assert capsys.readouterr().err.startswith("c.json: findings: List should have at most ")
+    (tmp_path / "c.json").write_text(json.dumps(redigested(whole | {"boxes": 10**1000})))
+    assert call("verify", tmp_path / "c.json") == 1
+    assert len(capsys.readouterr().err) < 200
 
 
 def test_more_leaves_than_anybody_would_replay_are_not_written(
