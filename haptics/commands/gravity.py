@@ -65,19 +65,23 @@ def _facts(given: argparse.Namespace) -> dict[str, Any]:
     from delta_cad.design import load_design
     from delta_cad.drive import drive_torque
     from delta_cad.drive.masses import PointMasses
+    from delta_cad.mechanism import UnreachableError, direct_margin
     from haptics.gravity import gravity_torque
-    from haptics.model.machine import load_machine
+    from haptics.model.machine import load_machine, require_assembled
 
     if given.point_masses is not None:
         design = load_design(given.design, given.catalogue)
+        require_assembled(design, given.design)
         masses, source = PointMasses(*(mass / 1000.0 for mass in given.point_masses)), "point masses as given"
     else:
         machine = load_machine(given.design, given.masses, given.catalogue)
         design, masses, source = machine.design, machine.masses, "from the solids"
     if given.at is None:
         given.at = (0.0, 0.0, design.cube.bottom_height_mm + design.cube.half_side_mm)
-    gravity = design.requirements.gravity_m_s2
-    torque = gravity_torque(design.geometry, masses, np.array(given.at) / MM_PER_M, gravity)
+    gravity, position = design.requirements.gravity_m_s2, np.array(given.at) / MM_PER_M
+    torque = gravity_torque(design.geometry, masses, position, gravity)
+    if direct_margin(design.geometry, position) <= 0.0:
+        raise UnreachableError("is of another assembly mode than det S > 0, platform above elbows")
     return {
         "name": design.name,
         "position_mm": list(given.at),

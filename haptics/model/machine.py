@@ -64,7 +64,7 @@ def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: 
         MassError: The masses are refused, missing, or of a build of another design.
     """
     design = load_design(design_file, own_parts)
-    _require_assembled(design, design_file)
+    require_assembled(design, design_file)
     path = masses_file if masses_file is not None else Path("out") / design.name / FILE
     if masses_file is None and not path.exists():
         raise MassError(
@@ -76,8 +76,16 @@ def load_machine(design_file: Path, masses_file: Path | None = None, own_parts: 
     return MachineModel(design, load_masses(path, design), drive_torque(design))
 
 
-def _require_assembled(design: Design, file: Path) -> None:
-    """Refuses a cube in which the forward kinematics would return another position than the handle's."""
+def require_assembled(design: Design, file: Path) -> None:
+    """Refuses a cube in which the forward kinematics would return another position than the handle's.
+
+    Args:
+        design: The design.
+        file: Its file, which the message names.
+
+    Raises:
+        DesignError: The cube holds a position out of reach or of another assembly mode.
+    """
     search = CubeSearch(Cube(design.cube.bottom_height_mm / MM_PER_M, design.cube.half_side_mm / MM_PER_M), GRID)
     reach = search(lambda p: closure_margin(design.geometry, p).min(axis=-1), +1.0)
     mode = search(lambda p: direct_margin(design.geometry, p), +1.0)

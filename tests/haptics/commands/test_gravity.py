@@ -16,6 +16,7 @@ from haptics.commands.cli import main
 from haptics.gravity import gravity_torque
 from haptics.model.machine import load_machine
 from tests.committed import BEST, Built, changed
+from tests.designs import hanging
 from tests.terminal import said
 
 
@@ -48,6 +49,17 @@ def test_point_masses_need_no_build(capsys: pytest.CaptureFixture[str]) -> None:
     assert torque == pytest.approx(np.full(3, torque[0]).tolist())
 
 
+def test_point_masses_do_not_hide_a_platform_below_its_elbows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "hanging.json").write_text(json.dumps(hanging()))
+    assert call("gravity", "--design", tmp_path / "hanging.json", "--point-masses", "60,50,20") == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
+    assert told.err.count("\n") == 1
+
+
 def test_more_than_the_drive_holds_is_exit_1(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("gravity", "--design", BEST, "--point-masses", "3000,50,20") == 1
     assert "joint 0" in capsys.readouterr().out
@@ -66,6 +78,7 @@ def test_published(capsys: pytest.CaptureFixture[str]) -> None:
         (["gravity"], "--design"),
         (["gravity", "--design", "none.json"], "none.json: "),
         (["gravity", "--design", BEST, "--at", "0,0,300", "--point-masses", "1,1,1"], "--at 0,0,300: chain 0"),
+        (["gravity", "--design", BEST, "--at", "0,0,-95", "--point-masses", "1,1,1"], "--at 0,0,-95: is of another"),
         (["gravity", "--design", BEST, "--at", "0,0"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "-1,nan,2"], "argument --at"),
         (["gravity", "--design", BEST, "--at", "0,0,1e308"], "argument --at"),
