@@ -25,6 +25,7 @@ from delta_cad.common.refusal import printable
 DONE, NOT_MET, BAD_INPUT = 0, 1, 2
 LAST_STREAM = 2  # descriptor of standard error, after those of input and output
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+NO_MEMORY = "the memory that this process may have is not enough"
 NOTHING_WRITTEN = "interrupted; nothing was written"
 # s from Ctrl-C until whoever does not look is interrupted, and again after that: together less than the 2 s in which a
 # command is to end.
@@ -96,6 +97,10 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, extra: str) -> 
         return refuse(told(error), BAD_INPUT)
     except ModuleNotFoundError as error:
         return refuse(f"{error.name} is not installed: pip install 'delta-haptics[{extra}]'", BAD_INPUT)
+    except ImportError as error:  # its own words name the library of the system that is missing or finds no memory
+        return refuse(f"a library cannot be loaded: {error}", BAD_INPUT)
+    except MemoryError:
+        return refuse(NO_MEMORY, BAD_INPUT)
     return code
 
 

@@ -36,11 +36,16 @@ def program(does: Callable[[], int]) -> int:
         (OSError(122, "Disk quota exceeded"), "Disk quota exceeded"),
         (OSError("only words"), "only words"),
         (TimeoutError(), "TimeoutError"),
+        (MemoryError(), "the memory that this process may have is not enough"),
+        (
+            ImportError("libGL.so.1: cannot open shared object file"),
+            "a library cannot be loaded: libGL.so.1: cannot open shared object file",
+        ),
     ],
     ids=str,
 )
 def test_what_the_system_refuses_is_one_line_and_exit_2(
-    error: OSError, line: str, capsys: pytest.CaptureFixture[str]
+    error: Exception, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fails() -> int:
         raise error
