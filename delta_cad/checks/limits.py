@@ -8,6 +8,8 @@ import numpy as np
 
 from delta_cad.mechanism.limits import Limits
 
+SLICES = 5  # of the cube, from its floor to its top, in a map
+
 
 @dataclass(frozen=True)
 class CheckLimits:
@@ -55,6 +57,12 @@ class CheckLimits:
     def clearance_poses_mm(self) -> np.ndarray:
         """(n, 3) as `poses_mm`, on the grid where meshes are measured, mm."""
         return self._positions(self.clearance_grid)
+
+    def slices_mm(self, cells: int) -> np.ndarray:
+        """(SLICES, cells, cells, 3) positions of a map, along z, y and x, the cube's edges among them, mm."""
+        x, z = (np.linspace(-self.half_side_mm, self.half_side_mm, n) for n in (cells, SLICES))
+        at_z, at_y, at_x = np.meshgrid(z, x, x, indexing="ij")
+        return self.centre_mm + np.stack([at_x, at_y, at_z], axis=-1)
 
     def _positions(self, count: int) -> np.ndarray:
         axis = np.linspace(-self.half_side_mm, self.half_side_mm, count)

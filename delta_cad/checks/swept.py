@@ -9,7 +9,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes, MeshLibrary
-from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, mesh_clearance
+from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, Near, mesh_clearance
 from delta_cad.checks.clearance.continuum import CALLS_MAX
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
@@ -18,16 +18,16 @@ from delta_cad.common.beside import Beside
 
 LOADS = ("fcl", "scipy.spatial")
 CALLS_FEW = 12_000  # distance calls of a space: twice what those of a machine take that passes
-Order = tuple[Assembly, CheckLimits, Meshes, bool]
+Order = tuple[Assembly, CheckLimits, Meshes, bool, bool]
 Outlined = tuple[list[CheckResult], np.ndarray | None]
 
 
 def results(order: Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
     """Computes the results of `check_envelope`, then those of `mesh_clearance`."""
-    assembly, limits, meshes, thorough = order
+    assembly, limits, meshes, thorough, mapped = order
     progress("outline")
     yield check_envelope(assembly, limits, meshes)
-    yield mesh_clearance(assembly, limits, meshes, progress, CALLS_MAX if thorough else CALLS_FEW, thorough)
+    yield mesh_clearance(assembly, limits, meshes, progress, CALLS_MAX if thorough else CALLS_FEW, thorough, mapped)
 
 
 class Sweep:
@@ -37,10 +37,15 @@ class Sweep:
         beside: Process that computes it while this one goes on, started from this module; without it everything is
             computed where it is asked for.
         thorough: As `mesh_clearance` takes it.
+        mapped: As `mesh_clearance` takes it.
+
+    Attributes:
+        over: What is closest over the cube, as `MeshClearance` tells it, once the clearance was given.
     """
 
-    def __init__(self, beside: Beside | None = None, thorough: bool = True) -> None:
-        self._beside, self._thorough = beside, thorough
+    def __init__(self, beside: Beside | None = None, thorough: bool = True, mapped: bool = False) -> None:
+        self._beside, self._asked = beside, (thorough, mapped)
+        self.over: list[Near] = []
         self._here: Iterator[Any] = iter(())
         self._progress: Callable[[str], None] | None = None
         self._outline: Outlined | None = None
@@ -52,9 +57,9 @@ class Sweep:
         self._progress = progress
         if self._beside:
             made = {part.number: meshes[part.number] for part in assembly.parts}
-            self._beside.give((assembly.without_solids(), limits, made, self._thorough))
+            self._beside.give((assembly.without_solids(), limits, made, *self._asked))
         else:
-            self._here = results((assembly, limits, meshes, self._thorough), progress)
+            self._here = results((assembly, limits, meshes, *self._asked), progress)
 
     def give_up(self) -> None:
         """Leaves what was begun: a part is no sound solid, so that nothing is to be had of its mesh."""
@@ -86,4 +91,5 @@ class Sweep:
         if self._beside:
             self._progress(PROVING)
         clearance: MeshClearance = self._beside.take() if self._beside else next(self._here)
+        self.over = clearance.over
         return clearance

@@ -269,7 +269,7 @@ def build(
         writer = others.enter_context(Beside(mesh_files.__name__, behind=True))
         draughtsman = others.enter_context(Beside(DRAWINGS, behind=True)) if drawings else None
         narrator = others.enter_context(Beside(manual.__name__, behind=True)) if drawings else None
-        machine, sweep = make_machine(design, progress), Sweep(sweeper)
+        machine, sweep = make_machine(design, progress), Sweep(sweeper, mapped=True)
         bare = machine.assembly.without_solids()
         meshes = {part.number: machine.meshes[part.number] for part in bare.parts}
         with output_folder(out, design.name) as folder:
@@ -385,6 +385,7 @@ def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path)
         stage=_stage(machine, sweep),
         reach_mm=sweep.reach_mm,
         unverified=outcome.unverified,
+        near=sweep.over,
     )
     write_report(subject, folder, versions())
 

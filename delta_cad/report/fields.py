@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.checks.clearance.clearance import MAP_CELLS
 from delta_cad.checks.range.holding import holding_torque
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
@@ -25,7 +26,6 @@ from delta_cad.structure.loads import GRID, sampled_mm
 from delta_cad.structure.modes import first_mode_Hz, moving
 from delta_cad.structure.table import structure_table
 
-SLICES = 5  # of the cube, from its floor to its top
 CELLS = 17  # positions along an edge of a slice, both edges among them
 DIGITS = 4  # significant digits in a map
 
@@ -153,28 +153,50 @@ def maps(s: Subject, over: list[Field]) -> dict[str, Any]:
         over: Its figures.
 
     Returns:
-        `x_mm` (CELLS,), of y the same, `z_mm` (SLICES,), and `maps`: of each field its words and `values`, (SLICES,
-        CELLS along y, CELLS along x).
+        `z_mm` (SLICES,), and `maps`: of each figure its words, `x_mm` (n,), of y the same, and `values`, (SLICES, n
+        along y, n along x); of the clearance what is closest, too.
     """
-    half, centre = s.limits.half_side_mm, s.limits.centre_mm
-    x = np.linspace(-half, half, CELLS)
-    z = centre[2] + np.linspace(-half, half, SLICES)
-    at_z, at_y, at_x = np.meshgrid(z, x, x, indexing="ij")
-    positions = np.stack([at_x, at_y, at_z], axis=-1).reshape(-1, 3)
-    return {
-        "x_mm": plain(x, 6),
-        "z_mm": plain(z, 6),
-        "maps": [
-            {
-                "name": field.name,
-                "words": field.words,
-                "unit": field.unit,
-                "upper": field.upper,
-                "limit": field.limit,
-                "note": field.note,
-                "values": plain(field.values(positions).reshape(SLICES, CELLS, CELLS), DIGITS),
-            }
-            for field in over
-            if field.drawn
-        ],
-    }
+    slices = s.limits.slices_mm(CELLS)
+    positions = slices.reshape(-1, 3)
+    found = [
+        {
+            "name": field.name,
+            "words": field.words,
+            "unit": field.unit,
+            "upper": field.upper,
+            "limit": field.limit,
+            "note": field.note,
+            "x_mm": plain(slices[0, 0, :, 0], 6),
+            "values": plain(field.values(positions).reshape(slices.shape[:3]), DIGITS),
+        }
+        for field in over
+        if field.drawn
+    ]
+    return {"z_mm": plain(slices[:, 0, 0, 2], 6), "maps": [*found, *_clearance(s)] if over else []}
+
+
+def _clearance(s: Subject) -> list[dict[str, Any]]:
+    """The map of what is closest, where the checks told it: `pairs` beside `values` are indices of `names`."""
+    if not s.near:
+        return []
+    slices = s.limits.slices_mm(MAP_CELLS)
+    names = list(dict.fromkeys(" / ".join(one.names) for one in s.near))
+    least = min(s.near, key=lambda one: one.distance_mm)
+    told = (
+        "Least distance of two bodies that more than one joint moves against each other, rods turned as far as they go."
+    )
+    whole = next((f"; of all bodies {r.value:.3g} mm" for r in s.results if r.name == "clearance" and r.value), "")
+    return [
+        {
+            "name": "clearance",
+            "words": "Clearance",
+            "unit": "mm",
+            "upper": False,
+            "limit": s.limits.clearance_min_mm,
+            "note": f"{told} Closest: {' / '.join(least.names)}{whole}.",
+            "x_mm": plain(slices[0, 0, :, 0], 6),
+            "values": plain(np.reshape([one.distance_mm for one in s.near], slices.shape[:3]), DIGITS),
+            "names": names,
+            "pairs": np.reshape([names.index(" / ".join(one.names)) for one in s.near], slices.shape[:3]).tolist(),
+        }
+    ]

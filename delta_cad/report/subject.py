@@ -10,6 +10,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
+from delta_cad.checks.clearance.clearance import Near
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.report import CheckResult
 from delta_cad.design import Design
@@ -31,6 +32,7 @@ class Subject:
         stage: Outline, the way round in which it fits best, and cube.
         reach_mm: (4,) bound on the swept outline along +x, -x, +y, -y; None where it has none.
         unverified: Numbers of the bought parts whose data are not all verified.
+        near: What is closest over the cube, as `MeshClearance` tells it.
     """
 
     dimensions: Dimensions
@@ -42,6 +44,7 @@ class Subject:
     stage: Stage
     reach_mm: np.ndarray | None
     unverified: tuple[str, ...] = ()
+    near: Sequence[Near] = ()
 
     @property
     def design(self) -> Design:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from delta_cad.checks.clearance.bodies import DistanceEngine
 from delta_cad.checks.clearance.containment import holds
 from delta_cad.checks.clearance.continuum import CALLS_MAX, ClearanceProof, prove
 from delta_cad.checks.clearance.joint_ranges import FoldError, joint_ranges
-from delta_cad.checks.clearance.pairing import HeldApart, held_apart, spaces_of
+from delta_cad.checks.clearance.pairing import HeldApart, by_several_joints, held_apart, spaces_of
 from delta_cad.checks.clearance.sampled import PairSample, Sampler
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.links import free_tilt, swept_links
@@ -24,6 +24,7 @@ from delta_cad.checks.report import CheckResult
 
 NEAREST = 16  # pairs in which the smallest distance is looked for: those of all three chains, five kinds
 PROVING = "clearance: proof over the cube"  # as the progress tells it
+MAP_CELLS = 5  # positions along an edge of a map: what is nearest changes by tenths of a millimetre between two
 EXACT_SAMPLES = 8  # kinds of pairs re-measured on the exact solids, 10-100 ms each
 EXACT_MM = 1e-4  # BRepExtrema stops at 1e-7 mm on analytic surfaces and at about this on trimmed ones
 
@@ -50,16 +51,27 @@ class CloseSample:
 
 
 @dataclass(frozen=True)
+class Near:
+    """The two bodies that are closest at a position: their occurrences, and their least distance, mm."""
+
+    names: tuple[str, str]
+    distance_mm: float
+
+
+@dataclass(frozen=True)
 class MeshClearance:
     """What the meshes alone tell of the clearance over the cube.
 
     Attributes:
         results: All results of `check_clearance` but `clearance exact`.
         closest: The samples with the least to spare, one for each two parts.
+        over: What is closest at each of `slices_mm(MAP_CELLS)`, in that order, of bodies that more than one joint moves
+            against each other; empty where it was not asked or no two are there.
     """
 
     results: list[CheckResult]
     closest: list[CloseSample]
+    over: list[Near] = field(default_factory=list)
 
 
 def check_clearance(
@@ -95,10 +107,12 @@ def mesh_clearance(
     progress: Callable[[str], None] = lambda _: None,
     calls_max: int = CALLS_MAX,
     thorough: bool = True,
+    mapped: bool = False,
 ) -> MeshClearance:
     """Computes what of `check_clearance` needs no solids; arguments as there.
 
     Without `thorough` a machine that fails is sampled no farther than one that passes: where the proof came closest.
+    With `mapped` it tells what is closest over the cube, too.
     """
     pairs, tilt = held_apart(assembly, limits, meshes), free_tilt(assembly)
     progress(PROVING)
@@ -125,7 +139,14 @@ def mesh_clearance(
         results.append(refused)
     else:
         results.append(_proof(limits.clearance_min_mm, proofs, refuted, closest, counts))
-    return MeshClearance(results, _tightest(assembly, [*closest, *gaps], sampler))
+    over: list[Near] = []
+    if mapped:
+        progress("clearance: map")
+        several = [p for p in _by_spare(ordinary, proofs) if by_several_joints(p, assembly.placement)]
+        positions = limits.slices_mm(MAP_CELLS).reshape(-1, 3)
+        least = Sampler(assembly.placement, positions, engine, tilt).least(several) if several else []
+        over = [Near((s.pair.a.name, s.pair.b.name), s.certain_mm) for s in least]
+    return MeshClearance(results, _tightest(assembly, [*closest, *gaps], sampler), over)
 
 
 def _proofs(
@@ -147,11 +168,16 @@ def _proofs(
 
 def _nearest(pairs: Sequence[HeldApart], proofs: Sequence[ClearanceProof]) -> list[HeldApart]:
     """The pairs that the proofs measured closest to their limits; all where they measured none."""
+    measured = {frozenset(names) for p in proofs for names in p.closest}
+    return _by_spare([p for p in pairs if frozenset((p.a.name, p.b.name)) in measured], proofs)[:NEAREST] or list(pairs)
+
+
+def _by_spare(pairs: Sequence[HeldApart], proofs: Sequence[ClearanceProof]) -> list[HeldApart]:
+    """The pairs, those first that the proofs measured closest to their limits, those last that they did not measure."""
     spare: dict[frozenset[str], float] = {}
     for names, mm in (item for p in proofs for item in p.closest.items()):
         spare[frozenset(names)] = min(mm, spare.get(frozenset(names), np.inf))
-    measured = [p for p in pairs if frozenset((p.a.name, p.b.name)) in spare]
-    return sorted(measured, key=lambda p: spare[frozenset((p.a.name, p.b.name))])[:NEAREST] or list(pairs)
+    return sorted(pairs, key=lambda p: spare.get(frozenset((p.a.name, p.b.name)), np.inf))
 
 
 def _sampled(name: str, samples: Sequence[PairSample], limit: float, sampler: Sampler, calls: int) -> CheckResult:

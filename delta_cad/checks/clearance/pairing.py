@@ -35,6 +35,7 @@ REACH_GUARD_MM = 0.01  # what is left away is farther than the limit by this muc
 SLICE_MM = 20.0  # of a rod beside the base: the travel over a slice is a sixth of that from elbow to wrist
 SOCKET_SLICE_MM = 2.0  # of sockets beside those of another chain: most slices stay within a ball about their wrist
 SOCKETS_MM = 20.0  # from the wrist on, where they are
+BY_ONE_JOINT = {("base", "base"), ("base", "upper_arm"), ("platform", "rod"), ("platform", "swaying")}  # kinds of links
 CELLS = 4  # halvings of a socket's ring: 16 pieces need a third of the distances of the whole, 32 save no more
 EQUAL_MM = 1e-7  # placements of the three chains come from the same numbers; 1e-7 is a thousand roundings
 CHAIN = np.eye(3)  # what is near a joint is cut along the chain, whatever way round its part is: the same for all three
@@ -86,6 +87,15 @@ def held_apart(assembly: Assembly, limits: CheckLimits, meshes: Meshes) -> list[
         elif fit.kind == "running gap":
             pairs.append(HeldApart(a, b, fit.gap_mm, True))
     return pairs
+
+
+def by_several_joints(pair: HeldApart, placement: LinkPlacement) -> bool:
+    """Decides whether more than one joint moves two bodies against each other: their distance tells of the position."""
+    fixed = {"base", *swept_links(placement)}
+    one, other = sorted("base" if b.link in fixed else b.link for b in (pair.a, pair.b))
+    if (one.rstrip("_012"), other.rstrip("_012")) in BY_ONE_JOINT:
+        return False
+    return chain_of(one) != chain_of(other) or chain_of(one) < 0
 
 
 def _on_one_pair(a: CollisionBody, b: CollisionBody) -> bool:

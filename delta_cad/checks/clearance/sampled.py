@@ -12,7 +12,7 @@ position depends on one shoulder angle only are measured at `SPREAD` of the posi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -148,20 +148,51 @@ class Sampler:
         if not pairs:
             return []
         bounds = self._sphere_bounds(pairs)
-        best = np.inf
+        best = np.full(len(self.poses_mm), np.inf)
         samples: list[PairSample] = []
-        for k in np.argsort([low for low, _ in bounds]):
-            low, poses = bounds[k]
-            if low >= best - TOLERANCE_MM:
+
+        def hear(_pose: int, mm: float) -> None:
+            best[:] = min(best[0], mm)
+
+        low = bounds.min(axis=1)
+        for k in np.argsort(low, kind="stable"):
+            if low[k] >= best[0] - TOLERANCE_MM:
                 break
-            sample = self._smallest(pairs[k], poses, best)
+            asked = np.full(len(best), np.inf)
+            poses = self.positions(pairs[k])
+            asked[poses] = bounds[k, poses]
+            sample = self._smallest(pairs[k], asked, best, hear)
             if sample is not None:
                 samples.append(sample)
-                best = min(best, sample.distance_mm)
         return sorted(samples, key=lambda s: s.distance_mm)
 
-    def _sphere_bounds(self, pairs: Sequence[HeldApart]) -> list[tuple[float, np.ndarray]]:
-        """Per pair its smallest sphere bound and the bounds at all positions, mm."""
+    def least(self, pairs: Sequence[HeldApart]) -> list[PairSample]:
+        """The smallest sample of all pairs at each position, to `TOLERANCE_MM`.
+
+        Args:
+            pairs: The pairs, at least one, those that come closest first: the sooner, the less is measured.
+
+        Returns:
+            (n,) of the positions given, of the rods' turns the one with the least.
+        """
+        bounds = self._sphere_bounds(pairs)
+        best = np.full(len(self.poses_mm), np.inf)
+        found: dict[int, PairSample] = {}
+        turned = np.arange(len(best)) >= self._still
+        for pair, bound in zip(pairs, bounds, strict=True):
+            if not (bound < best - TOLERANCE_MM).any():
+                continue
+
+            def hear(pose: int, mm: float, pair: HeldApart = pair) -> None:
+                if mm < best[pose]:
+                    best[pose % self._still :: self._still] = mm
+                    found[pose % self._still] = PairSample(pair, mm, pose)
+
+            self._smallest(pair, bound if self._turns(pair) else np.where(turned, np.inf, bound), best, hear)
+        return [found[k] for k in range(self._still)]
+
+    def _sphere_bounds(self, pairs: Sequence[HeldApart]) -> np.ndarray:
+        """(pairs, n) lower bounds of the distances at all positions from bounding spheres, mm."""
         bodies = {b.name: b for pair in pairs for b in (pair.a, pair.b)}
         index = {name: k for k, name in enumerate(bodies)}
         middles = np.stack([self._middles(b) for b in bodies.values()]).astype(np.float32)
@@ -174,7 +205,7 @@ class Sampler:
             apart = middles[first[part]] - middles[second[part]]
             bounds[part] = np.sqrt(np.einsum("kpi,kpi->kp", apart, apart)) - 0.001  # single precision of 1 m is 1e-4 mm
         bounds -= (radius[first] + radius[second])[:, None]
-        return list(zip(bounds.min(axis=1).tolist(), bounds, strict=True))
+        return bounds
 
     def middle(self, b: CollisionBody, pose: int) -> np.ndarray:
         """(3,) centre of a body's bounding box in the base frame at one position, mm."""
@@ -186,23 +217,32 @@ class Sampler:
         f = self.frames[b.link]
         return f[:, :3, :3] @ b.centre + f[:, :3, 3]
 
-    def _smallest(self, pair: HeldApart, bound: np.ndarray, best: float) -> PairSample | None:
-        """The pair's smallest sample if it is below `best`; None where the bounds say that it is not."""
-        poses = self.positions(pair)
-        poses = poses[bound[poses] < best - TOLERANCE_MM]
-        if not len(poses):
+    def _smallest(
+        self, pair: HeldApart, bound: np.ndarray, best: np.ndarray, hear: Callable[[int, float], None]
+    ) -> PairSample | None:
+        """The smallest of the pair's samples below `best`; None where the bounds say that there is none.
+
+        Args:
+            pair: The pair.
+            bound: (n,) lower bound at every position; infinite where it is not asked.
+            best: (n,) what a sample at each position is sought below, mm.
+            hear: Told each sample, position and mm, as it is measured; lowers `best`.
+        """
+        poses = np.flatnonzero(bound < best - TOLERANCE_MM)
+        low = np.maximum(bound[poses], self._ball_bounds(pair, poses))
+        poses, low = _below(best, poses, low)
+        low = np.maximum(low, self._box_bounds(pair, poses))
+        poses, low = _below(best, poses, low)
+        if not len(poses) or (local := self._near_the_wrist(pair, float(best[poses].max()))) is None:
             return None
-        low = np.maximum(np.maximum(bound[poses], self._box_bounds(pair, poses)), self._always(pair))
-        local = self._near_the_wrist(pair, best)
-        if local is None:
-            return None
+        low = np.maximum(low, self._always(pair))
         one, other = local
         relative = np.linalg.inv(self.frames[pair.a.link][poses]) @ self.frames[pair.b.link][poses]
         corners = homogeneous(pair.b.centre + (SIGNS * pair.b.half) @ pair.b.axes.T)
         hull_a, hull_b = one.hull, other.hull
         result: PairSample | None = None
         while True:
-            kept = low < best - TOLERANCE_MM
+            kept = low < best[poses] - TOLERANCE_MM
             poses, low, relative = poses[kept], low[kept], relative[kept]
             if not len(poses):
                 return result if one is pair.a and other is pair.b else self._uncut(result)
@@ -210,17 +250,16 @@ class Sampler:
             d, at_a, at_b = self._engine.closest_points(one, other, one.placement, relative[k] @ other.placement)
             if result is None or d < result.distance_mm:
                 result = PairSample(pair, d, int(poses[k]))
-            best = min(best, d)
-            if d <= 0.0:
-                return result  # of a part of the surface, so the whole touches too
+            hear(int(poses[k]), d)
             moved = (relative - relative[k])[:, :3] @ corners
             low = np.maximum(low, d - np.sqrt((moved**2).sum(axis=1).max(axis=1)))
-            near = np.flatnonzero(low < best - TOLERANCE_MM)
-            normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
-            reach = (normal @ relative[near, :3, :3]) @ hull_b.T
-            apart = reach.min(axis=1) + relative[near, :3, 3] @ normal - (hull_a @ normal).max()
-            low[near] = np.maximum(low[near], apart)
             low[k] = np.inf
+            near = np.flatnonzero(low < best[poses] - TOLERANCE_MM)
+            if d > 0.0 and len(near):
+                normal = (at_b - at_a) / np.linalg.norm(at_b - at_a)
+                reach = (normal @ relative[near, :3, :3]) @ hull_b.T
+                apart = reach.min(axis=1) + relative[near, :3, 3] @ normal - (hull_a @ normal).max()
+                low[near] = np.maximum(low[near], apart)
 
     def _uncut(self, sample: PairSample | None) -> PairSample | None:
         """A sample measured again between whole bodies: a part stands for the whole only below its bound."""
@@ -248,6 +287,17 @@ class Sampler:
         samples = [b if b is rod else near(b, ball, reach, chain) for b in (pair.a, pair.b)]
         return None if samples[0] is None or samples[1] is None else (samples[0], samples[1])
 
+    def _ball_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
+        """(k,) lower bounds from the box of each body and the sphere of the other at some positions, mm."""
+        out = np.full(len(poses), -np.inf)
+        for one, other in ((pair.a, pair.b), (pair.b, pair.a)):
+            f, h = self.frames[one.link][poses], self.frames[other.link][poses]
+            apart = h[:, :3, :3] @ other.centre + h[:, :3, 3] - f[:, :3, :3] @ one.centre - f[:, :3, 3]
+            inside = np.einsum("ni,nij,jk->nk", apart, f[:, :3, :3], one.axes)
+            off = np.maximum(np.abs(inside) - one.half, 0.0)
+            out = np.maximum(out, np.sqrt(np.einsum("ni,ni->n", off, off)) - other.radius)
+        return out
+
     def _box_bounds(self, pair: HeldApart, poses: np.ndarray) -> np.ndarray:
         """(k,) lower bounds of the distance from oriented bounding boxes at some positions, mm."""
         f, h = self.frames[pair.a.link][poses], self.frames[pair.b.link][poses]
@@ -260,6 +310,12 @@ class Sampler:
             h[:, :3, :3] @ pair.b.axes,
             np.broadcast_to(pair.b.half, (n, 3)),
         )
+
+
+def _below(best: np.ndarray, poses: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The positions, and their bounds, at which something below the best may be."""
+    kept = low < best[poses] - TOLERANCE_MM
+    return poses[kept], low[kept]
 
 
 def _turned(link: str, frame: np.ndarray, tilt_rad: float) -> np.ndarray:

@@ -17,7 +17,7 @@ class Maps {
 class MapRow {
   constructor(home, data, map, told, chosen) {
     this.map = map;
-    this.x = data.x_mm;
+    this.x = map.x_mm;
     const row = element(home, "section", "map");
     const title = element(row, "h3", "", map.unit ? `${map.words}, ${map.unit}` : map.words);
     if (map.limit !== null) element(title, "small", "", ` asked ${map.upper ? "≤" : "≥"} ${map.limit}`);
@@ -46,7 +46,7 @@ class MapRow {
         const [i, j] = at(event);
         const where = `${this.x[i].toFixed(1)}, ${this.x[j].toFixed(1)}, ${data.z_mm[k].toFixed(1)} mm`;
         const value = Number.isFinite(values[j][i]) ? values[j][i] : "without bound";
-        told(event, `${map.words} ${value} ${map.unit}`, where);
+        told(event, `${map.words} ${value} ${map.unit}`, where, ...(map.names ? [map.names[map.pairs[k][j][i]]] : []));
       };
       canvas.addEventListener("pointermove", words);
       canvas.addEventListener("pointerleave", (event) => told(event, ""));

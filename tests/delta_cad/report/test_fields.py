@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.checks.clearance.clearance import MAP_CELLS
+from delta_cad.checks.limits import SLICES
 from delta_cad.design import Design
 from delta_cad.mechanism.statics import conditioning, worst_joint_torque
-from delta_cad.report.fields import CELLS, SLICES, Field
+from delta_cad.report.fields import CELLS, Field
 from tests.committed import Built
 from tests.delta_cad.report.reading import Page
 
@@ -22,8 +24,8 @@ def slices(page: Page) -> dict[str, Any]:
 
 def test_a_map_is_its_figure_at_its_place(slices: dict[str, Any], best: Design) -> None:
     maps = {one["name"]: one for one in slices["maps"]}
-    assert list(maps) == ["kappa", "effective_mass", "friction", "stiffness", "torque"]
-    x, z = slices["x_mm"], slices["z_mm"]
+    assert list(maps) == ["kappa", "effective_mass", "friction", "stiffness", "torque", "clearance"]
+    x, z = maps["kappa"]["x_mm"], slices["z_mm"]
     assert (len(x), len(z)) == (CELLS, SLICES)
     low = best.cube.bottom_height_mm
     assert (z[0], z[-1]) == pytest.approx((low, low + 2.0 * best.cube.half_side_mm))
@@ -34,7 +36,9 @@ def test_a_map_is_its_figure_at_its_place(slices: dict[str, Any], best: Design) 
         assert maps["torque"]["values"][k][j][i] > force - 0.1
     for one in maps.values():
         values = np.array(one["values"])
-        assert values.shape == (SLICES, CELLS, CELLS)
+        cells = MAP_CELLS if one["name"] == "clearance" else CELLS
+        assert values.shape == (SLICES, cells, cells)
+        assert (one["x_mm"][0], one["x_mm"][-1]) == pytest.approx((x[0], x[-1]))
         if one["name"] in ("kappa", "effective_mass", "friction"):  # motors stand on one side of an arm
             assert values[:, ::-1, :] == pytest.approx(values, rel=2e-3)  # the mirror in the plane of x and z
 
@@ -51,6 +55,21 @@ def test_the_worst_of_the_maps_is_that_of_the_checks(slices: dict[str, Any], bui
         worst = values.max() if maps[name]["upper"] else values.min()
         assert worst == pytest.approx(one["value"], rel=2e-3)  # both grids have the corners, where these are worst
         assert maps[name]["limit"] == one["limit"]
+
+
+def test_the_map_of_clearance_names_two_bodies_and_is_no_less_than_the_check(page: Page, built: Built) -> None:
+    checks = {c["name"]: c for c in json.loads((built.folder / "checks.json").read_text())["checks"]}
+    one = next(one for one in page.data()["slices"]["maps"] if one["name"] == "clearance")
+    values, pairs = np.array(one["values"]), np.array(one["pairs"])
+    assert pairs.shape == values.shape
+    assert set(pairs.flat) == set(range(len(one["names"])))
+    for name in one["names"]:
+        a, b = name.split(" / ")
+        assert {a, b} <= set(page.data()["occurrences"])
+    assert values.min() >= checks["clearance"]["value"] - 0.1  # single joints and other positions may have less
+    assert f"of all bodies {checks['clearance']['value']:.3g} mm" in one["note"]
+    assert one["names"][pairs.flat[values.argmin()]] in one["note"]
+    assert one["limit"] == checks["clearance"]["limit"]
 
 
 def test_the_feel_of_the_structure_is_that_of_its_file(page: Page, built: Built) -> None:

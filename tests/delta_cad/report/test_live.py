@@ -150,6 +150,14 @@ def test_maps_are_drawn_and_lead_to_a_place(live: Any, page: Page) -> None:
     )
 
 
+def test_the_map_of_clearance_names_the_pair(live: Any, page: Page) -> None:
+    one = page.data()["slices"]["maps"][-1]
+    live.locator("#maps .map").last.locator("canvas").first.hover(position={"x": 8, "y": 8})
+    pair = one["names"][one["pairs"][0][-1][0]]  # seen from above: y up
+    assert live.locator("#tip span").all_text_contents()[-1] == pair
+    assert f"Clearance {one['values'][0][-1][0]:g} mm" in live.locator("#tip b").text_content()
+
+
 def test_tables_are_filtered(live: Any) -> None:
     live.fill("input[data-table=bom]", "rod_tube")
     shown = live.evaluate("[...document.querySelectorAll('#bom tbody tr')].filter((r) => !r.hidden).length")
