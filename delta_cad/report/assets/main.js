@@ -149,6 +149,15 @@
     viewer.fit();
     viewer.look("iso");
     move(data.home_mm);
+    const rows = [...document.querySelectorAll("#bom tr[data-part]")];
+    const drawn = rows.map((row) => [row, [...data.parts.keys()].filter((k) => data.parts[k].number === row.dataset.part)]);
+    viewer.portraits(
+      drawn.filter(([, pieces]) => pieces.length).map(([row, pieces]) => {
+        const canvas = element(row.querySelector(".face"), "canvas", "");
+        [canvas.width, canvas.height] = [160, 120];
+        return [canvas, pieces];
+      }),
+    );
     new ResizeObserver(() => viewer.fit()).observe(get("view"));
     get("message").remove();
     document.body.dataset.ready = "model";

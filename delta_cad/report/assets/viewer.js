@@ -1,5 +1,7 @@
 "use strict";
 
+const ISO = [0.5, -0.78, 0.42]; // towards who looks
+
 // The model in 3D: poses, exploded view, section, names. Lengths in mm, z up; a picture is drawn only when asked for.
 class Viewer {
   constructor(canvas, data, glb) {
@@ -184,6 +186,47 @@ class Viewer {
     this.caps.add(face);
   }
 
+  // Draws parts, each by itself as it stands in the machine, one after the other into small canvases.
+  // faces: canvas -> part numbers' indices, of one thing that may be drawn in pieces.
+  portraits(faces) {
+    const scene = new THREE.Scene();
+    scene.environment = this.scene.environment;
+    const sun = new THREE.DirectionalLight(0xffffff, 1.4);
+    sun.position.set(300, -500, 800);
+    const camera = new THREE.PerspectiveCamera(20, 1, 0.1, 10000);
+    camera.up.set(0, 0, 1);
+    this.renderer.setPixelRatio(1);
+    for (const [canvas, pieces] of faces) {
+      const shown = new THREE.Group();
+      for (const piece of pieces) {
+        const { node, surfaces } = this.parts.find(({ part }) => part === piece);
+        const own = new THREE.Mesh(node.geometry, surfaces.outer);
+        own.matrixAutoUpdate = false;
+        own.matrix.copy(node.matrix);
+        shown.add(own);
+      }
+      scene.clear();
+      scene.add(shown, sun);
+      shown.updateMatrixWorld(true);
+      const box = new THREE.Box3().setFromObject(shown);
+      const { center, radius } = box.getBoundingSphere(new THREE.Sphere());
+      camera.aspect = canvas.width / canvas.height;
+      camera.position.copy(center).addScaledVector(new THREE.Vector3(...ISO).normalize(), 6 * radius);
+      camera.lookAt(center);
+      camera.updateMatrixWorld();
+      camera.zoom = 1;
+      camera.updateProjectionMatrix();
+      const corner = (k) => new THREE.Vector3(...[0, 1, 2].map((a) => box[k & (1 << a) ? "max" : "min"].getComponent(a)));
+      const seen = [...Array(8).keys()].map((k) => corner(k).project(camera));
+      camera.zoom = 0.96 / Math.max(...seen.flatMap(({ x, y }) => [Math.abs(x), Math.abs(y)]));
+      camera.updateProjectionMatrix();
+      this.renderer.setSize(canvas.width, canvas.height, false);
+      this.renderer.render(scene, camera);
+      canvas.getContext("2d").drawImage(this.canvas, 0, 0);
+    }
+    this.fit();
+  }
+
   // Brings out some parts among the others, which become faint; none of them: all are as they were.
   mark(chosen) {
     const marked = new Set(this.parts.filter(chosen));
@@ -195,7 +238,7 @@ class Viewer {
   }
 
   look(view) {
-    const towards = { iso: [0.5, -0.78, 0.42], front: [0, -1, 0.0001], side: [1, 0, 0.0001], top: [0, -0.0001, 1] }[view];
+    const towards = { iso: ISO, front: [0, -1, 0.0001], side: [1, 0, 0.0001], top: [0, -0.0001, 1] }[view];
     const box = this.apart > 0 ? new THREE.Box3().setFromObject(this.model) : this.box;
     const ball = box.getBoundingSphere(new THREE.Sphere());
     const half = Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect);

@@ -135,6 +135,19 @@ def test_a_row_of_the_parts_brings_its_part_out(live: Any) -> None:
     assert np.abs(picture(live) - whole).mean() < 0.5
 
 
+def test_every_part_has_a_picture_in_its_row_and_what_has_no_solid_none(live: Any, page: Page) -> None:
+    shown = live.evaluate(
+        "[...document.querySelectorAll('#bom tr[data-part]')].map((row) => { const c = row.querySelector('canvas');"
+        " const p = c?.getContext('2d').getImageData(0, 0, c.width, c.height).data.filter((_, k) => k % 4 === 3);"
+        " return [row.dataset.part, p ? p.filter((alpha) => alpha > 128).length / p.length : null]; })"
+    )
+    known = {part["number"] for part in page.data()["parts"]}
+    for number, covered in shown:
+        assert (covered is not None) == (number in known)
+        assert covered is None or 0.01 < covered < 0.9, number
+    assert {number for number, covered in shown if covered} == known
+
+
 def test_maps_are_drawn_and_lead_to_a_place(live: Any, page: Page) -> None:
     maps = page.data()["slices"]["maps"]
     assert live.locator("#maps canvas").count() == 5 * len(maps)
