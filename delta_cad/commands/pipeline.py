@@ -24,14 +24,13 @@ from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.panel import check_panel
 from delta_cad.checks.range.cable import check_cable
 from delta_cad.checks.range.drive import check_bend, check_drive
-from delta_cad.checks.range.holding import check_holding
+from delta_cad.checks.range.holding import check_holding, moving_bodies
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.sections import check_sections
 from delta_cad.checks.structure import check_structure
 from delta_cad.common.beside import Beside
-from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design, design_hash
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import known_joints
@@ -173,7 +172,7 @@ def check_machine(
     results = run_checks(machine.assembly, limits, machine.meshes, progress, sweep, meanwhile)
     progress("torque with gravity")
     bodies = machine.masses["bodies"]
-    results.append(_holding(machine.assembly, d, bodies, limits))
+    results.append(_holding(machine, limits))
     drive = drive_torque(d.design)
     results += check_drive(drive)
     results += check_cable(machine.assembly)
@@ -197,7 +196,7 @@ def check_weighed(machine: BuiltMachine) -> list[CheckResult]:
     results = check_ranges(assembly.placement.geometry, limits)
     if not all(result.passed for result in results if result.name == "reach"):
         return results
-    results.append(_holding(assembly, d, bodies, limits))
+    results.append(_holding(machine, limits))
     results += check_structure(structure_report(d, bodies), d.design.requirements.stiffness_min_N_mm)
     results += check_envelope(assembly, limits, machine.meshes)[0]
     return [*results, _spread(machine, limits)]
@@ -224,10 +223,10 @@ def check_moving(machine: BuiltMachine, progress: Progress = quiet) -> list[Chec
         return [*reached, *sweep.outline(), *with_exact(machine.assembly, sweep.clearance())]
 
 
-def _holding(assembly: Assembly, d: Dimensions, bodies: Mapping[str, Any], limits: CheckLimits) -> CheckResult:
+def _holding(machine: BuiltMachine, limits: CheckLimits) -> CheckResult:
     """Torque with gravity, from the masses and centres of all links but the base."""
-    moved = {n: (one["mass_kg"], np.array(one["centre_m"]) * MM_PER_M) for n, one in bodies.items() if n != "base"}
-    return check_holding(assembly, limits, moved, np.array(d.design.requirements.gravity_m_s2))
+    gravity = np.array(machine.dimensions.design.requirements.gravity_m_s2)
+    return check_holding(machine.assembly, limits, moving_bodies(machine.masses), gravity)
 
 
 def check(design: Design, progress: Progress = quiet) -> Outcome:

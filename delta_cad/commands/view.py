@@ -6,7 +6,7 @@ import argparse
 import io
 import socket
 import threading
-from contextlib import redirect_stdout
+from contextlib import closing, redirect_stdout
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware, refused
@@ -14,6 +14,7 @@ from delta_cad.common.arguments import design_option
 from delta_cad.common.console import BAD_INPUT, DONE, Interrupt, Line, catalogue_option, refuse
 
 if TYPE_CHECKING:
+    import numpy as np
     from viser import ViserServer
 
     from delta_cad.design import Design
@@ -76,15 +77,15 @@ def _serve(server: ViserServer, design: Design, given: argparse.Namespace) -> in
     """Shows the skeleton at once and the solids when they are made; goes on until it is interrupted."""
     from delta_cad.report.live.page import LivePage
 
-    page = LivePage(server, design)
-    print(f"http://{given.host}:{given.port}  Ctrl-C ends it", flush=True)
-    try:
-        _solids(page, design)
-    except KeyboardInterrupt:  # the next clause would load the CAD kernel, again where that was interrupted
-        raise
-    except geometry_errors() as error:
-        return refuse(f"{given.design.name}: {error}", NOT_BUILT)
-    threading.Event().wait()
+    with closing(LivePage(server, design)) as page:
+        print(f"http://{given.host}:{given.port}  Ctrl-C ends it", flush=True)
+        try:
+            _solids(page, design)
+        except KeyboardInterrupt:  # the next clause would load the CAD kernel, again where that was interrupted
+            raise
+        except geometry_errors() as error:
+            return refuse(f"{given.design.name}: {error}", NOT_BUILT)
+        threading.Event().wait()
     return DONE
 
 
@@ -93,10 +94,20 @@ def _solids(page: LivePage, design: Design) -> None:
     # stdout: a kernel whose loading Ctrl-C interrupts says there that a library were missing
     with Line() as line, redirect_stdout(io.StringIO()):
         line.show("loading the CAD kernel")
-        from delta_cad.commands.pipeline import make_machine
+        import numpy as np
+
+        from delta_cad.checks.range.holding import holding_torque, moving_bodies
+        from delta_cad.commands.pipeline import check_limits, make_machine
         from delta_cad.drive import drive_torque
         from delta_cad.drive.masses import masses_from_dict
+        from delta_cad.report.live.nearest import Neighbours
 
         machine = make_machine(design, line.show)
     masses = masses_from_dict(machine.masses, design.geometry.forearm_length, drive_torque(design))
-    page.solids(machine.assembly, machine.meshes, masses.handle_inertia)
+    bodies, gravity = moving_bodies(machine.masses), np.array(design.requirements.gravity_m_s2)
+
+    def weight(p_mm: np.ndarray) -> np.ndarray:
+        return holding_torque(machine.assembly, bodies, p_mm, gravity)
+
+    neighbours = Neighbours(machine.assembly, check_limits(machine.dimensions, machine.masses), machine.meshes)
+    page.solids(machine.assembly, machine.meshes, masses.handle_inertia, weight, neighbours)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from delta_cad.checks.clearance.clearance import MAP_CELLS
-from delta_cad.checks.range.holding import holding_torque
+from delta_cad.checks.range.holding import holding_torque, moving_bodies
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions.joint import known_joints
@@ -91,12 +91,7 @@ def fields(s: Subject, handle: Handle) -> list[Field]:
     """Lists the figures of a machine whose whole cube is within reach; one that is not known is left out."""
     g, asked, limits = s.design.geometry, s.design.requirements, s.limits
     table, what = structure_table(s.dimensions), moving(s.masses["bodies"], g.forearm_length)
-    bodies = {
-        name: (one["mass_kg"], np.array(one["centre_m"]) * MM_PER_M)
-        for name, one in s.masses["bodies"].items()
-        if name != "base"
-    }
-    gravity = np.array(asked.gravity_m_s2)
+    bodies, gravity = moving_bodies(s.masses), np.array(asked.gravity_m_s2)
     all_mm = limits.poses_mm()
     coarse_mm = sampled_mm(limits.bottom_height_mm, limits.half_side_mm, GRID)
 

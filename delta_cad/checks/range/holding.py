@@ -8,6 +8,7 @@ and centres from the solids; its gradient is taken by central differences, so no
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,12 @@ def potential_energy(
         at = links[link][..., :3, :3] @ centre + links[link][..., :3, 3]
         energy = energy - mass * (at @ gravity_m_s2) / MM_PER_M
     return energy
+
+
+def moving_bodies(masses: Mapping[str, Any]) -> dict[str, tuple[float, np.ndarray]]:
+    """Gathers what `potential_energy` takes of a machine from the result of `mass_report`."""
+    bodies = masses["bodies"].items()
+    return {link: (one["mass_kg"], np.array(one["centre_m"]) * MM_PER_M) for link, one in bodies if link != "base"}
 
 
 def holding_torque(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from threading import RLock
+from threading import Event, RLock, Thread
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,13 +13,18 @@ import numpy as np
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.common.units import M_PER_MM, MM_PER_M
 from delta_cad.design import Design
+from delta_cad.mechanism import jacobian
 from delta_cad.mechanism.limits import HandleInertia
+from delta_cad.report.live.force import FLOOR, SCENES, felt
 from delta_cad.report.live.lengths import Lengths, readings, skeleton
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from viser import ViserServer
 
     from delta_cad.assembly.machine import Assembly
+    from delta_cad.report.live.nearest import Nearest, Neighbours
 
 SLIDERS = {
     "upper_arm_length_mm": "upper arm L_A",
@@ -32,6 +38,11 @@ RANGE = 0.4  # share of a length by which its slider goes either way
 COLOURS = {"base": (60, 66, 76), "arms": (224, 108, 30), "rods": (30, 32, 36), "platform": (30, 100, 190)}
 CUBE_COLOUR = (47, 111, 208)
 THICK_PX, THIN_PX = 5.0, 1.5
+NEAR_COLOUR, FELT_COLOUR, WEIGHT_COLOUR = (225, 30, 30), (205, 20, 120), (20, 130, 60)
+ARROW_MM_N = 15.0  # length of a force: 3 N are half a cube
+SHAFT_M = 0.0018  # radius of an arrow
+LEAST_N = 0.01  # less is no arrow
+REST_S = 0.25  # after which a handle that nobody moved stands still
 SAME_MM = 1e-3  # what the handle is off where it is left to who drags it
 STYLE = "<div style='font-size:0.8rem;padding:0 0.75rem'>"
 HANDLE = "/handle"
@@ -53,7 +64,16 @@ class LivePage:
         self._assembly: Assembly | None = None
         self._frames: dict[str, Any] = {}
         self._drawn: dict[str, tuple[np.ndarray, Any]] = {}
+        self._bodies: dict[str, tuple[Any, tuple[int, ...]]] = {}
+        self._knob_mm = 0.0  # height of its top over the handle's position, the platform's centre
+        self._weight_N_m: Callable[[np.ndarray], np.ndarray] | None = None
+        self._neighbours: Neighbours | None = None
+        self._near: tuple[np.ndarray, Nearest | None] | None = None  # and where the handle was
+        self._velocity, self._moved_at, self._moved = np.zeros(3), monotonic(), Event()
         self._begin()
+        self._closed = False
+        self._follower = Thread(target=self._follow, daemon=True)
+        self._follower.start()
 
     def _begin(self) -> None:
         server = self._server
@@ -70,6 +90,8 @@ class LivePage:
         server.gui.add_button("centre of the cube").on_click(lambda _: self.move(self.lengths.centre_mm))
         self._solids = server.gui.add_checkbox("solids", True, disabled=True, hint="as designed only")
         self._solids.on_update(lambda _: self._show())
+        self._scene = server.gui.add_dropdown("felt", SCENES)
+        self._scene.on_update(lambda _: self._show())
         self._grip = server.scene.add_transform_controls(HANDLE, scale=0.06, disable_rotations=True, depth_test=False)
         self._grip.on_update(lambda event: self.move(MM_PER_M * np.asarray(event.target.position)))
         self.move(self.handle_mm)
@@ -87,13 +109,22 @@ class LivePage:
         if event.client is not None:  # not what `change` sets
             self.change(replace(self.lengths, **{name: float(event.target.value)}))
 
-    def solids(self, assembly: Assembly, meshes: Meshes, inertia: HandleInertia) -> None:
+    def solids(
+        self,
+        assembly: Assembly,
+        meshes: Meshes,
+        inertia: HandleInertia,
+        weight_N_m: Callable[[np.ndarray], np.ndarray],
+        neighbours: Neighbours,
+    ) -> None:
         """Shows the solids of the design's own machine, which move as long as the lengths are its own.
 
         Args:
             assembly: The machine.
             meshes: Part number -> mesh, mm.
             inertia: What moves.
+            weight_N_m: Handle position (3,), mm -> (3,) torque of each joint that holds what moves.
+            neighbours: What may come close.
         """
         scene = self._server.scene
         with self._lock:
@@ -104,21 +135,65 @@ class LivePage:
                 colour = np.round(255.0 * np.array(o.part.material.colour)).astype(np.uint8)
                 points, at = M_PER_MM * mesh.vertices, M_PER_MM * o.placement[:3, 3]
                 name = f"/machine/{o.link}/{o.name}"
-                scene.add_mesh_simple(
+                known = scene.add_mesh_simple(
                     name, points, mesh.faces, color=colour, flat_shading=True, wxyz=turn, position=tuple(at)
                 )
+                self._bodies[o.name] = known, tuple(colour.tolist())
+                if o.link == "platform":
+                    self._knob_mm = max(
+                        self._knob_mm, float((mesh.vertices @ o.placement[2, :3]).max() + o.placement[2, 3])
+                    )
             self._assembly, self._inertia = assembly, inertia
+            self._weight_N_m, self._neighbours = weight_N_m, neighbours
             self._solids.disabled = False
             self._show()
+        self._moved.set()
 
     def move(self, p_mm: np.ndarray) -> None:
         """Moves the handle to the position of the cube that is nearest to one, (3,) mm, if the chains reach it."""
         with self._lock:
-            within = self.lengths.within(np.asarray(p_mm, dtype=float))
+            within, now = self.lengths.within(np.asarray(p_mm, dtype=float)), monotonic()
             if self.lengths.reaches(within):
-                self.handle_mm = within
+                took = now - self._moved_at
+                self._velocity = (within - self.handle_mm) / took if 0.0 < took < REST_S else np.zeros(3)
+                self.handle_mm, self._moved_at = within, now
             if not np.allclose(MM_PER_M * np.asarray(self._grip.position), self.handle_mm, atol=SAME_MM):
                 self._grip.position = tuple(M_PER_MM * self.handle_mm)
+            self._show()
+        self._moved.set()
+
+    def _follow(self) -> None:
+        """Looks for what is closest whenever the handle was moved, and for when it stands still."""
+        while True:
+            moved = self._moved.wait(REST_S if self._velocity.any() else None)
+            if self._closed:
+                return
+            if moved:
+                self._moved.clear()
+                self.measure()
+            else:
+                self.rest()
+
+    def close(self) -> None:
+        """Ends what goes on beside the server, which may stop then."""
+        self._closed = True
+        self._moved.set()
+        self._follower.join()
+
+    def rest(self) -> None:
+        """Lets the handle stand still."""
+        with self._lock:
+            self._velocity = np.zeros(3)
+            self._show()
+
+    def measure(self) -> None:
+        """Finds what is closest where the handle is, and shows it."""
+        at, neighbours = self.handle_mm, self._neighbours
+        if neighbours is None or self.lengths != self.own:
+            return
+        found = neighbours.at(at)
+        with self._lock:
+            self._near = at, found
             self._show()
 
     def change(self, lengths: Lengths) -> None:
@@ -132,12 +207,12 @@ class LivePage:
 
     def _show(self) -> None:
         """Puts everything where it belongs, in one message."""
-        reached = self.lengths.reaches(self.handle_mm)
-        solid = self._assembly is not None and self.lengths == self.own and self._solids.value
-        lines = {}
-        if reached and not solid:
-            lines = skeleton(self.lengths, self._design.mechanism.parallelogram_width_mm, self.handle_mm)
-        with self._server.atomic():
+        with self._lock, self._server.atomic():
+            reached = self.lengths.reaches(self.handle_mm)
+            solid = self._assembly is not None and self.lengths == self.own and self._solids.value
+            lines: dict[str, np.ndarray] = {}
+            if reached and not solid:
+                lines = skeleton(self.lengths, self._design.mechanism.parallelogram_width_mm, self.handle_mm)
             for link, frame in self._poses(solid and reached).items():
                 handle = self._frames[link]
                 handle.wxyz, handle.position = quaternion(frame[:3, :3]), tuple(M_PER_MM * frame[:3, 3])
@@ -146,7 +221,47 @@ class LivePage:
             for name, colour in COLOURS.items():
                 self._lines(name, lines.get(name), colour, THICK_PX)
             self._lines("cube", self.lengths.cube_edges(), CUBE_COLOUR, THIN_PX)
-            self._told.content = self._table(reached)
+            self._show_near(solid and reached)
+            force, held = self._forces(reached)
+            self._arrow("felt", force, FELT_COLOUR, self._knob_mm if solid else 0.0)
+            self._arrow("weight", -held, WEIGHT_COLOUR)
+            self._lines("floor", self._floor() if self._scene.value == FLOOR else None, FELT_COLOUR, THIN_PX)
+            self._told.content = self._table(reached, force, held)
+
+    def _floor(self) -> np.ndarray:
+        """(4, 2, 3) edges of the floor that is felt, mm."""
+        corners = self.lengths.centre_mm + self.lengths.half_side_mm * np.array(
+            [(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)]
+        )
+        return np.stack([corners, np.roll(corners, 1, axis=0)], axis=1)
+
+    def _near_here(self) -> Nearest | None:
+        """What is closest where the handle is; None while that is looked for."""
+        return self._near[1] if self._near and np.array_equal(self._near[0], self.handle_mm) else None
+
+    def _show_near(self, wanted: bool) -> None:
+        """Marks the two bodies that are closest, and where; those of the last position while the handle is moved."""
+        near = self._near[1] if self._near and wanted else None
+        for name, (handle, colour) in self._bodies.items():
+            shown = NEAR_COLOUR if near and name in near.names else colour
+            if tuple(handle.color) != shown:
+                handle.color = shown
+        here = self._near_here() if wanted else None
+        self._lines("near", None if here is None else here.ends_mm[None], NEAR_COLOUR, THICK_PX)
+
+    def _forces(self, reached: bool) -> tuple[np.ndarray, np.ndarray]:
+        """The force on the hand, and the one at the handle that holds what moves, (3,) N each."""
+        above = float((self.handle_mm - self.lengths.centre_mm)[2])
+        force = felt(self._scene.value, self._design.requirements.force_N, above, self._velocity)
+        if not reached or self._weight_N_m is None or self.lengths != self.own:
+            return force if reached else np.zeros(3), np.zeros(3)
+        to_joints = jacobian(self.lengths.geometry, self.handle_mm / MM_PER_M).T
+        return force, np.linalg.solve(to_joints, self._weight_N_m(self.handle_mm))
+
+    def _arrow(self, name: str, force_N: np.ndarray, colour: tuple[int, int, int], above_mm: float = 0.0) -> None:
+        """Draws a force at the handle, or above it."""
+        ends = self.handle_mm + [0.0, 0.0, above_mm] + ARROW_MM_N * np.array([[np.zeros(3), force_N]])
+        self._lines(name, ends if np.linalg.norm(force_N) >= LEAST_N else None, colour, arrow=True)
 
     def _poses(self, wanted: bool) -> Mapping[str, np.ndarray]:
         if not wanted or self._assembly is None:
@@ -154,27 +269,48 @@ class LivePage:
         frames = self._assembly.placement(self.handle_mm)
         return {link: frames[link] for link in self._frames}
 
-    def _lines(self, name: str, ends: np.ndarray | None, colour: tuple[int, int, int], thick_px: float) -> None:
-        """Draws lines (n, 2, 3) in mm anew, or hides those of that name; what is drawn already stays."""
+    def _lines(
+        self,
+        name: str,
+        ends: np.ndarray | None,
+        colour: tuple[int, int, int],
+        thick_px: float = THICK_PX,
+        arrow: bool = False,
+    ) -> None:
+        """Draws lines or arrows (n, 2, 3) in mm anew, or hides those of that name; what is drawn already stays."""
         drawn, known = self._drawn.get(name, (None, None))
         if ends is None:
             if known is not None:
                 known.visible = False
             return
         if known is None or drawn is None or not np.array_equal(drawn, ends):
-            known = self._server.scene.add_line_segments(
-                f"/skeleton/{name}", M_PER_MM * ends, colour, thickness=thick_px, thickness_units="screen"
-            )
+            scene, path, points = self._server.scene, f"/skeleton/{name}", M_PER_MM * ends
+            if arrow:
+                known = scene.add_arrows(
+                    path, points, colour, shaft_radius=SHAFT_M, head_radius=3.0 * SHAFT_M, head_length=7.0 * SHAFT_M
+                )
+            else:
+                known = scene.add_line_segments(path, points, colour, thickness=thick_px, thickness_units="screen")
             self._drawn[name] = (ends, known)
         known.visible = True
 
-    def _table(self, reached: bool) -> str:
+    def _table(self, reached: bool, force_N: np.ndarray, held_N: np.ndarray) -> str:
         x, y, z = self.handle_mm
         head = f"{STYLE}handle {x:.1f}, {y:.1f}, {z:.1f} mm"
         if not reached:
             return f"{head}<br><b>out of reach</b></div>"
         rows = readings(self.lengths, self._design.requirements.force_N, self._inertia, self.handle_mm)
         cells = "".join(f"<tr><td>{r.words}</td><td>{r.here}</td><td>{r.worst}</td></tr>" for r in rows)
+        told = [("felt", f"{np.linalg.norm(force_N):.2f} N")]
+        if held_N.any():
+            motors = jacobian(self.lengths.geometry, self.handle_mm / MM_PER_M).T @ (force_N + held_N)
+            told += [("weight, which the motors hold", f"{np.linalg.norm(held_N):.2f} N")]
+            told += [("motors' torque for both", ", ".join(f"{one:.3f}" for one in motors) + " N m")]
+        if self._neighbours is not None and self.lengths == self.own:
+            near, waits = self._near and self._near[1], "" if self._near_here() else " ..."
+            where = f"{near.distance_mm:.2f} mm, {' / '.join(near.names)}{waits}" if near else waits
+            told += [(f"clearance, at least {self._neighbours.limit_mm:g} mm", where)]
+        cells += "".join(f"<tr><td>{words}</td><td colspan=2>{value}</td></tr>" for words, value in told)
         note = "" if self.lengths == self.own else "masses as designed; the solids are those of the design alone"
         heads = "<tr><th></th><th align=left>here</th><th align=left>worst in the cube</th></tr>"
         return f"{head}<table width=100%>{heads}{cells}</table>{note}</div>"

@@ -12,13 +12,23 @@ from typing import Any
 import numpy as np
 import pytest
 
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.checks.clearance.bodies import DistanceEngine
+from delta_cad.checks.clearance.pairing import by_several_joints, held_apart
+from delta_cad.checks.clearance.sampled import TOLERANCE_MM, Sampler
 from delta_cad.design import Design
+from delta_cad.mechanism import jacobian
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.placement import chain_frame
-from delta_cad.report.live.page import LivePage, quaternion
+from delta_cad.report.live import page as live_page
+from delta_cad.report.live.force import FLOOR, FLOOR_N_MM, FREE, RESISTANCE, RESISTANCE_N_S_MM, felt
+from delta_cad.report.live.nearest import Nearest, Neighbours
+from delta_cad.report.live.page import ARROW_MM_N, NEAR_COLOUR, LivePage, quaternion
 from delta_cad.report.subject import Subject
+from tests.delta_cad.checks.machines import LIMITS, machine
 
 DRAWN_MS, PICTURE_MS, TRIES = 120_000, 500, 20  # a processor draws a picture in a second or so
+WEIGHT_N = np.array([0.0, 0.0, 2.5])
 INERTIA = HandleInertia(0.071, 0.0043, 0.0011, 3.1e-4)
 
 
@@ -33,9 +43,33 @@ def page(best: Design) -> Iterator[LivePage]:
 
     with redirect_stdout(StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=free_port(), verbose=False)
-    yield LivePage(server, best)
+    page = LivePage(server, best)
+    yield page
+    page.close()
     with redirect_stdout(StringIO()):
         server.stop()
+
+
+class Two(Neighbours):
+    """Two bodies, always the same."""
+
+    def __init__(self, *names: str) -> None:
+        self.limit_mm, self.found = 2.0, Nearest((names[0], names[1]), 1.25, np.array([[0.0, 0, 90], [0, 1.25, 90]]))
+
+    def at(self, p_mm: np.ndarray) -> Nearest:
+        del p_mm
+        return self.found
+
+
+def show_solids(page: LivePage, subject: Subject, weight_N: np.ndarray) -> list[str]:
+    """Gives the page its solids, of which two are close; their names."""
+
+    def weight(p_mm: np.ndarray) -> np.ndarray:
+        return jacobian(page.own.geometry, p_mm / 1000.0).T @ weight_N
+
+    names = [o.name for o in subject.assembly.occurrences][:2]
+    page.solids(subject.assembly, subject.meshes, INERTIA, weight, Two(*names))
+    return names
 
 
 def drawn(page: LivePage) -> dict[str, bool]:
@@ -66,8 +100,9 @@ def test_a_slider_makes_the_mechanism_anew(page: LivePage) -> None:
 
 
 def test_solids_move_with_the_handle_and_are_the_designs_alone(page: LivePage, subject: Subject) -> None:
-    page.solids(subject.assembly, subject.meshes, INERTIA)
-    assert drawn(page) == {"base": False, "arms": False, "rods": False, "platform": False, "cube": True}
+    show_solids(page, subject, np.zeros(3))
+    skeleton = {name: shown for name, shown in drawn(page).items() if name != "near"}
+    assert skeleton == {"base": False, "arms": False, "rods": False, "platform": False, "cube": True}
     assert "effective mass" in page._told.content
     page.move(page.own.centre_mm + np.array([12.0, -7.0, 9.0]))
     frames = subject.assembly.placement(page.handle_mm)
@@ -80,6 +115,70 @@ def test_solids_move_with_the_handle_and_are_the_designs_alone(page: LivePage, s
     assert not any(handle.visible for handle in page._frames.values())
     assert drawn(page)["arms"]
     assert "masses as designed" in page._told.content
+
+
+def test_the_two_that_are_closest_are_marked_and_told(page: LivePage, subject: Subject) -> None:
+    names = show_solids(page, subject, np.zeros(3))
+    page.measure()
+    assert f"1.25 mm, {' / '.join(names)}</td>" in page._told.content
+    red = {name for name, (handle, _) in page._bodies.items() if tuple(handle.color) == NEAR_COLOUR}
+    assert red == set(names)
+    assert drawn(page)["near"]
+    page.change(replace(page.own, base_radius_mm=33.0))
+    assert not drawn(page)["near"]
+    assert "1.25 mm" not in page._told.content
+    assert not any(tuple(handle.color) == NEAR_COLOUR for handle, _ in page._bodies.values())
+
+
+def test_what_the_hand_feels_is_an_arrow_at_the_handle(
+    page: LivePage, subject: Subject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show_solids(page, subject, WEIGHT_N)
+    ends, _ = page._drawn["weight"]
+    assert ends[0] - page.handle_mm == pytest.approx(np.array([np.zeros(3), -ARROW_MM_N * WEIGHT_N]), abs=1e-9)
+    assert "2.50 N" in page._told.content
+    page._scene.value = FLOOR
+    page.move(page.own.centre_mm + np.array([0.0, 0.0, -1.5]))
+    ends, arrow = page._drawn["felt"]
+    assert ends[0, 1] - ends[0, 0] == pytest.approx([0.0, 0.0, ARROW_MM_N * 1.5 * FLOOR_N_MM])
+    top = [subject.meshes[o.part.number].vertices for o in subject.assembly.occurrences if o.link == "platform"]
+    assert ends[0, 0] - page.handle_mm == pytest.approx([0.0, 0.0, np.concatenate(top)[:, 2].max()], abs=1e-6)
+    assert arrow.visible
+    assert drawn(page)["floor"]
+    page._scene.value = RESISTANCE
+    times = iter((50.0, 50.1))
+    monkeypatch.setattr(live_page, "monotonic", lambda: next(times, 60.0))
+    page.move(page.own.centre_mm)
+    page.move(page.own.centre_mm + np.array([4.0, 0.0, 0.0]))
+    ends, _ = page._drawn["felt"]
+    assert ends[0, 1] - ends[0, 0] == pytest.approx([-ARROW_MM_N * RESISTANCE_N_S_MM * 40.0, 0.0, 0.0])
+    page.rest()
+    assert not drawn(page)["felt"]
+
+
+def test_a_scene_gives_no_more_than_the_machine_has_for_ever() -> None:
+    v = np.array([30.0, -40.0, 0.0])
+    assert felt(FREE, 3.0, -5.0, v) == pytest.approx([0.0, 0.0, 0.0])
+    assert felt(FLOOR, 3.0, 2.0, v) == pytest.approx([0.0, 0.0, 0.0])
+    assert felt(FLOOR, 3.0, -2.0, v) == pytest.approx([0.0, 0.0, 2.0 * FLOOR_N_MM])
+    assert felt(FLOOR, 3.0, -20.0, v) == pytest.approx([0.0, 0.0, 3.0])
+    assert felt(RESISTANCE, 3.0, 0.0, v) == pytest.approx(-RESISTANCE_N_S_MM * v)
+    assert felt(RESISTANCE, 3.0, 0.0, 1000.0 * v) == pytest.approx([-1.8, 2.4, 0.0])
+
+
+def test_the_neighbours_are_those_of_measuring_everything() -> None:
+    assembly, engine = machine(), DistanceEngine()
+    meshes = MeshLibrary(assembly.parts, 0.2, 0.6)
+    neighbours = Neighbours(assembly, LIMITS, meshes)
+    pairs = [p for p in held_apart(assembly, LIMITS, meshes) if by_several_joints(p, assembly.placement)]
+    for p_mm in LIMITS.corners_mm[::3]:
+        frames = Sampler(assembly.placement, p_mm[None, :], engine).frames
+        placed = [[frames[b.link][0] @ b.placement for b in (p.a, p.b)] for p in pairs]
+        least = min(engine.distance(p.a, p.b, *two) for p, two in zip(pairs, placed, strict=True))
+        found = neighbours.at(p_mm)
+        assert found is not None
+        assert np.linalg.norm(found.ends_mm[1] - found.ends_mm[0]) == pytest.approx(least, abs=TOLERANCE_MM)
+        assert least - 1.0 < found.distance_mm <= least  # less both deviations
 
 
 @pytest.mark.slow
