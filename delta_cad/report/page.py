@@ -24,6 +24,7 @@ from delta_cad.report.subject import Subject
 from delta_cad.report.words import assumptions, certificate, provenance
 
 FILE_NAME = "report.html"
+SOUGHT = "design.html"  # which `design` writes beside what it found
 CERTIFICATE = "certificate.json"  # which only some builds have beside them
 MANUAL = "manual/manual.html"  # which a build may be asked to leave out
 ASSETS = Path(__file__).parent / "assets"
@@ -85,7 +86,8 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str]) -> Path:
         design=design_to_json(s.design),
         manual=MANUAL if (folder / MANUAL).is_file() else "",
         files=_files(folder),
-        policy=_policy(scripts, style),
+        sought=SOUGHT if (folder / SOUGHT).is_file() else "",
+        policy=page_policy(scripts, style),
         style=Markup(style),
         scripts=[Markup(script) for script in scripts],
         licence=Markup((VENDOR / "three.LICENSE").read_text(encoding="utf-8").strip()),
@@ -107,8 +109,8 @@ def _json(data: Any) -> str:
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _policy(scripts: Sequence[str], style: str) -> str:
-    """What the page may do: run these scripts, take this style, show pictures that it holds itself."""
+def page_policy(scripts: Sequence[str], style: str) -> str:
+    """Tells what a page may do: run these scripts, take this style, show pictures that it holds itself."""
 
     def hashed(*texts: str) -> str:
         digests = (b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii") for text in texts)

@@ -21,7 +21,8 @@ from delta_cad.mechanism.limits.limit import PoseLimit
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
-from optimizer.codesign.search import Lengths, Search, Tried
+from optimizer.codesign.search import Lengths, Search
+from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
 
 ANY = 2.0  # limit that figures are asked for with: their values do not depend on it

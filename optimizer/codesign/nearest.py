@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 from optimizer.codesign.choice import WIDTHS, Choice, drives, motor_of, ratios_of
-from optimizer.codesign.search import Search, Tried
+from optimizer.codesign.search import Search
+from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief
 
 EASED: Mapping[tuple[str, ...], bool] = {

@@ -33,6 +33,7 @@ from optimizer.codesign.learning import (
 from optimizer.codesign.lengths import ROUNDS, Found, best_lengths
 from optimizer.codesign.lessons import Lessons, Weighed
 from optimizer.codesign.price import cheapest
+from optimizer.codesign.tried import Posed, Tried
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.evaluator import VARIABLES
 
@@ -62,21 +63,6 @@ def _share(one: Reason | CheckResult) -> float:
     if isinstance(one, CheckResult):
         return (one.value or 0.0) / (one.limit or 1.0)
     return float(one.bound or 1.0) / float(one.value or 1.0)
-
-
-@dataclass
-class Tried:
-    """What a search went through.
-
-    Attributes:
-        candidates: Number of candidates that were posed.
-        built: Machines that were made: design, and the names of the checks that failed.
-        stuck: Hardware -> why it was given up.
-    """
-
-    candidates: int = 0
-    built: list[tuple[Design, tuple[str, ...]]] = field(default_factory=list)
-    stuck: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -237,7 +223,10 @@ class Search:
             return best_lengths(self.brief, choice, lessons, start_mm, self.seed, rounds, beats)
 
         of = self.brief, choice, replace(lessons, why=()), start_mm, rounds, beats
-        return self.once("lengths", of, compute, found_told, found_read)
+        found = self.once("lengths", of, compute, found_told, found_read)
+        if found is not None:
+            self.tried.posed.append(Posed(choice, found.score))
+        return found
 
     def _first(self, choice: Choice) -> Weighed:
         """The masses to begin from, with the rotor of another motor."""
@@ -314,6 +303,7 @@ class Search:
                 results = outcome.results
             failed = tuple(result.name for result in results if not result.passed)
             self.tried.built.append((candidate.design, failed))
+            self.tried.posed.append(Posed(candidate.choice, candidate.score, failed))
             if outcome is not None and not failed:
                 self.tried.stuck.pop(" ".join(key), None)  # of another ratio or width
                 self.tell(f"{named} passes every check")

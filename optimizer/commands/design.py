@@ -153,8 +153,18 @@ def _search(
     from optimizer.codesign.costs import costs
     from optimizer.codesign.journal import results_read, results_told
     from optimizer.codesign.lessons import reference
-    from optimizer.codesign.output import certificate_of, facts_of, placed, report, with_provenance, write_beside
+    from optimizer.codesign.pages.design import design_page
+    from optimizer.codesign.pages.output import (
+        UNITS,
+        certificate_of,
+        facts_of,
+        placed,
+        report,
+        with_provenance,
+        write_beside,
+    )
     from optimizer.codesign.search import Search
+    from optimizer.codesign.tried import Posed
 
     def moving(design: Design) -> list[Any]:
         of = design_hash(design)
@@ -173,7 +183,8 @@ def _search(
             known = search.lessons[standing.choice.motor, standing.choice.drive]
             of = " ".join((standing.choice.motor, standing.choice.drive))  # stuck at another ratio or width
             stuck = {name: why for name, why in search.tried.stuck.items() if name != of}
-            tried = replace(search.tried, built=[*search.tried.built, (stated, ())], stuck=stuck)
+            posed = [*search.tried.posed, Posed(standing.choice, standing.score, ())]
+            tried = replace(search.tried, built=[*search.tried.built, (stated, ())], posed=posed, stuck=stuck)
             over = min(ends, monotonic() + BOUND_S)
             bound = None
             if brief.objective == "cube_side" and not brief.name.endswith(NEAREST_NAME):
@@ -187,9 +198,11 @@ def _search(
             facts.update(facts_of(brief, outcome, tried, bound))
             cost = costs(brief, standing, known)
             text = report(facts, outcome.results, tried, known.why, brief.notes, cost, bound)
+            unit = UNITS[brief.objective]
+            page = design_page(facts, outcome.results, tried, known.why, brief.notes, cost, bound, unit)
             line.show("certificate")
             certificate = certificate_of(stated, folder / "mass_properties.json")
-            write_beside(folder, placed(stated, brief, given.out / brief.name), text, certificate)
+            write_beside(folder, placed(stated, brief, given.out / brief.name), text, page, certificate)
 
         def compute() -> Outcome:
             return build(stated, given.out, line.show, beside=beside)

@@ -29,8 +29,8 @@ def run(given: argparse.Namespace) -> int:
     folder = given.out / f"{brief.name}-machines"
     require_room(folder, folder=True)
     from optimizer.codesign.front import front
-    from optimizer.codesign.front_page import record
     from optimizer.codesign.lessons import reference
+    from optimizer.codesign.pages.front import record
     from optimizer.codesign.search import Search
 
     with Request() as stop, Line() as line:
@@ -62,7 +62,7 @@ def run(given: argparse.Namespace) -> int:
 def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
     """Puts the complete folder in its place."""
     from delta_cad.common.files import whole_folder
-    from optimizer.codesign.front_page import DESIGNS, design_files, page, record
+    from optimizer.codesign.pages.front import DESIGNS, design_files, page, record
     from optimizer.pictures.machines import machines
     from optimizer.pictures.style import save
 

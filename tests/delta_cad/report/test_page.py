@@ -14,7 +14,7 @@ import pytest
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.reading import ReadError
 from delta_cad.design import design_hash, load_design
-from delta_cad.report.page import FILE_NAME, VENDOR, write_report
+from delta_cad.report.page import FILE_NAME, SOUGHT, VENDOR, write_report
 from delta_cad.report.subject import Subject
 from tests.committed import Built
 from tests.delta_cad.export.machine import make_assembly, make_parts
@@ -166,6 +166,13 @@ def test_a_certificate_beside_it_is_told_with_the_command_that_replays_it(subjec
     (proof,) = written(subject, folder).all("section", id="proof")
     assert "There is none" in proof.text
     assert "optimizer certify" in proof.text
+
+
+def test_how_it_was_found_is_a_page_beside_it(subject: Subject, folder: Path) -> None:
+    assert "How it was found" not in [e.text for e in written(subject, folder).all("a")]
+    (folder / SOUGHT).write_text("")
+    (link,) = [e for e in written(subject, folder).all("a") if e.text == "How it was found"]
+    assert link.attributes["href"] == SOUGHT
 
 
 def test_the_same_machine_gives_the_same_bytes(subject: Subject, folder: Path) -> None:

@@ -14,9 +14,11 @@ from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.front import AXES, Figures, MachinePoint, _marked, figures_of, front
-from optimizer.codesign.front_page import design_files, page, record
 from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.pages.front import design_files, page, record
 from optimizer.codesign.search import Search
+from optimizer.pictures.machines import machines
+from optimizer.pictures.style import save
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -107,3 +109,7 @@ def test_every_point_has_a_design_file_that_its_line_builds(
         assert text.count(f"build --design out/b-machines/designs/{name}`") == 1
         assert told["design"] == f"designs/{name}"
     assert json.loads(json.dumps(record(points, "b")))["schema"] == "delta-machines/1"
+    save(machines(points, "b"), tmp_path, "machines")
+    drawn = (tmp_path / "machines.svg").read_text(encoding="utf-8")
+    for name in files:
+        assert f'xlink:href="designs/{name}"' in drawn

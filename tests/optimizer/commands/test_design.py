@@ -28,6 +28,7 @@ from optimizer.codesign.search import Search
 from optimizer.commands import cli
 from optimizer.commands import design as command
 from tests.committed import BEST, Built
+from tests.delta_cad.report.reading import Page
 
 BRIEF = """
 name = "synthesized"
@@ -116,6 +117,10 @@ def test_what_was_found_stands_in_its_folder(
     assert "requirements.envelope_depth_mm = 225 instead of 220" in text
     assert "feel.kappa_max" in text
     assert "- kappa: 2.27, 2.27 asked" in text
+    page = Page((folder / "design.html").read_text(encoding="utf-8"))
+    assert page.all("circle", **{"class": "passed"})[0].text.startswith("maxon-re30-310007 capstan at 4.8:1")
+    assert "the wrists were too close" in page.one("learnt").text
+    assert any(row[0] == "requirements.envelope_depth_mm" for row in page.rows("costs"))
 
 
 def interrupt() -> None:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 from delta_cad.design import Design, design_to_json
 from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import load_masses
+from delta_cad.report.page import SOUGHT
 from optimizer.certify.certificate import Certificate, certify, limits_of
 from optimizer.certify.file import certificate_text
 from optimizer.certify.gravity import share_of_masses
 from optimizer.codesign.costs import Cost
-from optimizer.codesign.search import Tried
+from optimizer.codesign.tried import Tried
 from optimizer.problem.brief import DesignBrief, brief_hash
 
 if TYPE_CHECKING:
@@ -77,8 +78,9 @@ def certificate_of(design: Design, masses: Path) -> Certificate:
     return certify(design, limits_of(design, share, inertia), gravity=share)
 
 
-def write_beside(folder: Path, design: Design, text: str, certificate: Certificate) -> None:
-    """Writes `design.json`, `design.md` and `certificate.json` into the folder of a build."""
+def write_beside(folder: Path, design: Design, text: str, page: str, certificate: Certificate) -> None:
+    """Writes `design.json`, `design.md`, `design.html` and `certificate.json` into the folder of a build."""
+    (folder / SOUGHT).write_text(page, encoding="utf-8")
     (folder / "design.json").write_text(design_to_json(design), encoding="utf-8")
     (folder / "design.md").write_text(text, encoding="utf-8")
     text = certificate_text(certificate, "certificate.json")  # the folder's own lock is held by the build

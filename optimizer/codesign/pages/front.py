@@ -46,6 +46,8 @@ def page(points: Sequence[MachinePoint], name: str, folder: str) -> str:
         "in the others.",
         "",
         "![cube against effective mass, friction, stiffness and outline](machines.png)",
+        "",
+        "In [the same as SVG](machines.svg) each point is a link to its design file.",
     ]
     for choice in hardware_of(points):
         lines += ["", f"## {choice.motor}, {choice.drive} {choice.ratio:g}:1", ""]

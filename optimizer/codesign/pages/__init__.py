@@ -1,0 +1,1 @@
+"""What `design` and `front --machines` write about machines: texts, pages, files."""

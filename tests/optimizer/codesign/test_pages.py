@@ -1,0 +1,85 @@
+"""The page that `design` leaves: every candidate where it belongs, the bound, what binds and what limits cost."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from delta_cad.checks.report import CheckResult
+from optimizer.codesign.bound import Bound
+from optimizer.codesign.choice import Choice
+from optimizer.codesign.costs import Cost
+from optimizer.codesign.pages.design import _ticks, design_page
+from optimizer.codesign.tried import Posed, Tried
+from tests.delta_cad.report.reading import Page
+
+BAD = "<b>&'\""
+TOLD: dict[str, Any] = {
+    "name": BAD,
+    "outline_mm": [248.3, 219.9],
+    "cube_side_mm": 82.52,
+    "ratio": 5.03,
+    "motor": "small",
+    "bound_mm": 83.61,
+    "gap": 0.0132,
+    "cost_EUR": None,
+    "tried": 31,
+    "built": 2,
+}
+POSED = [
+    Posed(Choice("large", "capstan", 4.0, 50.0), 70.0),
+    Posed(Choice("small", "capstan", 5.0, 50.0), 82.0),
+    Posed(Choice("small", "capstan", 5.1, 50.0), 82.9, ("clearance", BAD)),
+    Posed(Choice("small", "capstan", 5.03, 50.0), 82.52, ()),
+]
+
+
+def page(posed: list[Posed], bound: Bound | None, unit: str = "mm of cube") -> Page:
+    tried = Tried(31, posed, [], {f"weak {BAD}": "too weak"})
+    results = [CheckResult("kappa", True, 2.268, 2.27, ""), CheckResult("friction", True, 0.1, 0.8, "N")]
+    cost = [Cost("feel.kappa_max", 2.27, 2.38, 1.5)]
+    return Page(design_page(TOLD, results, tried, ["it was tight"], [], cost, bound, unit))
+
+
+def test_every_candidate_is_a_dot_where_its_figure_and_its_motor_are() -> None:
+    found = page(POSED, Bound(83.61, 0.0132, 12, ("alike",)))
+    dots = [e for e in found.all("circle") if "cx" in e.attributes][: len(POSED)]
+    assert [e.attributes["class"] for e in dots] == ["posed", "posed", "failed", "passed"]
+    assert "small capstan at 5.1:1, 50 mm wide: 82.9 mm of cube; fails clearance, <b>&'\"" in dots[2].text
+    across = [float(e.attributes["cx"]) for e in dots]
+    (proved,) = found.all("line", **{"class": "proved"})
+    low, high, ends = across[0], float(proved.attributes["x1"]), (70.0, 83.61)
+    for x, value in zip(across, (70.0, 82.0, 82.9, 82.52), strict=True):
+        assert x == pytest.approx(low + (high - low) * (value - ends[0]) / (ends[1] - ends[0]), abs=0.2)
+    down = [float(e.attributes["cy"]) for e in dots]
+    assert down[1] == down[2] == down[3] < down[0]  # what comes farthest first
+    names = [e.text for e in found.all("text") if e.attributes["x"] == "8"]
+    assert names == ["small capstan", "large capstan"]
+
+
+def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing() -> None:
+    found = page(POSED, Bound(83.61, 0.0132, 12, ("alike",)))
+    assert [row[:3] for row in found.rows("binds")[1:]] == [["kappa", "2.268", "≤ 2.27"]]
+    assert found.rows("costs")[1][:4] == ["feel.kappa_max", "2.27", "2.38", "1.5"]
+    assert "83.61 mm, 1.3 % more" in found.one("tried").text
+    assert "it was tight" in found.one("learnt").text
+    assert found.all("script") == found.all("b") == []
+    assert next(e.attributes["href"] for e in found.all("a")) == "report.html"
+    assert "No machine of this family" not in page(POSED, None).one("tried").text
+
+
+@pytest.mark.parametrize("posed", [[], POSED[:1], [Posed(POSED[0].choice, -0.34)]])
+def test_few_candidates_and_those_of_which_less_is_better_are_drawn(posed: list[Posed]) -> None:
+    dots = page(posed, None, "kg felt").all("circle")
+    for one, dot in zip(posed, dots, strict=False):  # those of the key come after them
+        assert f"{abs(one.score):.4g} kg felt" in dot.text
+
+
+@pytest.mark.parametrize(("low", "high", "first", "step"), [(69.3, 84.3, 70.0, 2.0), (0.31, 0.36, 0.31, 0.01)])
+def test_ticks_are_round(low: float, high: float, first: float, step: float) -> None:
+    ticks = _ticks(low, high)
+    assert 3 <= len(ticks) <= 9
+    assert ticks[0] == pytest.approx(first)
+    assert ticks[1] - ticks[0] == pytest.approx(step)
+    assert low <= ticks[0] <= ticks[-1] <= high
