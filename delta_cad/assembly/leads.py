@@ -10,7 +10,7 @@ from delta_cad.assembly.bench import Bench, at
 from delta_cad.assembly.order.record import Bring, Step
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.leads import LEAD_G_M, PLUG_MM, TAIL_MM, LeadDimensions
+from delta_cad.dimensions.installation.leads import LEAD_G_M, PLUG_MM, TAIL_MM, LeadDimensions
 from delta_cad.mechanism.placement import CHAINS, chain_frame
 from delta_cad.solids.materials import material
 from delta_cad.solids.part import Contact, Make, Part, Stated

@@ -7,7 +7,7 @@ from math import pi
 from delta_cad import catalogue
 from delta_cad.assembly.bench import Bench, at, pointing
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
+from delta_cad.dimensions.installation.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
 from delta_cad.solids import panel
 from delta_cad.solids.base_plate import mount_places
 from delta_cad.solids.bought.fasteners import CORE_PLAY_MM

@@ -29,16 +29,16 @@ from delta_cad.dimensions.capstan import (
     rim_y_mm,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
+from delta_cad.dimensions.installation.leads import LeadDimensions, lead_dimensions
+from delta_cad.dimensions.installation.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.keys import SET_SCREWS_RAD, set_screws_rad
 from delta_cad.dimensions.layers import Layers, layers
-from delta_cad.dimensions.leads import LeadDimensions, lead_dimensions
 from delta_cad.dimensions.neighbours import (
     BOARD_EDGE_MM,
     require_room_for_board,
     require_room_for_boss,
     require_room_for_rods,
 )
-from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.platform import (
     MOUNT_SPREAD_RAD,
     BaseDimensions,

@@ -7,7 +7,7 @@ from math import hypot
 from delta_cad.assembly.order.record import Bring, Leg, Step
 from delta_cad.assembly.order.shoulder import named
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.panel import TEMPLATE
+from delta_cad.dimensions.installation.panel import TEMPLATE
 
 DOWN = (Leg((0.0, 0.0, -1.0)),)
 UP = (Leg((0.0, 0.0, 1.0)),)

@@ -17,7 +17,7 @@ from delta_cad.checks.contact.engagement import check_contacts
 from delta_cad.checks.presence import check_presence
 from delta_cad.design import DesignError, design_from_dict
 from delta_cad.dimensions import Dimensions, dimensions
-from delta_cad.dimensions.leads import BEND, LEAD_MM, PLUG_MM, TAIL_MM, lead_dimensions
+from delta_cad.dimensions.installation.leads import BEND, LEAD_MM, PLUG_MM, TAIL_MM, lead_dimensions
 from delta_cad.structure.refusals import least_outline_mm
 from tests.committed import changed
 
