@@ -52,6 +52,12 @@ class BomRow:
     cost_source: str = ""
 
 
+def items_of(assembly: Assembly) -> dict[str, int]:
+    """Numbers the parts that are ordered or made, from 1: the made ones first. Number of each part -> its item."""
+    whole = sorted((part for part in assembly.parts if not part.piece_of), key=lambda part: not part.make)
+    return {part.number: item for item, part in enumerate(whole, start=1)}
+
+
 def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float], cost: Cost | None = None) -> list[BomRow]:
     """Lists parts and supplies, one row each: made parts first, then bought ones, then what has no place of its own.
 
@@ -66,16 +72,15 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float], cos
         The rows.
     """
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
-    whole = [part for part in assembly.parts if not part.piece_of]
-    parts = sorted(whole, key=lambda part: not part.make)
+    items = items_of(assembly)
     rows = []
-    for item, part in enumerate(parts, start=1):
+    for part in sorted((part for part in assembly.parts if part.number in items), key=lambda part: items[part.number]):
         pieces = [part, *(piece for piece in assembly.parts if piece.piece_of == part.number)]
         mass = sum(unit_mass_kg[piece.number] for piece in pieces)
         unit, count = round(mass * G_PER_KG, MASS_DECIMALS), quantity[part.number]
         rows.append(
             BomRow(
-                item=item,
+                item=items[part.number],
                 part_number=part.number,
                 description=part.description,
                 quantity=count,

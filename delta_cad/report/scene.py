@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from delta_cad.common.units import G_PER_KG, MM_PER_M
+from delta_cad.export.views.explode import exploded
 from delta_cad.mechanism.limits import HandleFriction, HandleInertia
 from delta_cad.mechanism.placement import LinkPlacement
-from delta_cad.report.explode import exploded
 from delta_cad.report.fields import Handle
 from delta_cad.report.subject import Subject, plain
 
@@ -65,7 +65,7 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
         `mechanism`; `parts`, what a person reads of each; `occurrences`, link, part and (3,) way in the exploded view
         of each; `home_mm`, `cube`, `outline`.
     """
-    moves, numbers = exploded(s), {part.number: k for k, part in enumerate(s.assembly.parts)}
+    moves, numbers = exploded(s.assembly, s.meshes), {part.number: k for k, part in enumerate(s.assembly.parts)}
     force_N, count = s.design.requirements.force_N, handle.encoder_count_rad
     return {
         "mechanism": mechanism(s.assembly.placement, force_N, handle.inertia, handle.friction, count),

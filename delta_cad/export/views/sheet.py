@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ DIMENSION_PIXELS = 34.0  # Distance of a dimension line from what it measures, a
 BAND_PIXELS = 92.0  # Height of the strip at the bottom that is kept for the title.
 MARGIN = 1.05
 BOX_WIDTH = 1.6  # Line width of cube and outline, pixels of the finished picture.
+BALLOON_PIXELS, BALLOON_PITCH, BALLOON_ROOM = 15.0, 36.0, 78.0  # radius; from one to the next; what they take at a side
 CHAIN_PIXELS = (22.0, 5.0, 4.0)  # Long dash, gap, short dash of a centre line.
 
 
@@ -54,6 +56,7 @@ class Sheet:
         flat = self.flat(box)
         low, high = flat.min(axis=0), flat.max(axis=0)
         free = np.array([size[0] - 2 * room, size[1] - 2 * room - BAND_PIXELS])
+        self._ends = low, high
         self.mm_per_pixel = float((MARGIN * (high - low) / free).max())
         centre = (low + high) / 2 - [0.0, BAND_PIXELS / 2 * self.mm_per_pixel]
         self._aim(renderer, centre, size[1])
@@ -120,6 +123,30 @@ class Sheet:
         middle = (ends[0] + ends[1]) / 2
         middle[across] += 4.0 * pixel if not upright else -4.0 * pixel
         self.label(middle, text, turned=upright)
+
+    def balloons(self, points: Mapping[int, np.ndarray]) -> None:
+        """Numbers in circles on both sides of what is shown, each with a line to its point.
+
+        Args:
+            points: Number -> (3,) point, mm.
+        """
+        from delta_cad.export.drawings.views.marks import spread
+
+        pixel, (low, high) = self.mm_per_pixel, self._ends
+        radius, off = BALLOON_PIXELS * pixel, (BALLOON_ROOM - BALLOON_PIXELS - GAP_PIXELS) * pixel
+        flat = {number: self.flat(point) for number, point in points.items()}
+        order = sorted(flat, key=lambda number: flat[number][0])
+        turn = np.linspace(0.0, 2.0 * np.pi, 33)
+        around = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        left, right = order[: len(order) // 2], order[len(order) // 2 :]
+        for side, x, sense in ((left, low[0] - off, 1.0), (right, high[0] + off, -1.0)):
+            column = sorted(side, key=lambda number: flat[number][1])
+            heights = spread([flat[number][1] for number in column], [BALLOON_PITCH * pixel] * len(column))
+            for number, y in zip(column, heights, strict=True):
+                circle = around + np.array([x, y])
+                self._segments += [circle[k : k + 2] for k in range(len(circle) - 1)]
+                self._segments.append(np.array([(x + sense * radius, y), flat[number]]))
+                self.label(np.array([x, y - 0.62 * radius]), str(number))
 
     def centre_line(self, left: float, right: float, height: float) -> None:
         """Level chain line (long dash, short dash) between two abscissas, mm on the sheet."""

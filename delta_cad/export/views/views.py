@@ -12,8 +12,11 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import Meshes
+from delta_cad.export.bom import items_of
+from delta_cad.export.views.explode import chain_of, exploded_chain
+from delta_cad.export.views.polydata import poly_data
 from delta_cad.export.views.scene import SUPERSAMPLING, Colour, PartScene, Placed, photograph, placed, render_window
-from delta_cad.export.views.sheet import DIMENSION_PIXELS, Sheet, box_actor
+from delta_cad.export.views.sheet import BALLOON_ROOM, DIMENSION_PIXELS, Sheet, box_actor
 from delta_cad.solids.part import Occurrence
 
 SIZE = (1280, 960)
@@ -26,8 +29,8 @@ OPENED = re.compile(r"encoder_cheek|encoder_board|board_|wave_spring|bearing_0_e
 EXPLODED = np.array([0.80, -0.55, 0.38])
 # Boxes of parts that are closer hang together; the running gaps of the drive are wider, its seats narrower.
 NEAR_MM = 0.5
-PULL = 2.2  # How much further from the middle a part of the pulled-apart view sits, as a share of its distance.
-BONDED = ("joint_ball",)  # what an exploded view leaves where it is
+SIGHTED = 60  # vertices of a part of which those that are seen are sought
+SIGHT_MM, FAR_MM = 0.05, 2000.0  # before a surface, where its own facets are left; beyond any machine
 VIEWS = ("iso", "front", "top", "side", "drive", "exploded", "poses")
 
 
@@ -197,12 +200,20 @@ class _Studio:
         return self._alone(DRIVE, parts, "drive of chain 0", f"{self._where()}; {words}")
 
     def _exploded(self) -> list[tuple[Any, Any]]:
-        """The drive pulled apart along the shoulder axis, the base frame's y for chain 0; balls stay on their bar."""
-        pulled = []
-        for o, part in self._chain():
-            pull = 0.0 if o.part.number in BONDED else PULL * part.points[:, 1].mean()
-            pulled.append(replace(part, points=part.points + np.array([0.0, pull, 0.0])))
-        return self._alone(EXPLODED, pulled, "drive of chain 0, exploded", "pulled apart along the shoulder axis")
+        """The drive taken apart, with the item of each part."""
+        chain = self._chain()
+        moves = exploded_chain(self.assembly, self.meshes, [o for o, _ in chain], 0)
+        pulled = [(o, replace(part, points=part.points + moves[o.name])) for o, part in chain]
+        scene = PartScene([part for _, part in pulled])
+        sheet = Sheet(scene.renderer, EXPLODED, SIZE, scene.points_mm, room=BALLOON_ROOM)
+        items, shown = items_of(self.assembly), _Sight([part for _, part in pulled], sheet.towards)
+        of_item: dict[int, list[np.ndarray]] = {}
+        for o, part in pulled:
+            of_item.setdefault(items[o.part.piece_of or o.part.number], []).append(part.points)
+        sheet.balloons({item: shown.point_of(parts) for item, parts in of_item.items()})
+        words = "each part along its own axis; numbers: items of bom.csv"
+        sheet.caption(f"{self.assembly.name}, drive of chain 0, exploded", words)
+        return [(scene.renderer, sheet.finish())]
 
     def _alone(self, towards: np.ndarray, parts: list[Placed], title: str, subtitle: str) -> list[tuple[Any, Any]]:
         """Some of the parts, filling the sheet."""
@@ -241,10 +252,45 @@ class _Studio:
         return layers
 
 
-def chain_of(name: str) -> int | None:
-    """Gives the chain of an occurrence, the first number that stands alone in its name; None if there is none."""
-    match = re.search(r"_(\d)(?=_|$)", name)
-    return int(match[1]) if match else None
+class _Sight:
+    """What of placed parts is seen from far away.
+
+    Args:
+        parts: All that may hide something.
+        towards: (3,) unit vector to the viewer.
+    """
+
+    def __init__(self, parts: Sequence[Placed], towards: np.ndarray) -> None:
+        from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+
+        starts = np.cumsum([0] + [len(part.points) for part in parts])
+        triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+        self._mesh = poly_data(np.concatenate([part.points for part in parts]), np.concatenate(triangles))
+        self._locator, self._towards = vtkStaticCellLocator(), towards
+        self._locator.SetDataSet(self._mesh)
+        self._locator.BuildLocator()
+
+    def point_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Finds a vertex of parts (n, 3) near the middle of what is seen of one; the middle of one where nothing is."""
+        best: tuple[int, np.ndarray] = (0, parts[0].mean(axis=0))
+        for points in parts:
+            candidates = points[:: max(1, len(points) // SIGHTED)]
+            seen = np.array([point for point in candidates if self._is_seen(point)]).reshape(-1, 3)
+            if len(seen) > best[0]:
+                best = len(seen), seen[np.linalg.norm(seen - seen.mean(axis=0), axis=1).argmin()]
+        return best[1]
+
+    def _is_seen(self, point: np.ndarray) -> bool:
+        """Whether nothing is before a point of a surface."""
+        from vtkmodules.vtkCommonCore import mutable
+
+        start, end, share, at = (
+            point + SIGHT_MM * self._towards,
+            point + FAR_MM * self._towards,
+            mutable(0.0),
+            [0.0] * 3,
+        )
+        return not self._locator.IntersectWithLine(start, end, 1e-6, share, at, [0.0] * 3, mutable(0))
 
 
 def _box(low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.glb import write_glb
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.step import write_assembly_step
-from delta_cad.export.views.views import chain_of
+from delta_cad.export.views.explode import chain_of
 
 VOLUME_RELATIVE = 1e-6
 """What a build promises to a reader that is not the writer."""

@@ -18,9 +18,10 @@ from delta_cad.common.beside import Beside, BesideError
 from delta_cad.export import mesh_files
 from delta_cad.export.views import scene as scene_module
 from delta_cad.export.views import views as views_module
+from delta_cad.export.views.explode import chain_of
 from delta_cad.export.views.scene import PartScene, PictureError, placed, render_window
 from delta_cad.export.views.sheet import Sheet, box_actor
-from delta_cad.export.views.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, chain_of, write_views
+from delta_cad.export.views.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, write_views
 from delta_cad.mechanism import UnreachableError
 from tests.committed import ROOT
 from tests.delta_cad.export.machine import make_assembly

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import re
+from itertools import combinations
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from delta_cad.assembly.tessellation import Mesh
-from delta_cad.report.explode import GAP_MM, _Unit, apart, exploded, revolution_axis
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Mesh, MeshLibrary
+from delta_cad.export.bom import items_of
+from delta_cad.export.views import views
+from delta_cad.export.views.explode import GAP_MM, _Unit, apart, exploded, exploded_chain, revolution_axis
+from delta_cad.export.views.sheet import Sheet
+from delta_cad.export.views.views import Stage
 from delta_cad.report.subject import Subject
 from tests.committed import Built
 from tests.delta_cad.report.reading import Page
@@ -105,13 +113,49 @@ def test_no_two_parts_of_the_machine_meet_when_it_is_apart(page: Page, built: Bu
     assert own == []
 
 
+def test_the_drive_alone_comes_apart_too_and_screws_leave_their_plates(
+    best_assembly: Assembly, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: dict[int, np.ndarray] = {}
+    taken: dict[str, np.ndarray] = {}
+    monkeypatch.setattr(views, "VIEWS", ("exploded",))
+    monkeypatch.setattr(Sheet, "balloons", lambda _, points: told.update(points))
+
+    def kept(*given: Any) -> dict[str, np.ndarray]:
+        taken.update(exploded_chain(*given))
+        return taken
+
+    monkeypatch.setattr(views, "exploded_chain", kept)
+    meshes = MeshLibrary(best_assembly.parts, 0.1, 0.5)
+    views.write_views(best_assembly, meshes, tmp_path, Stage((270.0, 220.0), (0.0, 0.0), 57.0, 37.5))
+    shown = {o.name: o for o in best_assembly.occurrences if o.name in taken}
+    items = items_of(best_assembly)
+    assert told.keys() == {items[o.part.piece_of or o.part.number] for o in shown.values()}
+    poses, boxes = best_assembly.poses(best_assembly.home_mm), {}
+    for name, o in shown.items():
+        points = meshes[o.part.number].vertices @ poses[name][:3, :3].T + poses[name][:3, 3] + taken[name]
+        boxes[name] = points.min(axis=0), points.max(axis=0)
+    for item, at in told.items():  # on a part of that item
+        own = [boxes[n] for n, o in shown.items() if items[o.part.piece_of or o.part.number] == item]
+        assert any((low - 1e-6 <= at).all() and (at <= high + 1e-6).all() for low, high in own)
+    meeting = [
+        (a, b)
+        for a, b in combinations(boxes, 2)
+        if (boxes[a][0] < boxes[b][1]).all() and (boxes[b][0] < boxes[a][1]).all()
+    ]
+    screws = {name for name in shown if "screw" in name}
+    assert screws
+    assert [pair for pair in meeting if screws & set(pair)] == []
+    assert [p for p in meeting if not (bonded(p, "capstan_cable") or bonded(p, "joint_ball"))] == []
+
+
 def bonded(pair: tuple[str, str], kind: str) -> bool:
     """Pieces of one cable stay together, and balls on their bar."""
     return any(kind in name for name in pair) and all(kind in n or "cross_bar" in n for n in pair)
 
 
 def test_every_part_has_its_way_and_chains_go_alike(subject: Subject) -> None:
-    moves = exploded(subject)
+    moves = exploded(subject.assembly, subject.meshes)
     assert set(moves) == {o.name for o in subject.assembly.occurrences}
     turn = np.array([[-0.5, -np.sqrt(0.75), 0.0], [np.sqrt(0.75), -0.5, 0.0], [0.0, 0.0, 1.0]])
     first = [name for name in moves if re.match(r"\D*_0", name)]

@@ -7,6 +7,7 @@ towards its head, else away from that part), the outermost last, each as far as 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,12 +15,12 @@ from functools import cached_property
 
 import numpy as np
 
-from delta_cad.assembly.tessellation import Mesh
-from delta_cad.export.views.views import BONDED, chain_of
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import Mesh, Meshes
 from delta_cad.mechanism.placement import CHAINS, chain_frame
-from delta_cad.report.subject import Subject
 from delta_cad.solids.part import Occurrence
 
+BONDED = ("joint_ball",)  # what stays on its bar
 GAP_MM = 4.0  # between the boxes of two parts of a group
 APART_MM = 18.0  # between the boxes of two groups
 ROUND = 0.03  # relative difference up to which two principal moments are those of a body of revolution
@@ -70,16 +71,17 @@ class _Group:
     points: np.ndarray
 
 
-def exploded(s: Subject) -> dict[str, np.ndarray]:
+def exploded(assembly: Assembly, meshes: Meshes) -> dict[str, np.ndarray]:
     """Computes how far each part moves in the view in which the machine is wholly apart.
 
     Args:
-        s: The machine; it comes apart from its home position.
+        assembly: The machine; it comes apart from its home position.
+        meshes: Part number -> mesh, mm.
 
     Returns:
         Occurrence -> (3,) displacement in the base frame, mm.
     """
-    taken = _Taken(s)
+    taken = _Taken(assembly, meshes)
     ground = taken.group(lambda o: o.link == "base" and (chain_of(o.name) is None or taken.upright(o)), np.eye(4), Z)
     top = taken.group(lambda o: o.link == "platform", np.eye(4), Z)
     moves = _moved(ground, np.array([0.0, 0.0, -2.0 * APART_MM]))
@@ -104,6 +106,12 @@ def exploded(s: Subject) -> dict[str, np.ndarray]:
     return moves
 
 
+def exploded_chain(assembly: Assembly, meshes: Meshes, parts: Sequence[Occurrence], i: int) -> dict[str, np.ndarray]:
+    """Computes how far each of some parts of a chain moves where they alone are taken apart; as `exploded`."""
+    names = {o.name for o in parts}
+    return _moved(_Taken(assembly, meshes).group(lambda o: o.name in names, chain_frame(i), Y), np.zeros(3))
+
+
 def _moved(group: _Group, by: np.ndarray) -> dict[str, np.ndarray]:
     return {name: group.frame[:3, :3] @ move + by for name, move in group.moves.items()}
 
@@ -124,16 +132,16 @@ def _lift(below: np.ndarray, above: np.ndarray) -> float:
 class _Taken:
     """The machine at home, from which groups are taken; a part is in the first that asks for it."""
 
-    def __init__(self, s: Subject) -> None:
-        self._s, self._left = s, dict.fromkeys(o.name for o in s.assembly.occurrences)
-        self._poses = s.assembly.poses(s.assembly.home_mm)
-        self._links = s.assembly.placement(s.assembly.home_mm)
-        self._holds = Counter(name for contact in s.assembly.contacts for name in (contact.a, contact.b))
-        self._axes = {part.number: revolution_axis(s.meshes[part.number]) for part in s.assembly.parts}
-        self._numbers = {o.name: o.part.number for o in s.assembly.occurrences}
-        on_one = [c for c in s.assembly.contacts if self._numbers.get(c.b) in BONDED]
+    def __init__(self, assembly: Assembly, meshes: Meshes) -> None:
+        self._assembly, self._meshes, self._left = assembly, meshes, dict.fromkeys(o.name for o in assembly.occurrences)
+        self._poses = assembly.poses(assembly.home_mm)
+        self._links = assembly.placement(assembly.home_mm)
+        self._holds = Counter(name for contact in assembly.contacts for name in (contact.a, contact.b))
+        self._axes = {part.number: revolution_axis(meshes[part.number]) for part in assembly.parts}
+        self._numbers = {o.name: o.part.number for o in assembly.occurrences}
+        on_one = [c for c in assembly.contacts if self._numbers.get(c.b) in BONDED]
         self._bonded = {c.b: c.a for c in on_one if c.kind == "cylinder"}
-        self._balls = {c.b: c.a for c in s.assembly.contacts if c.kind == "ball"}
+        self._balls = {c.b: c.a for c in assembly.contacts if c.kind == "ball"}
 
     def rod_frame(self, i: int) -> np.ndarray:
         """Gives the frame of a chain's rods, its x along them."""
@@ -156,7 +164,7 @@ class _Taken:
             frame: (4, 4) frame along whose axes they leave.
             default: Axis of those that are not turned about one.
         """
-        found = [o for o in self._s.assembly.occurrences if o.name in self._left and wanted(o)]
+        found = [o for o in self._assembly.occurrences if o.name in self._left and wanted(o)]
         for o in found:
             del self._left[o.name]
         clusters: dict[str, list[Occurrence]] = {}
@@ -173,13 +181,13 @@ class _Taken:
 
     @cached_property
     def _drawn_in_pieces(self) -> set[str]:
-        return {part.piece_of for part in self._s.assembly.parts if part.piece_of}
+        return {part.piece_of for part in self._assembly.parts if part.piece_of}
 
     def _unit(self, parts: Sequence[Occurrence], to_group: np.ndarray, default: int) -> _Unit:
         boxes = []
         for o in parts:
             pose = to_group @ self._poses[o.name]
-            points = self._s.meshes[o.part.number].vertices @ pose[:3, :3].T + pose[:3, 3]
+            points = self._meshes[o.part.number].vertices @ pose[:3, :3].T + pose[:3, 3]
             boxes.append([points.min(axis=0), points.max(axis=0)])
         first, names = parts[0], tuple(o.name for o in parts)
         drawn_in_pieces = (first.part.piece_of or first.part.number) in self._drawn_in_pieces
@@ -206,7 +214,7 @@ class _Taken:
     def _middle(self, name: str) -> np.ndarray:
         """(3,) mean of a placed part's vertices, base frame, mm."""
         pose = self._poses[name]
-        return pose[:3, :3] @ self._s.meshes[self._numbers[name]].vertices.mean(axis=0) + pose[:3, 3]
+        return pose[:3, :3] @ self._meshes[self._numbers[name]].vertices.mean(axis=0) + pose[:3, 3]
 
 
 def apart(units: list[_Unit], holds: Callable[[_Unit], int]) -> dict[str, np.ndarray]:
@@ -292,3 +300,9 @@ def revolution_axis(mesh: Mesh) -> np.ndarray | None:
     along = mesh.vertices @ axis
     heavier = (mesh.vertices.mean(axis=0) + middle) @ axis - (along.max() + along.min()) / 2.0
     return axis if heavier >= 0.0 else -axis
+
+
+def chain_of(name: str) -> int | None:
+    """Gives the chain of an occurrence, the first number that stands alone in its name; None if there is none."""
+    match = re.search(r"_(\d)(?=_|$)", name)
+    return int(match[1]) if match else None
