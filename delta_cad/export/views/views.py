@@ -282,15 +282,10 @@ class _Sight:
 
     def _is_seen(self, point: np.ndarray) -> bool:
         """Whether nothing is before a point of a surface."""
-        from vtkmodules.vtkCommonCore import mutable
+        from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 
-        start, end, share, at = (
-            point + SIGHT_MM * self._towards,
-            point + FAR_MM * self._towards,
-            mutable(0.0),
-            [0.0] * 3,
-        )
-        return not self._locator.IntersectWithLine(start, end, 1e-6, share, at, [0.0] * 3, mutable(0))
+        start, end = point + SIGHT_MM * self._towards, point + FAR_MM * self._towards
+        return not self._locator.IntersectWithLine(start.tolist(), end.tolist(), 1e-6, vtkPoints(), vtkIdList())
 
 
 def _box(low: np.ndarray, high: np.ndarray) -> np.ndarray:

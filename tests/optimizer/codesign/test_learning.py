@@ -20,14 +20,17 @@ from optimizer.codesign.candidate import PROOF, Candidate, design_for
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.learning import (
     COUPLE_MOST,
+    LEVER_EXPONENT,
+    LEVER_STEPS,
     StuckError,
     from_checks,
     from_pull,
     from_reasons,
+    from_stiffness,
     too_soft,
     with_outline,
 )
-from optimizer.codesign.lessons import FARTHEST, NARROWER, WIDER, Lessons, reference
+from optimizer.codesign.lessons import FARTHEST, KNOB_MM, NARROWER, WIDER, Lessons, reference
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
 
@@ -126,6 +129,24 @@ def test_loads_that_no_part_bears_ask_for_more_hold() -> None:
     held = replace(KNOWN, couple_index_min=COUPLE_MOST)
     with pytest.raises(StuckError, match="ball joint"):
         from_reasons(brief(), CHOICE, held, [weak])
+
+
+def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_knobs_lever() -> None:
+    room = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
+    behind = brief_from_dict({"name": "b", "requirements": room, "panel": {}})
+    loads = [
+        Reason("structure", name, "why", "requirements.force_N", 4.0, bears) for name, bears in (("a", 3.2), ("b", 3.6))
+    ]
+    _, lessons = from_reasons(behind, CHOICE, KNOWN, loads, 55.0)
+    per_mm = KNOWN.couple_index_min / (55.0 + KNOB_MM)
+    assert lessons.couple_per_mm == pytest.approx(per_mm * 0.8**-LEVER_EXPONENT)
+    assert lessons.couple_index_min == KNOWN.couple_index_min
+    design = design_for(behind, CHOICE, LENGTHS, KNOWN)
+    soft = from_stiffness(lessons, 9.0, 10.0, design)  # twice the lever is a fourth of the stiffness
+    assert soft.couple_per_mm == pytest.approx(lessons.couple_per_mm * 0.9 ** (-LEVER_EXPONENT / 2.0))
+    made = replace(candidate(), design=design, couple_per_mm=0.006)
+    after = from_checks(made, lessons, [failed("structure rod", 1.1, 1.0)])
+    assert after.couple_per_mm == pytest.approx(0.006 * LEVER_STEPS[0])
 
 
 def test_an_outline_smaller_than_was_thought_is_learnt_of_a_machine_that_passes() -> None:

@@ -6,11 +6,15 @@ from dataclasses import replace
 
 import pytest
 
+from delta_cad.mechanism import Cube, DeltaGeometry
+from delta_cad.mechanism.limits import CoupleIndex
+from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.lengths import Found, best_lengths, posed
-from optimizer.codesign.lessons import Lessons, reference
+from optimizer.codesign.lessons import KNOB_MM, Lessons, reference
 from optimizer.globalopt.optimum import prove_optimum
 from optimizer.problem.brief import DesignBrief, brief_from_dict
+from optimizer.problem.evaluator import VARIABLES
 from optimizer.problem.step import step_problem
 
 CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 50.0)
@@ -38,6 +42,28 @@ def test_the_largest_cube_is_the_proven_one() -> None:
     assert proof.bound is not None
     assert found.side_mm / 2.0 <= proof.bound * (1.0 + 1e-9)
     assert found.side_mm / 2.0 >= proof.bound * (1.0 - 2e-3)
+
+
+def test_behind_a_panel_the_cube_is_as_large_as_its_own_lever_allows() -> None:
+    """No couple index gives a larger one: of each tried the cube is what it leaves, or what it holds."""
+    asked, per_mm = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}), 0.006
+    found = best_lengths(asked, CHOICE, replace(LESSONS, couple_per_mm=per_mm))
+    assert found is not None
+    tried: list[float] = []
+    for index in (0.5, 0.56, 0.6, 0.64, 0.7):
+        held = index / per_mm - KNOB_MM
+        other = best_lengths(asked, CHOICE, replace(LESSONS, couple_index_min=index, side_most_mm=held))
+        tried.append(0.0 if other is None else other.side_mm)
+        assert tried[-1] <= held
+    assert max(tried) <= found.side_mm * 1.002
+    assert max(tried) >= found.side_mm * 0.95
+    lengths = dict(zip(VARIABLES, found.lengths_mm, strict=True))
+    names = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length")
+    g = DeltaGeometry(**{name: lengths[name] / 1000.0 for name in names})
+    search = CubeSearch(Cube(lengths["bottom_height"] / 1000.0, lengths["half_side"] / 1000.0))
+    figure = CoupleIndex.figures[0]
+    index = search(lambda p: figure.worst(CoupleIndex(0.0), g, p), 1.0).value
+    assert index >= per_mm * (found.side_mm + KNOB_MM) * (1.0 - 1e-3)
 
 
 @pytest.mark.slow
