@@ -128,8 +128,8 @@ class Search:
             if self.stop() or (found and score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
             self.report(f"what the parts of {choice.motor} leave")
-            if (settled := self.settled(choice, weighing=False)) is not None:
-                found.append((min(settled.score, score), choice))
+            if (settled := self._settled_near(choice, weighing=False)) is not None:
+                found.append((min(settled.score, score), choice.with_(ratio=settled.choice.ratio)))
         return sorted(found, key=lambda one: -one[0])[:MOTORS]
 
     def _hopeless(self, choice: Choice, failed: Iterable[Choice]) -> bool:
@@ -247,12 +247,7 @@ class Search:
         """
         step, wide = (RATIO_STEP / 2.0, WIDTH_STEP_MM / 2.0) if again else (RATIO_STEP, WIDTH_STEP_MM)
         low, high = self._ratios(choice.drive)
-        others = [choice.with_(ratio=ratio) for ratio in self._first_ratios(choice.drive) if ratio != choice.ratio]
-        others.sort(key=lambda one: abs(np.log(one.ratio / choice.ratio)))
-        best = None
-        for one in (choice, *others):  # parts of another size may do where these do not
-            best = best or (None if self.stop() else self.settled(one, weighing=not again))
-        if best is None:
+        if (best := self._settled_near(choice, weighing=not again)) is None:
             return None
         free = self.brief.limits.parallelogram_width_mm is None
         while (step > RATIO_TOLERANCE or wide > WIDTH_TOLERANCE_MM) and not self.stop():
@@ -276,6 +271,16 @@ class Search:
             else:
                 step, wide = step / 2.0, wide / 2.0
         return best
+
+    def _settled_near(self, choice: Choice, weighing: bool) -> Candidate | None:
+        """What `settled` finds, of the nearest of the first ratios where it finds nothing: its parts may do."""
+        ratios = {choice.ratio, *self._first_ratios(choice.drive)}
+        for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
+            if self.stop():
+                return None
+            if (found := self.settled(choice.with_(ratio=ratio), weighing=weighing)) is not None:
+                return found
+        return None
 
     def built(self, choice: Choice, least: float) -> tuple[Candidate, Outcome] | None:
         """Builds a choice, and again with what its checks taught, until it passes or is no better than `least`.
