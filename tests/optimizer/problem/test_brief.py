@@ -91,6 +91,13 @@ def test_examples_of_the_page_are_read() -> None:
     assert all(getattr(given.feel, name) is not None for name in FEEL)
 
 
+def test_the_example_behind_a_panel_is_read() -> None:
+    given = load_brief(ROOT / "examples/dashboard-panel.toml")
+    assert given.panel is not None
+    assert given.panel.limit_mm == 3.0
+    assert given.choices["leads"] == ("bent",)
+
+
 def test_a_name_and_an_outline_or_a_cube_are_enough() -> None:
     wide, cubic = brief(requirements=OUTLINE), brief(requirements=CUBE)
     assert wide.requirements.cube_side_mm is None
