@@ -44,6 +44,7 @@ GROWTH = 1.25  # of a length at once: what asks for more may be met by what anot
 ENVELOPE = ("envelope_width_mm", "envelope_depth_mm")
 COUPLE_STEP = 0.03
 LEVER_STEPS = 1.03, 1.4  # factor of the couple index for each mm of a knob's lever, least and largest at once
+LITTLE = 1e-3  # of a load that is borne: none at all has no power
 LEVER_EXPONENT = 0.7  # of the share that is borne: a part of a load is not the lever's
 RADIUS_STEP_MM, ARM_STEP_MM, ELBOW_STEP_DEG = 0.5, 2.0, 2.0
 DOUBLINGS = 3  # of the step of a length that was not enough the last time
@@ -202,7 +203,7 @@ def _levered(lessons: Lessons, side_mm: float, share: float, why: str) -> Lesson
     """
     least, most = LEVER_STEPS
     now = max(lessons.couple_per_mm, lessons.couple_index_min / (side_mm + KNOB_MM))
-    return lessons.taught(why, couple_per_mm=now * min(max(share**-LEVER_EXPONENT, least), most))
+    return lessons.taught(why, couple_per_mm=now * max(min(most, max(share, LITTLE) ** -LEVER_EXPONENT), least))
 
 
 def from_checks(candidate: Candidate, lessons: Lessons, results: Iterable[CheckResult]) -> Lessons:

@@ -141,6 +141,8 @@ def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_kno
     per_mm = KNOWN.couple_index_min / (55.0 + KNOB_MM)
     assert lessons.couple_per_mm == pytest.approx(per_mm * 0.8**-LEVER_EXPONENT)
     assert lessons.couple_index_min == KNOWN.couple_index_min
+    nothing = [Reason("structure", "a", "why", "requirements.force_N", 4.0, 0.0)]
+    assert from_reasons(behind, CHOICE, KNOWN, nothing, 55.0)[1].couple_per_mm == pytest.approx(per_mm * LEVER_STEPS[1])
     design = design_for(behind, CHOICE, LENGTHS, KNOWN)
     soft = from_stiffness(lessons, 9.0, 10.0, design)  # twice the lever is a fourth of the stiffness
     assert soft.couple_per_mm == pytest.approx(lessons.couple_per_mm * 0.9 ** (-LEVER_EXPONENT / 2.0))
