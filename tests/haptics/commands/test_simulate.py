@@ -6,6 +6,7 @@ import csv
 import json
 import sys
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from delta_cad.design import Design
 from haptics.commands.cli import main
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
-from haptics.scenes.bench import GUIDE
+from haptics.scenes.bench import GUIDE, Assumed
 from haptics.scenes.home import home
 from haptics.scenes.record import Promise, Scene
 from haptics.simulation.assumptions import nominal_plant
@@ -137,7 +138,8 @@ def test_a_broken_promise_is_exit_1(
 def test_a_handle_that_is_flung_away_is_written_and_exit_1(
     call: Callable[..., int], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("haptics.scenes.bench.GUIDE", GUIDE._replace(mass=0.0, damping=0.0))  # no slide on the handle
+    no_slide = Assumed(hand=GUIDE._replace(mass=0.0, damping=0.0))
+    monkeypatch.setattr("haptics.scenes.home.home", partial(home, assumed=no_slide))
     assert call("--scene", "home", "--delay", 10, "--plot", "--json") == 1
     facts = json.loads(capsys.readouterr().out)
     flung = [run for run in facts["runs"] if run["supervisor_fault"]]
