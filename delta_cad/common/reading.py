@@ -24,6 +24,7 @@ NOBODY_S = 2.0  # from opening a pipe until nobody is expected to write into it 
 LOOK_MS = 50  # between two looks whether somebody has opened it by now
 DEEPEST = 32  # most lists and objects within each other; our files have six
 MOST_KEYS = 10_000  # of one object; ours have some tens, and what is wrong with each is gathered before one is told
+MOST_VALUES = 2_000_000  # of one file; ours have some ten thousands, and 31 million empty lists take half a minute
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 # A key of more parts than the deepest table has: reading one takes the square of its length, minutes for 60 kB.
 _NAME = r"(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
@@ -142,9 +143,12 @@ def parse_json(content: bytes, name: str, finite: bool = True) -> Any:
 
     Raises:
         ReadError: It is no JSON in UTF-8; a key stands twice in one object, or that has more than `MOST_KEYS`; a number
-            is not finite or has thousands of digits; it is nested deeper than `DEEPEST`; or text in it is no Unicode.
+            is not finite or has thousands of digits; it is nested deeper than `DEEPEST` or has more than `MOST_VALUES`
+            values; or text in it is no Unicode.
     """
     text = text_of(content, name)
+    if sum(map(text.count, ",[{")) > MOST_VALUES:  # those in strings count, too
+        raise ReadError(name, "", "", f"has more than {MOST_VALUES} values; it must have at most that")
     try:
         numbers: dict[str, Any] = {"parse_constant": _no_number, "parse_float": _finite} if finite else {}
         data = json.loads(text, object_pairs_hook=_once, **numbers)

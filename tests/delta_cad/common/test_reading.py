@@ -11,7 +11,16 @@ from threading import Thread
 import pytest
 
 from delta_cad.common import reading
-from delta_cad.common.reading import DEEPEST, MOST_KEYS, ReadError, parse_json, parse_toml, read_bounded, read_json
+from delta_cad.common.reading import (
+    DEEPEST,
+    MOST_KEYS,
+    MOST_VALUES,
+    ReadError,
+    parse_json,
+    parse_toml,
+    read_bounded,
+    read_json,
+)
 from tests.designs import named
 
 
@@ -58,6 +67,14 @@ def test_no_object_has_more_keys_than_anybody_looks_at() -> None:
     assert parse_json(json.dumps([most]).encode(), "f") == [most]
     with pytest.raises(ReadError, match=r"f: is not JSON we can read: an object has 10001 keys; .* at most 10000"):
         parse_json(json.dumps([most | {"k": 0}]).encode(), "f")
+
+
+def test_a_file_of_millions_of_values_is_refused_before_it_is_taken_apart() -> None:
+    """31 million empty lists are read for half a minute, and take gigabytes."""
+    assert len(parse_json(b"[" + b"1," * (MOST_VALUES - 1) + b"1]", "f")) == MOST_VALUES
+    for piece in (b"1,", b"[],", b'{"a":1},'):
+        with pytest.raises(ReadError, match=r"f: has more than 2000000 values; it must have at most that"):
+            parse_json(b"[" + piece * MOST_VALUES + b"0]", "f")
 
 
 def test_no_more_is_read_than_the_bound(tmp_path: Path) -> None:
