@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from delta_cad.dimensions import Reason
 
 NOT_BUILT = 3
+# Imported late, some after a minute of work: that all are there is looked at first.
+BUILT_WITH = ("cadquery", "trimesh", "fcl", "lxml", "networkx", "jinja2", "ezdxf", "fontTools", "matplotlib")
 # design, what was typed, what to call with the name of the next phase -> what came of it: passed, folder, record()
 Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], Any]
 # design, what was typed -> where that is written
@@ -74,6 +77,8 @@ def made(
         require_room(place(design, given), folder=folder)
     except OSError as error:
         return _unwritten(given, error)
+    if absent := [name for name in BUILT_WITH if find_spec(name) is None]:
+        return _not_installed(absent[0])
     with Line() as line:
         line.show("loading the CAD kernel")
         try:
@@ -81,7 +86,7 @@ def made(
         except KeyboardInterrupt:  # the last clause would load the CAD kernel, again where that was interrupted
             raise
         except ModuleNotFoundError as error:
-            return refuse(f"{error.name} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
+            return _not_installed(error.name)
         except MechanismError as error:
             return refuse(f"{given.design.name}: cube: {error}", BAD_INPUT)
         except OSError as error:
@@ -94,6 +99,10 @@ def made(
     else:
         (tell or partial(print_outcome, whole=getattr(given, "all", False)))(outcome)
     return DONE if outcome.passed else NOT_MET
+
+
+def _not_installed(module: str | None) -> int:
+    return refuse(f"{module} is not installed: pip install 'delta-haptics[cad]'", NOT_BUILT)
 
 
 def refused(design: Design) -> tuple[Reason, ...]:

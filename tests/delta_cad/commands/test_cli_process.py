@@ -73,14 +73,17 @@ def test_help_loads_no_more_than_arguments_need() -> None:
     assert ended.stdout.splitlines()[-1] == "LOADED []"
 
 
-def test_without_the_cad_extra_the_build_says_what_to_install(tmp_path: Path) -> None:
+@pytest.mark.parametrize("module", ["cadquery", "trimesh"])  # the second is needed after a minute of work
+def test_without_the_cad_extra_the_build_says_what_to_install_at_once(module: str, tmp_path: Path) -> None:
     ended = run(
-        code=f"import sys; sys.modules['cadquery'] = None\nfrom delta_cad.commands.cli import main\n"
-        f"sys.exit(main(['check', '--design', {str(BEST)!r}, '--out', {str(tmp_path / 'out')!r}]))"
+        code=f"import sys; sys.modules[{module!r}] = None\nfrom delta_cad.commands.cli import main\n"
+        f"code = main(['check', '--design', {str(BEST)!r}, '--out', {str(tmp_path / 'out')!r}])\n"
+        f"print('LOADED', [m for m in {HEAVY} if m != {module!r} and m in sys.modules])\nsys.exit(code)"
     )
     assert ended.returncode == 3
     assert said(ended.stderr).count("\n") == 1
-    assert "cadquery is not installed: pip install 'delta-haptics[cad]'" in ended.stderr
+    assert f"{module} is not installed: pip install 'delta-haptics[cad]'" in ended.stderr
+    assert ended.stdout.splitlines()[-1] == "LOADED []"
 
 
 def test_a_reader_that_goes_away_is_no_error() -> None:
