@@ -13,6 +13,7 @@ from delta_cad.design.file import (
 )
 from delta_cad.design.record import (
     HARDWARE_FAMILIES,
+    NAME_LONGEST,
     NAME_PATTERN,
     NAME_RULE,
     SCHEMA,

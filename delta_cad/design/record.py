@@ -12,10 +12,11 @@ from delta_cad.design.task import Gravity, Section, Task, limit_fields
 from delta_cad.mechanism.geometry import DeltaGeometry
 
 SCHEMA = "delta-design/1"
-NAME_PATTERN = r"^[A-Za-z0-9](?:[A-Za-z0-9_-]{0,62}[A-Za-z0-9])?$"
+NAME_LONGEST = 64
+NAME_PATTERN = rf"^[A-Za-z0-9](?:[A-Za-z0-9_-]{{0,{NAME_LONGEST - 2}}}[A-Za-z0-9])?$"
 NAME_RULE = (
-    "must be 1 to 64 letters, digits, - and _, starting and ending with a letter or digit, so that it is safe as a "
-    "file name"
+    f"must be 1 to {NAME_LONGEST} letters, digits, - and _, starting and ending with a letter or digit, so that it is "
+    "safe as a file name"
 )
 CAPSTAN_RATIO_LEAST = 2.0
 CAPSTAN_RATIO_MOST = 30.0  # no pinion makes more on the largest sector

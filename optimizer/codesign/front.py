@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from delta_cad.common.units import MM_PER_M
-from delta_cad.design import Design
+from delta_cad.design import NAME_LONGEST, Design
 from delta_cad.dimensions import dimensions
 from delta_cad.drive.friction import drive_friction_N_m
 from delta_cad.mechanism import Cube, DeltaGeometry
@@ -105,8 +105,7 @@ class MachinePoint:
     @property
     def name(self) -> str:
         """Of its design file, without ending."""
-        size = "" if self.limit is None else f"-{self.limit:.4g}"
-        return f"{self.choice.motor}-{self.choice.drive}-{self.axis}{size}".replace(".", "_")
+        return _name(self.choice, self.axis, self.limit)
 
 
 def front(search: Search, stop: Callable[[], bool] = bool) -> list[MachinePoint]:
@@ -166,9 +165,15 @@ def _along(
             yield _point(trial, axis.name, moved[0], replace(found, choice=candidate.choice), brief)
 
 
+def _name(choice: Choice, axis: str, limit: float | None) -> str:
+    size = "" if limit is None else f"-{limit:.4g}"
+    return f"{choice.motor}-{choice.drive}-{axis}{size}".replace(".", "_")
+
+
 def _point(search: Search, axis: str, limit: float | None, candidate: Candidate, brief: DesignBrief) -> MachinePoint:
     known = search.lessons[candidate.choice.motor, candidate.choice.drive]
-    name = f"{brief.name}-{axis}" + ("" if limit is None else f"-{limit:.4g}".replace(".", "_"))
+    own = _name(candidate.choice, axis, limit)
+    name = f"{brief.name[: NAME_LONGEST - 1 - len(own)]}-{own}"  # of its folder when it is built
     design = candidate.design.model_copy(update={"name": name})
     return MachinePoint(axis, limit, candidate.choice, design, figures_of(design, candidate, known.ball_friction_N))
 

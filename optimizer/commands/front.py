@@ -64,12 +64,17 @@ def arguments(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="the front of machines as `design` makes them: cube against effective mass, friction, stiffness, outline",
     )
+    command.add_argument(
+        "--build", action="store_true", help="with --machines: build every machine that none beats, minutes each"
+    )
     json_option(command)
     command.add_argument("--resume", action="store_true", help="take up what an interrupted run left in DIR")
 
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
+    if given.build and not given.machines:
+        return refuse("--build: with --machines only", BAD_INPUT)
     if given.machines:
         from optimizer.commands.machines import run as run_machines
 

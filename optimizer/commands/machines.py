@@ -1,4 +1,4 @@
-"""`front --machines`: the front of a brief's machines, each with its design file."""
+"""`front --machines`: the front of a brief's machines, each with its design file and, if asked, built."""
 
 from __future__ import annotations
 
@@ -44,6 +44,12 @@ def run(given: argparse.Namespace) -> int:
         if points:
             line.show("files and picture")
             _write(points, brief.name, folder)
+    if given.build and points and not interrupted:
+        try:
+            with Line() as line:
+                _build(points, brief.name, given.out, line)
+        except KeyboardInterrupt:
+            interrupted = True
     if not points and not interrupted:
         reasons = [f"{hardware}: {reason}" for hardware, reason in search.tried.stuck.items()]
         return refuse_all([f"{given.requirements.name}: no machine does all that is asked", *reasons], NOT_MET)
@@ -51,7 +57,7 @@ def run(given: argparse.Namespace) -> int:
         print(json.dumps(record(points, brief.name), indent=1, allow_nan=False))
     elif points:
         best = sum(point.on_front for point in points)
-        print(f"{len(points)} machines, {best} of them beaten by none, in {folder}/machines.md")
+        print(f"{len(points)} machines, {best} of them beaten by none, in {folder}/machines.html")
     if interrupted:
         return refuse(
             f"interrupted; {len(points)} machines stand in {folder}" if points else "interrupted", INTERRUPTED
@@ -59,10 +65,36 @@ def run(given: argparse.Namespace) -> int:
     return DONE
 
 
+def _build(points: Sequence[MachinePoint], name: str, out: Path, line: Line) -> None:
+    """Builds what no other machine beats and does not stand yet; each is linked as soon as it stands."""
+    from delta_cad.commands.machine import geometry_errors
+    from delta_cad.commands.pipeline import build
+    from delta_cad.common.files import write_whole
+    from optimizer.codesign.pages.machines import PAGE, machines_page, standing
+
+    place = out / f"{name}-machines"
+    best = {point.name: point.design for point in points if point.on_front}
+    for count, (number, design) in enumerate(best.items(), 1):
+        if number in standing({number: design}, out):
+            continue
+
+        def tell(phase: str, count: int = count, number: str = number) -> None:
+            line.show(f"machine {count} of {len(best)}, {number}: {phase}")
+
+        try:
+            build(design, out, tell)
+        except geometry_errors() as error:
+            line.keep(f"{number}: {error}")
+            continue
+        built = standing({point.name: point.design for point in points}, out)
+        write_whole(place / PAGE, machines_page(points, name, place.as_posix(), built))
+
+
 def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
     """Puts the complete folder in its place."""
     from delta_cad.common.files import whole_folder
     from optimizer.codesign.pages.front import DESIGNS, design_files, page, record
+    from optimizer.codesign.pages.machines import PAGE, machines_page, standing
     from optimizer.pictures.machines import machines
     from optimizer.pictures.style import save
 
@@ -71,6 +103,9 @@ def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:
         (folder / DESIGNS).mkdir()
         for file, text in design_files(points).items():
             (folder / DESIGNS / file).write_text(text, encoding="utf-8")
+        built = standing({point.name: point.design for point in points}, place.parent)
+        text = machines_page(points, name, place.as_posix(), built)
+        (folder / PAGE).write_text(text, encoding="utf-8")
         (folder / "machines.md").write_text(page(points, name, place.as_posix()), encoding="utf-8")
         facts = json.dumps(record(points, name), indent=1, allow_nan=False) + "\n"
         (folder / "machines.json").write_text(facts, encoding="utf-8")

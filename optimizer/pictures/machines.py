@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 
 from delta_cad.common.picture_style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, styled
 from optimizer.codesign.front import MachinePoint, hardware_of
-from optimizer.codesign.pages.front import DESIGNS
 from optimizer.pictures.style import pretty
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
@@ -23,8 +22,6 @@ PANELS = (
 @styled
 def machines(points: Sequence[MachinePoint], title: str) -> Figure:
     """Draws the cube of every point over what it costs, hardware by colour, points on the front filled.
-
-    As SVG each point is a link to its design file.
 
     Args:
         points: The front.
@@ -51,7 +48,6 @@ def machines(points: Sequence[MachinePoint], title: str) -> Figure:
                     color=colour,
                     markersize=11 if point.axis == "asked" else 4.5,
                     markerfacecolor=colour if point.on_front else "white",
-                    url=f"{DESIGNS}/{point.name}.json",  # where the SVG stands
                 )
             ax.plot([], [], color=colour, label=pretty(f"{choice.motor}, {choice.drive} {choice.ratio:g}:1"))
         ax.set(xlabel=label)

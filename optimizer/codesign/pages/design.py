@@ -11,13 +11,13 @@ from delta_cad.checks.report import CheckResult
 from delta_cad.report.figures import binding
 from delta_cad.report.page import ASSETS, FILE_NAME, page_policy
 from optimizer.codesign.costs import Cost
+from optimizer.codesign.pages.plot import Scale
 from optimizer.codesign.tried import Posed, Tried
 
 if TYPE_CHECKING:
     from optimizer.codesign.bound import Bound
 
 WIDTH, LEFT, ROW, TOP = 960, 250, 26, 34
-TICKS = 8  # at most
 STYLE = """
 .tried { max-width: none; vertical-align: middle; }
 .tried text { font-size: 12px; fill: var(--ink); }
@@ -54,13 +54,9 @@ def design_page(
         bound: What is proved of the family; None where it was not sought.
         unit: Of what is sought.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    from markupsafe import Markup
-
-    style = (ASSETS / "page.css").read_text(encoding="utf-8") + STYLE
-    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, **tidy)
-    return environment.get_template("design.html").render(
+    return rendered(
+        "design.html",
+        STYLE,
         told=told,
         cards=_cards(told),
         plot=_plot(tried.posed, bound, unit),
@@ -73,9 +69,24 @@ def design_page(
         why=why,
         notes=notes,
         report=FILE_NAME,
-        policy=page_policy((), style),
-        style=Markup(style),
     )
+
+
+def rendered(template: str, own_style: str, **given: Any) -> str:
+    """Fills one of the templates beside this file in; the style is that of report.html and what the page adds.
+
+    Args:
+        template: Name of the file.
+        own_style: What the page adds.
+        given: What its fields are filled with.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    style = (ASSETS / "page.css").read_text(encoding="utf-8") + own_style
+    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
+    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, **tidy)
+    return environment.get_template(template).render(**given, policy=page_policy((), style), style=Markup(style))
 
 
 def _cards(told: dict[str, Any]) -> list[tuple[str, str, str, str]]:
@@ -101,13 +112,7 @@ def _plot(posed: Sequence[Posed], bound: Bound | None, unit: str) -> dict[str, A
         best[name] = max(one.score, best.get(name, -math.inf))
     rows = {name: TOP + ROW * k for k, name in enumerate(sorted(best, key=lambda name: -best[name]))}
     values = [abs(one.score) for one in posed] + ([] if bound is None else [bound.side_mm])
-    low, high = min(values, default=0.0), max(values, default=1.0)
-    room = 0.05 * (high - low) or 1.0
-    low, high = low - room, high + room
-
-    def across(value: float) -> float:
-        return round(LEFT + (WIDTH - LEFT - 20) * (value - low) / (high - low), 1)
-
+    across = Scale(values, LEFT, WIDTH - 20)
     dots = []
     for one in sorted(posed, key=lambda one: (one.failed is not None, one.failed == ())):  # what passes on top
         kind = "posed" if one.failed is None else "failed" if one.failed else "passed"
@@ -117,7 +122,7 @@ def _plot(posed: Sequence[Posed], bound: Bound | None, unit: str) -> dict[str, A
         dots.append(
             {
                 "kind": kind,
-                "x": across(abs(one.score)),
+                "x": across.at(abs(one.score)),
                 "y": rows[hardware],
                 "r": 3.5 if kind == "posed" else 6,
                 "words": words,
@@ -130,14 +135,7 @@ def _plot(posed: Sequence[Posed], bound: Bound | None, unit: str) -> dict[str, A
         "height": floor + 44,
         "floor": floor,
         "rows": [(y, name) for name, y in rows.items()],
-        "ticks": [(across(value), f"{value:g}") for value in _ticks(low, high)],
-        "bound": None if bound is None else across(bound.side_mm),
+        "ticks": across.ticks(),
+        "bound": None if bound is None else across.at(bound.side_mm),
         "dots": dots,
     }
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    """Round values between two, at most `TICKS`."""
-    decade = 10.0 ** math.floor(math.log10((high - low) / TICKS))
-    step = next(k * decade for k in (1.0, 2.0, 5.0, 10.0) if (high - low) / (k * decade) <= TICKS)
-    return [round(k * step, 10) for k in range(math.ceil(low / step), math.floor(high / step) + 1)]

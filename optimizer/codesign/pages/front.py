@@ -47,24 +47,32 @@ def page(points: Sequence[MachinePoint], name: str, folder: str) -> str:
         "",
         "![cube against effective mass, friction, stiffness and outline](machines.png)",
         "",
-        "In [the same as SVG](machines.svg) each point is a link to its design file.",
+        "In [the same as a page](machines.html) each point opens its machine.",
     ]
     for choice in hardware_of(points):
         lines += ["", f"## {choice.motor}, {choice.drive} {choice.ratio:g}:1", ""]
         lines += [_row(HEAD), _row(("---",) * len(HEAD))]
-        order = ["asked", *(axis.name for axis in AXES)]
-        own = sorted((p for p in points if p.choice == choice), key=lambda p: (order.index(p.axis), p.limit or 0.0))
-        lines += [_row(_cells(point, folder)) for point in own]
+        lines += [_row(_cells(point, folder)) for point in in_order(points) if point.choice == choice]
     return "\n".join(lines) + "\n"
+
+
+def in_order(points: Sequence[MachinePoint]) -> list[MachinePoint]:
+    """Sorts points as tables list them: what was asked first, then axis after axis by the limit."""
+    order = ["asked", *(axis.name for axis in AXES)]
+    return sorted(points, key=lambda p: (order.index(p.axis), p.limit or 0.0))
+
+
+def limit_of(point: MachinePoint) -> str:
+    """Names the limit that was moved, and its value."""
+    return "as asked" if point.limit is None else f"{point.axis.replace('_', ' ')} {point.limit:.4g}"
 
 
 def _cells(point: MachinePoint, folder: str) -> tuple[str, ...]:
     f = point.figures
-    limit = "as asked" if point.limit is None else f"{point.axis.replace('_', ' ')} {point.limit:.4g}"
     side = f"{f.cube_side_mm:.2f}"
     width, depth = f.outline_mm
     return (
-        limit,
+        limit_of(point),
         f"**{side}**" if point.on_front else side,
         f"{width:.0f} x {depth:.0f}",
         f"{f.effective_mass_kg:.3f}",

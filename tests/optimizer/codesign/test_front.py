@@ -9,18 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from delta_cad.design import Design, load_design
+from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.front import AXES, Figures, MachinePoint, _marked, figures_of, front
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.pages.front import design_files, page, record
+from optimizer.codesign.pages.machines import machines_page, standing
 from optimizer.codesign.search import Search
 from optimizer.pictures.machines import machines
 from optimizer.pictures.style import save
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from tests.committed import BEST
+from tests.delta_cad.report.reading import Page
 
 CHOICE = Choice("maxon-re30-310007", "capstan", 4.8, 54.0)
 LENGTHS = (91.0, 143.196, 31.0, 24.0, 64.37, 43.165)
@@ -58,10 +60,12 @@ def test_a_machine_that_another_beats_is_not_on_the_front() -> None:
     assert [one.on_front for one in equal] == [True, True]
 
 
-def traced(monkeypatch: pytest.MonkeyPatch, best: Design) -> tuple[list[MachinePoint], list[DesignBrief]]:
+def traced(
+    monkeypatch: pytest.MonkeyPatch, best: Design, name: str = "b"
+) -> tuple[list[MachinePoint], list[DesignBrief]]:
     """A front whose candidates are given: less mass costs cube, and below 0.2 kg there is none."""
     asked = {"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}
-    task = brief_from_dict({"name": "b", "requirements": asked, "feel": {"effective_mass_max_kg": 0.4}})
+    task = brief_from_dict({"name": name, "requirements": asked, "feel": {"effective_mass_max_kg": 0.4}})
     seen: list[DesignBrief] = []
 
     def candidate(side: float) -> Candidate:
@@ -109,7 +113,46 @@ def test_every_point_has_a_design_file_that_its_line_builds(
         assert text.count(f"build --design out/b-machines/designs/{name}`") == 1
         assert told["design"] == f"designs/{name}"
     assert json.loads(json.dumps(record(points, "b")))["schema"] == "delta-machines/1"
+    assert len({load_design(tmp_path / name).name for name in files}) == len(files)  # each is built into its own folder
+
+
+def test_the_design_of_a_long_name_can_be_read_back(
+    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
+) -> None:
+    points, _ = traced(monkeypatch, best, "b" * NAME_LONGEST)
+    for name, text in design_files(points).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        assert load_design(tmp_path / name).name.startswith("bbb")
+
+
+def test_each_point_of_the_page_opens_its_machine(
+    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path
+) -> None:
+    """What stands of the very same design is opened, and told to fail where it does; else its line with the command."""
+    points, _ = traced(monkeypatch, best)
+    designs = {point.name: point.design for point in points}
+    passes, fails, other = list(designs)[:3]
+    for number, folder, failed in ((passes, "", []), (fails, ".rejected", ["clearance"]), (other, "", [])):
+        place = tmp_path / f"{designs[number].name}{folder}"
+        place.mkdir()
+        (place / "report.html").touch()
+        told = {"input_sha256": "of another" if number == other else design_hash(designs[number]), "failed": failed}
+        (place / "checks.json").write_text(json.dumps(told), encoding="utf-8")
+    built = standing(designs, tmp_path)
+    assert set(built) == {passes, fails}
+    read = Page(machines_page(points, "b", "out/b-machines", built))
+    links = [link.attributes["href"] for link in read.all("a")][2:]  # after those to the sections
+    place = {passes: f"../{designs[passes].name}/report.html", fails: f"../{designs[fails].name}.rejected/report.html"}
+    assert links[: 4 * len(points)] == [place.get(point.name, f"#{point.name}") for point in points] * 4
+    rows = {row.attributes["id"]: row.text for row in read.all("tr") if "id" in row.attributes}
+    assert set(rows) == set(designs)
+    assert "passes every check" in rows[passes]
+    assert "fails clearance" in rows[fails]
+    assert f"build --design out/b-machines/designs/{other}.json" in rows[other]
+    assert read.all("script") == []
+
+
+def test_a_front_is_drawn(monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path) -> None:
+    points, _ = traced(monkeypatch, best)
     save(machines(points, "b"), tmp_path, "machines")
-    drawn = (tmp_path / "machines.svg").read_text(encoding="utf-8")
-    for name in files:
-        assert f'xlink:href="designs/{name}"' in drawn
+    assert (tmp_path / "machines.svg").stat().st_size > 10_000

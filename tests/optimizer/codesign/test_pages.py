@@ -10,7 +10,8 @@ from delta_cad.checks.report import CheckResult
 from optimizer.codesign.bound import Bound
 from optimizer.codesign.choice import Choice
 from optimizer.codesign.costs import Cost
-from optimizer.codesign.pages.design import _ticks, design_page
+from optimizer.codesign.pages.design import design_page
+from optimizer.codesign.pages.plot import round_values
 from optimizer.codesign.tried import Posed, Tried
 from tests.delta_cad.report.reading import Page
 
@@ -78,7 +79,7 @@ def test_few_candidates_and_those_of_which_less_is_better_are_drawn(posed: list[
 
 @pytest.mark.parametrize(("low", "high", "first", "step"), [(69.3, 84.3, 70.0, 2.0), (0.31, 0.36, 0.31, 0.01)])
 def test_ticks_are_round(low: float, high: float, first: float, step: float) -> None:
-    ticks = _ticks(low, high)
+    ticks = round_values(low, high)
     assert 3 <= len(ticks) <= 9
     assert ticks[0] == pytest.approx(first)
     assert ticks[1] - ticks[0] == pytest.approx(step)
