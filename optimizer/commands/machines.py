@@ -46,8 +46,10 @@ def run(given: argparse.Namespace) -> int:
             _write(points, brief.name, folder)
     if given.build and points and not interrupted:
         try:
+            from optimizer.codesign.pages.machines import build_front
+
             with Line() as line:
-                _build(points, brief.name, given.out, line)
+                build_front(points, brief.name, given.out, line)
         except KeyboardInterrupt:
             interrupted = True
     if not points and not interrupted:
@@ -63,31 +65,6 @@ def run(given: argparse.Namespace) -> int:
             f"interrupted; {len(points)} machines stand in {folder}" if points else "interrupted", INTERRUPTED
         )
     return DONE
-
-
-def _build(points: Sequence[MachinePoint], name: str, out: Path, line: Line) -> None:
-    """Builds what no other machine beats and does not stand yet; each is linked as soon as it stands."""
-    from delta_cad.commands.machine import geometry_errors
-    from delta_cad.commands.pipeline import build
-    from delta_cad.common.files import write_whole
-    from optimizer.codesign.pages.machines import PAGE, machines_page, standing
-
-    place = out / f"{name}-machines"
-    best = {point.name: point.design for point in points if point.on_front}
-    for count, (number, design) in enumerate(best.items(), 1):
-        if number in standing({number: design}, out):
-            continue
-
-        def tell(phase: str, count: int = count, number: str = number) -> None:
-            line.show(f"machine {count} of {len(best)}, {number}: {phase}")
-
-        try:
-            build(design, out, tell)
-        except geometry_errors() as error:
-            line.keep(f"{number}: {error}")
-            continue
-        built = standing({point.name: point.design for point in points}, out)
-        write_whole(place / PAGE, machines_page(points, name, place.as_posix(), built))
 
 
 def _write(points: Sequence[MachinePoint], name: str, place: Path) -> None:

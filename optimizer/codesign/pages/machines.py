@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from delta_cad.common.console import Line
+from delta_cad.common.files import write_whole
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import Design, design_hash
 from delta_cad.report.page import FILE_NAME
@@ -72,6 +74,36 @@ def standing(designs: Mapping[str, Design], out: Path) -> dict[str, Standing]:
             if record.get("input_sha256") == design_hash(design) and (out / folder / FILE_NAME).is_file():
                 found[name] = Standing(f"../{folder}/{FILE_NAME}", tuple(record["failed"]))
     return found
+
+
+def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Line) -> None:
+    """Builds what no other machine beats and does not stand yet; the page links each as soon as it stands.
+
+    Args:
+        points: The front, its page written.
+        name: Of the brief.
+        out: Where builds go; the page's own folder stands there, too.
+        line: Told of progress, and of machines whose geometry could not be made.
+    """
+    from delta_cad.commands.machine import geometry_errors
+    from delta_cad.commands.pipeline import build
+
+    place = out / f"{name}-machines"
+    best = {point.name: point.design for point in points if point.on_front}
+    for count, (number, design) in enumerate(best.items(), 1):
+        if number in standing({number: design}, out):
+            continue
+
+        def tell(phase: str, count: int = count, number: str = number) -> None:
+            line.show(f"machine {count} of {len(best)}, {number}: {phase}")
+
+        try:
+            build(design, out, tell)
+        except geometry_errors() as error:
+            line.keep(f"{number}: {error}")
+            continue
+        built = standing({point.name: point.design for point in points}, out)
+        write_whole(place / PAGE, machines_page(points, name, place.as_posix(), built))
 
 
 def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built: Mapping[str, Standing]) -> str:

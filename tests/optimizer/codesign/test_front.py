@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from delta_cad.commands import pipeline
+from delta_cad.common.console import Line
 from delta_cad.design import NAME_LONGEST, Design, design_hash, load_design
 from delta_cad.mechanism.limits.effective_mass import effective_mass
 from optimizer.codesign.candidate import Candidate
@@ -16,7 +18,7 @@ from optimizer.codesign.choice import Choice
 from optimizer.codesign.front import AXES, Figures, MachinePoint, _marked, figures_of, front
 from optimizer.codesign.lessons import Lessons, reference
 from optimizer.codesign.pages.front import design_files, page, record
-from optimizer.codesign.pages.machines import machines_page, standing
+from optimizer.codesign.pages.machines import PAGE, build_front, machines_page, standing
 from optimizer.codesign.search import Search
 from optimizer.pictures.machines import machines
 from optimizer.pictures.style import save
@@ -150,6 +152,40 @@ def test_each_point_of_the_page_opens_its_machine(
     assert "fails clearance" in rows[fails]
     assert f"build --design out/b-machines/designs/{other}.json" in rows[other]
     assert read.all("script") == []
+
+
+def test_what_none_beats_is_built_once_and_linked(
+    monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    points, _ = traced(monkeypatch, best)
+    points = [replace(one, on_front=number < 3) for number, one in enumerate(points)]
+    (tmp_path / "b-machines").mkdir()
+    on_front = [point.design for point in points[:3]]
+    made: list[str] = []
+
+    def build(design: Design, out: Path, _: object) -> None:
+        made.append(design.name)
+        if len(made) == 1:
+            raise RuntimeError("no such solid")
+        place = out / design.name
+        place.mkdir()
+        (place / "report.html").touch()
+        told = {"input_sha256": design_hash(design), "failed": []}
+        (place / "checks.json").write_text(json.dumps(told), encoding="utf-8")
+
+    monkeypatch.setattr(pipeline, "build", build)
+    monkeypatch.setattr("delta_cad.commands.machine.geometry_errors", lambda: (RuntimeError,))
+    for _ in range(2):  # the second finds all but the one that could not be made
+        with Line() as line:
+            build_front(points, "b", tmp_path, line)
+    assert made == [*(one.name for one in on_front), on_front[0].name]
+    assert "no such solid" in capsys.readouterr().err
+    rows = {
+        row.attributes["id"]: row.text
+        for row in Page((tmp_path / "b-machines" / PAGE).read_text()).all("tr")
+        if "id" in row.attributes
+    }
+    assert sum("passes every check" in text for text in rows.values()) == len(on_front)
 
 
 def test_a_front_is_drawn(monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path) -> None:
