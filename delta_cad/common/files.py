@@ -22,6 +22,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
+from delta_cad.common.ours import require_ours, write_record
+
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
 NO_PLAIN_FILE = "is no plain file"
 # What a system answers when it, or this file system, cannot exchange two names.
@@ -75,7 +77,8 @@ def write_all(contents: Mapping[Path, str | bytes]) -> None:
 def whole_folder(path: Path, to: Callable[[], Path] | None = None) -> Iterator[Path]:
     """Gives a folder to fill; at the end it takes the place of the one at `path`, if the filling did not fail.
 
-    Two runs at once each fill a folder of their own, and the last to end has its whole one at `path`.
+    One that holds what no run wrote is not replaced. Two runs at once each fill a folder of their own, and the last to
+    end has its whole one at `path`.
 
     Args:
         path: The folder that is wanted.
@@ -85,7 +88,7 @@ def whole_folder(path: Path, to: Callable[[], Path] | None = None) -> Iterator[P
         An empty folder beside it.
 
     Raises:
-        OSError: It cannot be written, or a file has its name.
+        OSError: It cannot be written, a file has its name, or what is there is not ours.
     """
     made = _missing([path])
     try:
@@ -103,14 +106,18 @@ def _filled(path: Path, to: Callable[[], Path] | None) -> Iterator[Path]:
     try:
         with _naming(path, part):
             yield part
+            write_record(part)
             for file in sorted(part.rglob("*")):
                 if file.is_file():
                     _sync(file)
             target = to() if to else path
             with _locked_parent(path):
                 _restore(target)
+                require_ours(target)
                 _put_in_place(part, target)
     finally:
+        if part.is_symlink():  # which the name was: what it leads to is somebody else's
+            part.unlink()
         shutil.rmtree(part, ignore_errors=True)  # what failed, or the replaced folder after an exchange
         os.close(lock)
 
@@ -123,7 +130,8 @@ def require_room(path: Path, *, folder: bool = False) -> None:
         folder: Whether it will be a folder, else a file.
 
     Raises:
-        OSError: It cannot be written, or a file has the folder's name, or a folder the file's; the path is named.
+        OSError: It cannot be written, a file has the folder's name, or a folder the file's, or the folder holds what
+            no run wrote; the path is named.
     """
     made = _missing([path])
     try:
@@ -284,6 +292,8 @@ def _require_kind(path: Path, folder: bool) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not folder and path.exists() and not path.is_file():  # a pipe, or a device: renaming would take it away
         raise OSError(errno.EINVAL, NO_PLAIN_FILE, str(path))
+    if folder:
+        require_ours(path)
 
 
 def _encoded(line: str) -> bytes:

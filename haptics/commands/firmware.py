@@ -17,7 +17,8 @@ TEXT = "the controller in C99 for a board: start-up, hardware layer, ports to PO
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the files; replaced")
+    about = "folder for the files; one that a run wrote is replaced"
+    command.add_argument("--out", type=Path, required=True, metavar="DIR", help=about)
     rate = number("number from 100 to 100000 Hz", 100.0, 1e5)
     command.add_argument("--rate", type=rate, default=8000.0, metavar="HZ", help="of the tick; default 8000")
     command.add_argument(

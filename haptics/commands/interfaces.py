@@ -16,7 +16,8 @@ TEXT = "a small C library that reaches a board, with the design's numbers; a CHA
 def arguments(command: argparse.ArgumentParser) -> None:
     """Adds the command's arguments."""
     device_arguments(command)
-    command.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the files; replaced")
+    about = "folder for the files; one that a run wrote is replaced"
+    command.add_argument("--out", type=Path, required=True, metavar="DIR", help=about)
     command.add_argument("--json", action="store_true", help="the names of the files as JSON on stdout")
 
 

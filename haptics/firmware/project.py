@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 
 from delta_cad.common.files import whole_folder
@@ -62,12 +61,8 @@ def write_firmware(files: dict[str, str], folder: Path) -> None:
         folder: Where to.
 
     Raises:
-        OSError: The folder cannot be written, or holds something else than a controller.
+        OSError: The folder cannot be written, or holds what no run wrote.
     """
-    if folder.is_dir():
-        there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-        if not there <= set(files):
-            raise FileExistsError(errno.EEXIST, "holds other files than a controller", str(folder))
     with whole_folder(folder) as part:
         for name, text in files.items():
             path = part / name

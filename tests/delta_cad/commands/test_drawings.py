@@ -11,6 +11,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.commands.cli import main
 from delta_cad.commands.pipeline import check_drawings
+from delta_cad.common.files import whole_folder
 from delta_cad.design import Design
 from delta_cad.export.drawings import drawn
 from delta_cad.export.drawings.drawn import Drawn
@@ -40,7 +41,7 @@ def test_drawings_land_whole_and_a_fault_ends_with_1(
     assert main(["drawings", "--design", str(BEST), "--out", str(tmp_path)]) == 0
     told = capsys.readouterr()
     assert (told.out, told.err) == (f"3 drawings in {folder}\n", "")
-    assert [path.name for path in folder.iterdir()] == ["plate.pdf"]
+    assert [path.name for path in folder.glob("[!.]*")] == ["plate.pdf"]
     quick[0] = Drawn(3, {"plate": ["plane 3 is told 2 times"]})
     assert main(["drawings", "--design", str(BEST), "--out", str(tmp_path), "--json"]) == 1
     record = json.loads(capsys.readouterr().out)
@@ -57,9 +58,8 @@ def test_what_cannot_be_written_leaves_the_old_drawings(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    folder = tmp_path / best.name / "drawings"
-    folder.mkdir(parents=True)
-    (folder / "old.pdf").write_bytes(b"old")
+    with whole_folder(tmp_path / best.name / "drawings") as folder:
+        (folder / "old.pdf").write_bytes(b"old")
 
     def full(*_: Any) -> Drawn:
         raise OSError(28, "No space left on device")

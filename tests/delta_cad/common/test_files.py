@@ -12,6 +12,12 @@ from pathlib import Path
 import pytest
 
 from delta_cad.common.files import FileInUseError, Lines, require_room, whole_folder, write_all, write_whole
+from delta_cad.common.ours import RECORD
+
+
+def held(folder: Path) -> list[str]:
+    """Names in a folder but of the record of what was written."""
+    return sorted(path.name for path in folder.iterdir() if path.name != RECORD)
 
 
 def test_folder_takes_its_place_when_it_is_full(tmp_path: Path) -> None:
@@ -27,8 +33,8 @@ def test_folder_takes_its_place_when_it_is_full(tmp_path: Path) -> None:
 
 def test_folder_that_fails_leaves_what_was(tmp_path: Path) -> None:
     target = tmp_path / "front"
-    target.mkdir()
-    (target / "a").write_text("old")
+    with whole_folder(target) as folder:
+        (folder / "a").write_text("old")
 
     def fill() -> None:
         with whole_folder(target) as folder:
@@ -78,10 +84,10 @@ def test_two_processes_fill_the_same_folder_at_once(tmp_path: Path, other: tuple
     with whole_folder(tmp_path / "front") as folder:
         (folder / "b").write_text("ours")
         assert (part / "a").read_text() == "the other's"  # one that lives is left alone
-    assert [path.name for path in (tmp_path / "front").iterdir()] == ["b"]
+    assert held(tmp_path / "front") == ["b"]
     process.communicate(timeout=30)
     assert process.returncode == 0
-    assert [path.name for path in (tmp_path / "front").iterdir()] == ["a"]  # the last to end, and all of it
+    assert held(tmp_path / "front") == ["a"]  # the last to end, and all of it
     assert [path.name for path in tmp_path.iterdir()] == ["front"]
 
 
@@ -94,8 +100,8 @@ def test_many_at_once_leave_one_whole_folder(tmp_path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(fill, range(100)))
     assert [path.name for path in tmp_path.iterdir()] == ["front"]
-    assert len({path.read_text() for path in (tmp_path / "front").iterdir()}) == 1
-    assert sorted(path.name for path in (tmp_path / "front").iterdir()) == ["a", "b"]
+    assert held(tmp_path / "front") == ["a", "b"]
+    assert len({(tmp_path / "front" / name).read_text() for name in "ab"}) == 1
 
 
 def test_folders_of_others_are_no_rests(tmp_path: Path) -> None:
@@ -135,7 +141,7 @@ def test_a_part_that_another_run_clears_before_it_is_locked_is_made_again(
     with whole_folder(tmp_path / "front") as folder:
         assert folder == made[3]
         (folder / "a").write_text("")
-    assert [path.name for path in (tmp_path / "front").iterdir()] == ["a"]
+    assert held(tmp_path / "front") == ["a"]
 
 
 def test_a_file_system_without_locks_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -343,7 +349,8 @@ def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path
     assert list(tmp_path.iterdir()) == []
     write_whole(tmp_path / "a" / "file", "old")
     require_room(tmp_path / "a" / "file")
-    require_room(tmp_path / "a", folder=True)
+    with pytest.raises(FileExistsError, match="file, which no run wrote"):
+        require_room(tmp_path / "a", folder=True)
     with pytest.raises(FileExistsError) as caught:
         require_room(tmp_path / "a" / "file", folder=True)
     assert caught.value.filename == str(tmp_path / "a" / "file")

@@ -11,6 +11,7 @@ import pytest
 
 from delta_cad.common import files
 from delta_cad.common.files import recover
+from delta_cad.common.ours import RECORD
 from delta_cad.export.folder import FolderError, output_folder
 
 PROGRAM = """
@@ -59,7 +60,7 @@ def make(out: Path, content: str, name: str = "joy", *, rejected: bool = False) 
 
 
 def content(out: Path, name: str = "joy") -> set[str]:
-    files = [path for path in (out / name).rglob("*") if path.is_file()]
+    files = [path for path in (out / name).rglob("*") if path.is_file() and path.name != RECORD]
     assert files
     return {path.read_text() for path in files}
 
@@ -83,7 +84,7 @@ def test_a_new_build_replaces_the_old_one_whole(tmp_path: Path) -> None:
     with output_folder(tmp_path, "joy") as build:
         (build.path / "c").write_text("new")
         assert content(tmp_path) == {"old"}
-    assert entries(tmp_path / "joy") == ["c"]
+    assert entries(tmp_path / "joy") == [RECORD, "c"]
     assert entries(tmp_path) == ["joy"]
 
 

@@ -338,7 +338,7 @@ def test_files_and_table(
     assert told.out.startswith("synthesized: what it will feel like")
     (folder,) = tmp_path.iterdir()
     assert folder.name == "synthesized-feel"
-    assert {file.name for file in folder.iterdir()} == {"feel.md", "feel.json", *(f"{name}.png" for name in DRAWN)}
+    assert {file.name for file in folder.glob("[!.]*")} == {"feel.md", "feel.json", *(f"{name}.png" for name in DRAWN)}
     for name in DRAWN:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     facts = json.loads((folder / "feel.json").read_text())

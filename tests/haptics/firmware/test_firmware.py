@@ -395,7 +395,7 @@ def test_the_command_writes_the_files(built: Built, tmp_path: Path, capsys: pyte
     assert ".absolute = 0.0f," in code
     (folder / "mine.txt").write_text("keep")
     assert main(command) == 2
-    assert "holds other files" in capsys.readouterr().err
+    assert "holds mine.txt, which no run wrote here" in capsys.readouterr().err
     assert (folder / "mine.txt").read_text() == "keep"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["board"]
     assert main(["firmware", "--design", "none.json", "--out", str(folder)]) == 2

@@ -65,7 +65,7 @@ def call(*arguments: str | Path) -> int:
 @pytest.mark.slow
 def test_folder_holds_everything_and_nothing_is_beside_it(done: tuple[Path, dict[str, Any]]) -> None:
     folder, _ = done
-    assert {path.name for path in folder.iterdir()} == FILES
+    assert {path.name for path in folder.glob("[!.]*")} == FILES
     assert [path.name for path in folder.parent.iterdir()] == ["dashboard-joystick-front"]
 
 
@@ -136,7 +136,7 @@ def test_stopped_by_hand_keeps_the_points_and_resumed_is_as_unbroken(
     count = 3 if moment == "point 3" else 4
     assert err == f"interrupted; {count} points so far in {partial}; run again with --resume to go on\n"
     assert {path.name for path in tmp_path.iterdir()} == {partial.name, kept.name}
-    assert {path.name for path in partial.iterdir()} == {"front.csv", "front.json", "front.md"}
+    assert {path.name for path in partial.glob("[!.]*")} == {"front.csv", "front.json", "front.md"}
     assert "**Interrupted" in (partial / "front.md").read_text()
     assert json.loads((partial / "front.json").read_text())["status"] == "interrupted"
     assert call(task, *SMALL, "--out", tmp_path, "--resume") == 0

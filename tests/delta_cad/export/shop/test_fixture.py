@@ -106,7 +106,7 @@ def test_the_command_writes_parts_drawings_and_poses(tmp_path: Path, capsys: pyt
     names = {
         f"calibration_{part}.{kind}" for part in ("plate", "column", "spacer") for kind in ("step", "pdf", "svg", "dxf")
     }
-    assert {path.name for path in folder.iterdir()} == names | {"poses.csv"}
+    assert {path.name for path in folder.glob("[!.]*")} == names | {"poses.csv"}
     step = cq.importers.importStep(str(folder / "calibration_plate.step"))
     (solid,) = step.solids().vals()
     cones = [f for f in solid.Faces() if f.geomType() == "CONE"]  # type: ignore[union-attr]
