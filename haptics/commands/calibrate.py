@@ -52,8 +52,10 @@ def run(given: argparse.Namespace) -> int:
     from haptics.calibration.fit import FitError, Noise, fit
     from haptics.calibration.poses import PosesError, load_poses
     from haptics.calibration.record import calibration_of, save_calibration
+    from haptics.model.machine import require_assembled
 
     design = load_design(given.design, given.catalogue)
+    require_assembled(design, given.design)
     turns, wave, angle = _encoder(design)
     if given.reading_sigma is not None:
         angle = math.radians(given.reading_sigma)

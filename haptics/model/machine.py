@@ -91,7 +91,7 @@ def require_assembled(design: Design, file: Path) -> None:
     mode = search(lambda p: direct_margin(design.geometry, p), +1.0)
     if reach.value >= 0.0 and mode.value > 0.0:
         return
-    x, y, z = (v * MM_PER_M for v in (reach if reach.value < 0.0 else mode).position)
+    x, y, z = (round(v * MM_PER_M, 1) + 0.0 for v in (reach if reach.value < 0.0 else mode).position)  # no -0.0
     must = "be within reach" if reach.value < 0.0 else "have the assembly mode det S > 0, platform above elbows,"
     where = f"must {must} at every position, also at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
     raise DesignError(file.name, "cube.bottom_height_mm", str(design.cube.bottom_height_mm), where)

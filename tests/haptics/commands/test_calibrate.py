@@ -13,6 +13,7 @@ from haptics.calibration.poses import Poses, poses_text
 from haptics.calibration.record import load_calibration
 from haptics.commands.cli import main
 from tests.committed import BEST
+from tests.designs import hanging
 from tests.haptics.calibration.devices import cube_points, made, measured
 
 
@@ -53,6 +54,18 @@ def test_a_wrong_pose_is_named_and_nothing_written(
     assert code == 1
     assert "pose 8" in capsys.readouterr().out
     assert not out.exists()
+
+
+def test_a_platform_that_hangs_is_refused_as_everywhere(
+    poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "hanging.json"
+    path.write_text(json.dumps(hanging()))
+    assert ran(tmp_path, poses, "--design", str(path))[0] == 2
+    told = capsys.readouterr().err
+    assert told.startswith("hanging.json: cube.bottom_height_mm = 34.5: must have the assembly mode det S > 0")
+    assert "also at (0.0, 0.0, 40.7) mm" in told
+    assert told.count("\n") == 1
 
 
 def test_bad_input_is_one_line(poses: Poses, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
