@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from math import isfinite
 from typing import Any
 
 
@@ -15,7 +16,7 @@ class CheckResult:
     Attributes:
         name: What was checked, unique in a report.
         passed: Whether it holds.
-        value: The figure that decides, in `unit`; None where there is none.
+        value: The figure that decides, in `unit`; None where there is none, or none that is finite.
         limit: What the value is held against, in `unit`; None where there is none.
         unit: Unit of value and limit, "" for counts.
         worst_pose_mm: Handle position that decides, base frame, mm.
@@ -33,11 +34,11 @@ class CheckResult:
     detail: str = ""
 
     def __post_init__(self) -> None:
-        """Plain Python numbers instead of NumPy's, so that records compare and print alike."""
+        """Plain Python numbers instead of NumPy's, so that records compare and print alike; an infinite one is none."""
         object.__setattr__(self, "passed", bool(self.passed))
         for name in ("value", "limit"):
             number = getattr(self, name)
-            object.__setattr__(self, name, None if number is None else float(number))
+            object.__setattr__(self, name, None if number is None or not isfinite(number) else float(number))
 
     def to_json(self) -> dict[str, Any]:
         """Gives the record as JSON types, keys as the attributes."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
@@ -15,6 +16,8 @@ from optimizer.codesign.lessons import Weighed
 from optimizer.synthesis.checkpoint import Records
 
 T = TypeVar("T")
+# What a reader raises of a step that was kept by another state of the code under the same version.
+UNREAD = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def at_once(_step: str, _of: object, compute: Callable[[], T], _told: object, _read: object) -> T:
@@ -39,7 +42,7 @@ class Journal(Records):
     def once(
         self, step: str, of: object, compute: Callable[[], T], told: Callable[[T], Any], read: Callable[[Any], T]
     ) -> T:
-        """Gives what a step came to, computed only if the file does not have it.
+        """Gives what a step came to, computed only if the file does not have it as this state of the code reads it.
 
         Args:
             step: Kind of step.
@@ -50,7 +53,8 @@ class Journal(Records):
         """
         key = step, sha256(repr(of).encode()).hexdigest()
         if key in self._done:
-            return read(self._done[key])
+            with suppress(*UNREAD):
+                return read(self._done[key])
         result = compute()
         self._done[key] = told(result)
         self.append({"step": step, "of": key[1], "result": self._done[key]})

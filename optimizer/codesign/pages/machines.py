@@ -69,10 +69,11 @@ def standing(designs: Mapping[str, Design], out: Path) -> dict[str, Standing]:
         for folder in (design.name, f"{design.name}.rejected"):
             try:
                 record = read_json(out / folder / "checks.json")
-            except ReadError:
+                same, failed = record["input_sha256"] == design_hash(design), tuple(map(str, record["failed"]))
+            except (ReadError, LookupError, TypeError):  # none, or a file of something else
                 continue
-            if record.get("input_sha256") == design_hash(design) and (out / folder / FILE_NAME).is_file():
-                found[name] = Standing(f"../{folder}/{FILE_NAME}", tuple(record["failed"]))
+            if same and (out / folder / FILE_NAME).is_file():
+                found[name] = Standing(f"../{folder}/{FILE_NAME}", failed)
     return found
 
 

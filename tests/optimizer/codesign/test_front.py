@@ -154,6 +154,17 @@ def test_each_point_of_the_page_opens_its_machine(
     assert read.all("script") == []
 
 
+@pytest.mark.parametrize(
+    "content", ["[]", "{}", "1", "", '{"input_sha256": "HASH"}', '{"input_sha256": "HASH", "failed": 1}']
+)
+def test_checks_that_are_none_of_a_build_are_no_machine(best: Design, tmp_path: Path, content: str) -> None:
+    place = tmp_path / best.name
+    place.mkdir()
+    (place / "report.html").touch()
+    (place / "checks.json").write_text(content.replace("HASH", design_hash(best)), encoding="utf-8")
+    assert standing({"one": best}, tmp_path) == {}
+
+
 def test_what_none_beats_is_built_once_and_linked(
     monkeypatch: pytest.MonkeyPatch, best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -66,6 +66,25 @@ def test_checks_and_weights_come_back(tmp_path: Path) -> None:
     assert again.once("weighed", "x", fails, weighed_told, weighed_read) == made
 
 
+def test_a_step_that_another_state_of_the_code_kept_is_computed_again(tmp_path: Path) -> None:
+    """The key names the version, and between two versions a record may get a field."""
+    first = Journal(tmp_path / "j.jsonl", KEY, False)
+    first.once("lengths", "a", lambda: FOUND, lambda _: {"lengths_mm": [1.0], "then": 2.0}, found_read)
+    first.close()
+    again = Journal(tmp_path / "j.jsonl", KEY, True)
+    assert again.once("lengths", "a", lambda: FOUND, found_told, found_read) == FOUND
+    again.close()
+    kept = Journal(tmp_path / "j.jsonl", KEY, True)
+    assert kept.once("lengths", "a", lambda: None, found_told, found_read) == FOUND
+
+
+def test_a_figure_that_is_not_finite_is_none_and_can_be_kept(tmp_path: Path) -> None:
+    """As a load at a singularity: neither the journal nor `checks.json` or the report's page may end on it."""
+    results = [CheckResult("load", False, float("inf"), float("nan"), "N")]
+    assert (results[0].value, results[0].limit) == (None, None)
+    Journal(tmp_path / "j.jsonl", KEY, False).once("moving", "x", lambda: results, results_told, results_read)
+
+
 def test_a_journal_of_another_run_is_refused(tmp_path: Path) -> None:
     Journal(tmp_path / "j.jsonl", KEY, False).close()
     with pytest.raises(CheckpointError, match="requirements or seed differ"):
