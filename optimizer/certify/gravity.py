@@ -22,6 +22,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from delta_cad.common.refusal import LONGEST, short
 from delta_cad.drive.masses import MassError, mass_and_centre, numbers_of, read_mass_properties
 from delta_cad.mechanism import GeometryError
 from delta_cad.mechanism.limits import HeldMasses, HoldingTorque, Limits, Torque
@@ -170,7 +171,8 @@ def held_masses(file: str, bodies: Mapping[str, Any], design: Design, tolerance:
     """
     unknown = [name for name in bodies if name not in KNOWN]
     if unknown:
-        raise GravityError(f"{file}: bodies.{unknown[0]}: is no body that the bound knows; known: {', '.join(KNOWN)}")
+        name = unknown[0] if unknown[0].isidentifier() and len(unknown[0]) <= LONGEST else short(unknown[0])
+        raise GravityError(f"{file}: bodies.{name}: is no body that the bound knows; known: {', '.join(KNOWN)}")
     of = {name: mass_and_centre(bodies, name, file) for name in KNOWN if name in bodies or name in NEEDED}
     arms, rods = (
         (length - tolerance, length + tolerance)

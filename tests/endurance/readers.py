@@ -12,16 +12,19 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from delta_cad.catalogue import FAMILIES, CatalogueError
+from delta_cad.catalogue import CHOSEN, FAMILIES, CatalogueError, own_parts
 from delta_cad.catalogue.reader import DATA, read_family
+from delta_cad.checks.report import CheckResult
 from delta_cad.commands import cli as delta_cad_cli
-from delta_cad.design import Design, DesignError, design_hash, load_design
+from delta_cad.common.ours import RECORD, require_ours
+from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
 from delta_cad.drive.masses import MassError, load_masses
 from delta_cad.report.words import certificate as told
 from haptics.calibration.fit import fit
@@ -34,13 +37,32 @@ from optimizer.atlas.file import FIELDS, RowFile
 from optimizer.atlas.grid import load_grid
 from optimizer.certify.certificate import Certificate, CertificateError, cube_of, limits_of
 from optimizer.certify.file import certificate_to_dict, read_certificate
+from optimizer.certify.gravity import GravityError, share_of_masses
+from optimizer.codesign.journal import (
+    Journal,
+    found_read,
+    found_told,
+    results_read,
+    results_told,
+    weighed_read,
+    weighed_told,
+)
+from optimizer.codesign.lengths import Found
+from optimizer.codesign.lessons import reference
+from optimizer.codesign.pages.machines import standing
 from optimizer.commands import cli as optimizer_cli
 from optimizer.commands.init import preset_text
 from optimizer.problem.brief import load_brief
-from optimizer.problem.requirements import RequirementsError, load_requirements
+from optimizer.problem.requirements import (
+    RequirementsError,
+    load_requirements,
+    requirements_from_dict,
+    requirements_hash,
+)
 from optimizer.problem.validation import MOST_TOLD
 from optimizer.search.genetic import Generation
 from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError
+from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT
 from tests.endurance.mutation import csv_text, damaged, json_text, mutated, strange, toml_text
 from tests.haptics.calibration.devices import cube_points, made, measured
@@ -49,6 +71,13 @@ from tests.optimizer.certify.designs import masses, redigested
 HANG_S = 10.0
 LONGEST_LINE = 3000  # characters of a message: the longest lists of what is known have half of it
 KEY = {"run": 1}
+RESULTS = [CheckResult("clearance", False, 1.9, 2.0, "mm", (1.0, 2.0, 3.0), ("rod_0_0", "motor_1"), "too close")]
+# Step of a search's journal -> what it is computed from, what it came to, how that is written and read.
+STEPS: dict[str, tuple[str, Any, Callable[[Any], Any], Callable[[Any], Any]]] = {
+    "lengths": ("a", Found((91.0, 2.0, 3.0, 4.0, 5.0, 6.0), 7.0), found_told, found_read),
+    "moving": ("b", RESULTS, results_told, results_read),
+    "weighed": ("c", (reference(), RESULTS, (0.1, 0.2)), weighed_told, weighed_read),
+}
 COMMANDS_EVERY = 20  # one of so many refused files goes through its command, too
 
 
@@ -118,6 +147,35 @@ def _resumed(kind: type[Checkpoint | RowFile]) -> Callable[[Path], object]:
     return lambda path: kind(path, KEY, resume=True).close()
 
 
+def _searched(path: Path) -> None:
+    """Takes up a search's journal, every step of it as the search does."""
+    journal = Journal(path, KEY, True)
+    try:
+        for step, (of, made, told, read) in STEPS.items():
+            journal.once(step, of, lambda made=made: made, told, read)
+    finally:
+        journal.close()
+
+
+def _steps() -> list[dict[str, Any]]:
+    """Records of a journal, as a search writes them."""
+    return [{"step": step, "of": sha256(repr(of).encode()).hexdigest(), "result": told(made)}
+            for step, (of, made, told, _) in STEPS.items()]  # fmt: skip
+
+
+def _written(folder: Path) -> Callable[[Path], None]:
+    """Looks at a folder with a record of what was written, as before it is replaced."""
+
+    def read(path: Path) -> None:
+        place = folder / "written"
+        place.mkdir(exist_ok=True)
+        (place / "a.txt").write_text("a")
+        path.replace(place / RECORD)
+        require_ours(place)
+
+    return read
+
+
 def _packed(whole: bytes) -> Callable[[Random], bytes]:
     """An npz file damaged, or one of other arrays."""
 
@@ -185,7 +243,8 @@ def readers(folder: Path) -> list[Reader]:
                (delta_cad_cli.main, lambda p: ["inspect", "--design", str(p)])),
         Reader("requirements", "r.toml", _of_tree(task, toml_text), load_requirements, (RequirementsError,),
                (optimizer_cli.main, lambda p: ["synthesize", str(p), "--out", str(p.with_name("b.json"))])),
-        Reader("brief", "b.toml", _of_tree(brief, toml_text), load_brief, (RequirementsError,)),
+        Reader("brief", "b.toml", _of_tree(brief, toml_text), load_brief, (RequirementsError,),
+               (optimizer_cli.main, lambda p: ["design", str(p), "--out", str(p.parent)])),
         Reader("grid", "g.toml", _of_tree(grid, toml_text), load_grid, (RequirementsError,),
                (optimizer_cli.main, lambda p: ["atlas", str(p), "--out", str(p.parent)])),
         Reader("masses", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
@@ -203,13 +262,8 @@ def readers(folder: Path) -> list[Reader]:
                (RecordingError,)),
         Reader("packet", "packet", _packet, lambda p: decode(p.read_bytes()), (PacketError,)),
     ]  # fmt: skip
-    found += _calibration_readers(design)
-    found.append(
-        Reader(
-            "own parts", "motor.csv", _of_tree(_table(ROOT / "examples" / "my-parts" / "motor.csv"), csv_text),
-            lambda p: read_family(p, FAMILIES["motor"].record, own=True), (CatalogueError,),
-        )
-    )  # fmt: skip
+    found += _calibration_readers(design, weights)
+    found += _more_readers(design, weights, folder, task)
     for family in FAMILIES.values():
         found.append(
             Reader(
@@ -220,17 +274,64 @@ def readers(folder: Path) -> list[Reader]:
     return found
 
 
-def _calibration_readers(design: Design) -> list[Reader]:
+def _calibration_readers(design: Design, weights: Path) -> list[Reader]:
     rng = np.random.default_rng(1)
     poses = measured(made(design, rng), cube_points(design, rng, 20), rng)
     calibration = to_dict(calibration_of(design, fit(design.geometry, poses), 20))
     rows = [line.split(",") for line in poses_text(poses).splitlines()]
+    machine = ["--design", str(BEST), "--mass-properties", str(weights), "--fast", "--seconds", "0.01"]
     return [
         Reader("calibration", "k.json", _of_tree(calibration, json_text), lambda p: load_calibration(p, design),
-               (CalibrationError,)),
+               (CalibrationError,), (haptics_cli.main, lambda p: ["run", *machine, "--calibration", str(p)])),
         Reader("poses", "p.csv", _of_tree(rows, csv_text), load_poses, (PosesError,),
                (haptics_cli.main, lambda p: ["calibrate", "--design", str(BEST), str(p), "--out", str(p) + ".out"])),
     ]  # fmt: skip
+
+
+def _more_readers(design: Design, weights: Path, folder: Path, task: dict[str, Any]) -> list[Reader]:
+    """Those of files that a run finds where it is to write, and of designs and briefs with a panel."""
+    panel = json.loads((ROOT / "examples/dashboard-panel.json").read_text())
+    behind = tomllib.loads((ROOT / "examples/dashboard-panel.toml").read_text())
+    given = requirements_from_dict(task)
+    stands = design_to_dict(design) | {"name": given.name}
+    stands["provenance"] = {"requirements_sha256": requirements_hash(given)}
+    checks = {"input_sha256": design_hash(design), "passed": True, "failed": ["reach"], "checks": []}
+
+    def built(path: Path) -> None:
+        place = path.parent / design.name
+        place.mkdir(exist_ok=True)
+        (place / "report.html").write_text("")
+        path.replace(place / "checks.json")
+        standing({"one": design}, path.parent)
+
+    found = [
+        Reader("design with a panel", "p.json", _of_tree(panel, json_text), load_design, (DesignError,)),
+        Reader("brief with a panel", "p.toml", _of_tree(behind, toml_text), load_brief, (RequirementsError,)),
+        Reader("masses for gravity", "m.json", _of_tree(json.loads(weights.read_text()), json_text),
+               lambda p: share_of_masses(p, design, 1e-5), (GravityError,),
+               (optimizer_cli.main, lambda p: ["certify", "--design", str(BEST), "--mass-properties", str(p),
+                                               "--out", str(p) + ".out"])),
+        Reader("search's journal", "s.jsonl", _lines(_steps()), _searched, (CheckpointError,)),
+        Reader("design in the place", "o.json", _of_tree(stands, json_text), lambda p: DesignFile(p, given),
+               (OtherDesignError,)),
+        Reader("record of a folder", "w.json", _of_tree({"files": {"a.txt": {"sha256": sha256(b"a").hexdigest()}}},
+               json_text), _written(folder), (FileExistsError,)),
+        Reader("checks of a build", "k.json", _of_tree(checks, json_text), built, ()),
+    ]  # fmt: skip
+    for family in CHOSEN.values():
+        table, others = _table(DATA / family.file), family.rows
+        table = [table[0], *([f"my-{row[0]}", *row[1:]] for row in table[1:3])]
+
+        def own(path: Path, name: str = family.name) -> None:
+            place = path.parent / f"own-{name}"
+            place.mkdir(exist_ok=True)
+            path.replace(place / f"{name}.csv")
+            own_parts(place)
+
+        assert table[1][0] not in others
+        found.append(Reader(f"own {family.name}", f"{family.name}.own", _of_tree(table, csv_text), own,
+                            (CatalogueError,)))  # fmt: skip
+    return found
 
 
 def _table(path: Path) -> list[list[str]]:
