@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from optimizer.certify.gravity import GravityShare
 
 NAME = "verify"
+LOADS = {"force_N", "joint_torque_N_m", "gravity_m_s2"}  # which the limits on torque are made of
 TEXT = "independent replay of a certificate: holds, or what is wrong with it"
 
 
@@ -116,9 +117,9 @@ def run(given: argparse.Namespace) -> int:
     if design is not None:
         reason = reason or _weightless(given, certificate, design) or _unweighed(given, design)
     if given.json:
-        print(json.dumps(_facts(given, certificate, replay, reason), indent=1))
+        print(json.dumps(_facts(given, certificate, replay, design, reason), indent=1))
     elif not reason:
-        print(_summary(given, certificate, replay))
+        print(_summary(given, certificate, replay, design))
     return refuse(f"{name}: {reason}", NOT_MET) if reason else DONE
 
 
@@ -205,7 +206,9 @@ def _unweighed(given: argparse.Namespace, design: Design) -> str:
     )
 
 
-def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, reason: str) -> dict[str, Any]:
+def _facts(
+    given: argparse.Namespace, certificate: Certificate, replay: Replay, design: Design | None, reason: str
+) -> dict[str, Any]:
     from optimizer.certify.file import certificate_to_dict
 
     share, content = certificate.gravity, certificate_to_dict(certificate)
@@ -224,6 +227,7 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
         "proved": list(replay.proved),
         "refuted": list(replay.refuted),
         "undecided": list(replay.undecided),
+        "left_to_build": [] if design is None else _left(certificate, design),
         "gravity_counted_in": share is not None,
         "gravity_reserve_N_m": None if share is None else share.reserve,
         "mass_properties_sha256": None if share is None else share.sha256,
@@ -232,10 +236,19 @@ def _facts(given: argparse.Namespace, certificate: Certificate, replay: Replay, 
     }
 
 
-def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay) -> str:
+def _left(certificate: Certificate, design: Design) -> list[str]:
+    """Names what a design states and no certificate is about: a build checks it."""
+    proved = {field.name for limit in certificate.limits for field in limit.fields_} | LOADS
+    return [name for name in design.requirements.model_dump(exclude_none=True) if name not in proved]
+
+
+def _summary(given: argparse.Namespace, certificate: Certificate, replay: Replay, design: Design | None) -> str:
     from optimizer.certify.report import rounded
 
-    about = "" if given.design is None else f", and covers all that {given.design.name} asks"
+    about = ""
+    if design is not None:
+        left = f"; {', '.join(rest)} are the build's to check" if (rest := _left(certificate, design)) else ""
+        about = f", and covers all that {given.design.name} asks of every position{left}"
     if certificate.tolerance > 0.0:
         within = certificate.tolerance * MM_PER_M
         about = f" and for every machine within {within:g} mm of the drawn lengths and offsets{about}"

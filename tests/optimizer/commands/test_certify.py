@@ -39,7 +39,8 @@ def test_the_committed_design_is_proved_and_its_certificate_holds(
     assert err == ""
     proved = "reach, assembly_mode, torque, kappa, lean, shoulder, couple_index"  # all that synthesized.json asks
     assert told.startswith(f"certificate.json holds: {proved} proved again at every point")
-    assert "covers all that synthesized.json asks" in told
+    assert "covers all that synthesized.json asks of every position; envelope_width_mm, envelope_depth_mm, " in told
+    assert "clearance_min_mm are the build's to check" in told
     torque = load_design(BEST).requirements.joint_torque_N_m
     limits = f"every elbow arm >= 0 mm; assembly mode, det S / L_B^3 > 0; torque <= {torque:g} N m for 3 N"
     assert f"{limits} in any direction; kappa <= 2.27" in told
