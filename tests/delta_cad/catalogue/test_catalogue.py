@@ -259,7 +259,7 @@ def test_parts_name_materials_and_partners_that_exist() -> None:
 
 
 def test_the_default_encoder_is_as_its_data_sheet_and_its_magnet_gives_the_field_that_it_asks() -> None:
-    """MT6835 rev. 1.3, chapters 5, 6 and 13; the field on the axis of a cylinder magnetised across, from its charges."""
+    """MT6835 rev. 1.3, chapters 5, 6 and 13; the field on the axis of a cylinder magnetised across."""
     e = catalogue.encoder("mt6835-board")
     assert (e.noise_rms_deg, e.nonlinearity_deg, e.latency_us, e.centring_mm) == (0.0015, 0.5, 10.0, 0.3)
     assert 0.85 <= e.chip_height_mm <= 1.2
